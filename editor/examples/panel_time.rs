@@ -1,4 +1,5 @@
-//! What the panels cost: CPU time of a frame with every panel open, laid out and turned into triangles, without a window.
+//! Cost of the panels: CPU time of a frame with every panel open, including layout and
+//! tessellation, without a window.
 //!
 //! `cargo run --release -p sheetwork-editor --example panel_time [scene]`
 
@@ -8,7 +9,7 @@ use sheetwork_editor::panels::{self, EditorState, Section};
 use sheetwork_editor::scenes;
 use sheetwork_editor::session::Session;
 
-/// Frames that are timed.
+/// Measured frames.
 const FRAMES: usize = 400;
 
 fn main() {

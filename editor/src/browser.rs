@@ -1,12 +1,12 @@
-//! Choosing a file in a folder: what is there, and where to go from it. No window.
+//! Choice of a file in a folder: contents and navigation, without a window.
 
 use std::path::{Path, PathBuf};
 
-/// A folder that is looked into.
+/// Folder with its contents.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Browser {
     folder: PathBuf,
-    /// The name that is typed or was clicked.
+    /// File name, typed or clicked.
     pub name: String,
     endings: &'static [&'static str],
     folders: Vec<PathBuf>,
@@ -14,7 +14,8 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// One that shows files of these endings (in small letters, all if none) in `folder`, or in the current one where that is not there.
+    /// Browser of `folder`, or of the current folder where `folder` does not exist, with files of
+    /// these extensions (lower case; all files when empty).
     pub fn new(folder: &Path, endings: &'static [&'static str]) -> Self {
         let mut browser =
             Self { folder: PathBuf::new(), name: String::new(), endings, folders: Vec::new(), files: Vec::new() };
@@ -24,7 +25,7 @@ impl Browser {
         browser
     }
 
-    /// Looks into another folder; false, and nothing is changed, where it cannot be read.
+    /// Change to another folder. Returns false, without a change, when it cannot be read.
     pub fn go(&mut self, folder: &Path) -> bool {
         let Ok(folder) = std::fs::canonicalize(folder) else { return false };
         let Ok(entries) = std::fs::read_dir(&folder) else { return false };
@@ -41,12 +42,12 @@ impl Browser {
         true
     }
 
-    /// Looks into the folder above; false at the root.
+    /// Change to the parent folder. Returns false at the root.
     pub fn up(&mut self) -> bool {
         self.folder.parent().map(Path::to_path_buf).is_some_and(|above| self.go(&above))
     }
 
-    /// The folder.
+    /// Present folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -61,7 +62,8 @@ impl Browser {
         &self.files
     }
 
-    /// The file that is meant by the name; none while there is no name. The name of a folder is gone into.
+    /// File of the present name; `None` without a name. The name of a folder changes to that
+    /// folder.
     pub fn chosen(&mut self) -> Option<PathBuf> {
         let name = self.name.trim();
         if name.is_empty() {

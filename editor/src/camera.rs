@@ -1,4 +1,5 @@
-//! The eye: it orbits a target, slides across the picture plane and comes nearer. Plain geometry, metres and radians.
+//! Camera: orbits a target, pans in the picture plane and zooms. Plain geometry, in metres and
+//! radians.
 
 use glam::{Vec2, Vec3};
 use sheetwork::World;
@@ -6,19 +7,19 @@ use sheetwork::World;
 use crate::pick::{Ray, body_boxes};
 use crate::session::Session;
 
-/// Where the picture is taken from.
+/// Position and direction of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// What is looked at, m.
+    /// Target of the view, m.
     pub target: Vec3,
-    /// Turn about the vertical, radians; 0 looks along -z (at the back wall).
+    /// Rotation about the vertical, radians; 0 looks along -z (at the back wall).
     pub yaw: f32,
-    /// Height of the eye above the target as an angle, radians; within ±1.55.
+    /// Elevation of the eye above the target, radians; within ±1.55.
     pub pitch: f32,
-    /// From eye to target, m; 1e-4 to 1e4.
+    /// Distance from eye to target, m; 1e-4 to 1e4.
     pub distance: f32,
-    /// Angle between the upper and the lower edge of the picture, radians; between the sides of one that is higher than wide, so that what is
-    /// in view stays so.
+    /// Angle between the upper and the lower edge of the picture, radians; in a portrait picture
+    /// the angle between its sides, so that the view is not cropped.
     pub field_of_view: f32,
 }
 
@@ -29,7 +30,7 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// A camera at `eye` that looks at `target`, m.
+    /// Camera at `eye` that looks at `target`, m.
     pub fn looking(eye: Vec3, target: Vec3) -> Self {
         let back = eye - target;
         let distance = back.length().max(1e-4);
@@ -37,20 +38,20 @@ impl Camera {
         Self { target, yaw: back.x.atan2(back.z), pitch, distance, ..Self::default() }
     }
 
-    /// The view that a scene asks for, or a fitted one.
-    pub fn of(world: &World) -> Self {
+    /// View of the world's scene, or a fitted one.
+    pub fn from_world(world: &World) -> Self {
         if let Some(spec) = &world.scene().camera {
             return Self::looking(spec.eye.as_vec3(), spec.target.as_vec3());
         }
         Self::fitted(world)
     }
 
-    /// The view that a session asks for.
-    pub fn of_session(session: &Session) -> Self {
-        Self::of(session.world())
+    /// View of a session's scene, or a fitted one.
+    pub fn from_session(session: &Session) -> Self {
+        Self::from_world(session.world())
     }
 
-    /// A view from the right and above that holds the sheets and bodies of `world`.
+    /// View from the right and above that contains the sheets and bodies of `world`.
     pub fn fitted(world: &World) -> Self {
         let (low, high) = content(world).unwrap_or((Vec3::splat(-0.05), Vec3::splat(0.05)));
         let base = Self::default();
@@ -66,7 +67,7 @@ impl Camera {
         Vec3::new(cp * sy, sp, cp * cy)
     }
 
-    /// Where the eye is, m.
+    /// Position of the eye, m.
     pub fn eye(&self) -> Vec3 {
         self.target + self.back() * self.distance
     }
@@ -78,27 +79,30 @@ impl Camera {
         (right, back.cross(right))
     }
 
-    /// Turns the eye about the target by a drag of the mouse, points.
+    /// Rotate the eye about the target by a drag of the mouse, points.
     pub fn orbit(&mut self, drag: Vec2) {
         self.yaw = (self.yaw - 0.008 * drag.x) % std::f32::consts::TAU;
         self.pitch = (self.pitch + 0.008 * drag.y).clamp(-1.55, 1.55);
     }
 
-    /// Slides eye and target so that the target's plane follows a drag of the mouse, points, in a picture of `size`, points.
+    /// Move eye and target so that the plane of the target follows a drag of the mouse, points, in
+    /// a picture of `size`, points.
     pub fn pan(&mut self, drag: Vec2, size: Vec2) {
         let scale = self.distance * self.slope(size);
         let (right, up) = self.axes();
         self.target += (up * drag.y - right * drag.x) * scale;
     }
 
-    /// The ray from the eye through the place (x, y) of a picture of `size` (width, height), in points from its upper left.
+    /// Ray from the eye through the position (x, y) of a picture of `size` (width, height), in
+    /// points from its upper left.
     pub fn ray(&self, at: Vec2, size: Vec2) -> Ray {
         let (right, up) = self.axes();
         let from_middle = (at - 0.5 * size) * self.slope(size);
         Ray::new(self.eye(), -self.back() + right * from_middle.x - up * from_middle.y)
     }
 
-    /// Where a point (m) is in a picture of `size`, in points from its upper left; none behind the eye.
+    /// Position of a point (m) in a picture of `size`, in points from its upper left; `None` behind
+    /// the eye.
     pub fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
         let (right, up) = self.axes();
         let way = point - self.eye();
@@ -110,7 +114,8 @@ impl Camera {
         Some(0.5 * size + Vec2::new(way.dot(right), -way.dot(up)) * scale)
     }
 
-    /// Where the ray through a place of the picture meets the plane through `point` that faces the eye, m.
+    /// Intersection of the ray through a position of the picture with the plane through `point`
+    /// parallel to the picture plane, m.
     pub fn on_plane(&self, at: Vec2, size: Vec2, point: Vec3) -> Vec3 {
         let ray = self.ray(at, size);
         let to = ray.to.as_vec3();
@@ -118,34 +123,34 @@ impl Camera {
         self.eye() + to * (depth / to.dot(self.back()).min(-1e-6))
     }
 
-    /// Metres a point of a picture of `size`, at the distance of `point`.
+    /// Metres per point of a picture of `size`, at the distance of `point`.
     pub fn metres_a_point(&self, point: Vec3, size: Vec2) -> f32 {
         let depth = -(point - self.eye()).dot(self.back());
         depth.max(1e-6) * self.slope(size)
     }
 
-    /// Metres a point of a picture of `size`, a metre from the eye.
+    /// Metres per point of a picture of `size`, at a distance of 1 m.
     fn slope(&self, size: Vec2) -> f32 {
         2.0 * (0.5 * self.field_of_view).tan() / size.min_element().max(1.0)
     }
 
-    /// The angle between the upper and the lower edge of a picture of `size`, radians.
+    /// Angle between the upper and the lower edge of a picture of `size`, radians.
     pub fn opening(&self, size: Vec2) -> f32 {
         2.0 * (0.5 * size.y.max(1.0) * self.slope(size)).atan()
     }
 
-    /// The same camera from a side: yaw and pitch in radians.
+    /// Camera with another yaw and pitch, radians.
     pub fn from_side(&self, yaw: f32, pitch: f32) -> Self {
         Self { yaw, pitch: pitch.clamp(-1.55, 1.55), ..*self }
     }
 
-    /// The same camera, its target and distance those of the whole content of `world`.
+    /// Camera with target and distance of the whole content of `world`.
     pub fn focused(&self, world: &World) -> Self {
         let fitted = Self::fitted(world);
         Self { target: fitted.target, distance: fitted.distance, ..*self }
     }
 
-    /// Goes back until `point` (m) is well within a picture of `size`.
+    /// Move back until `point` (m) is well within a picture of `size`.
     pub fn hold(&mut self, point: Vec3, size: Vec2) {
         let inner = |at: Vec2| (0.08 * size).cmple(at).all() && (0.92 * size).cmpge(at).all();
         for _ in 0..40 {
@@ -156,13 +161,13 @@ impl Camera {
         }
     }
 
-    /// Comes nearer by notches of the wheel, or goes away for negative ones.
+    /// Zoom in by notches of the wheel; out for negative ones.
     pub fn zoom(&mut self, notches: f32) {
         self.distance = (self.distance * (-0.12 * notches.clamp(-20.0, 20.0)).exp()).clamp(1e-4, 1e4);
     }
 }
 
-/// Box around the sheets and the bodies that have an end, as they are now, m.
+/// Bounding box of the sheets and bounded bodies, m.
 fn content(world: &World) -> Option<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for sheet in world.sheets() {
@@ -179,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_eye_given_is_the_eye_taken() {
+    fn the_eye_of_a_camera_is_the_given_one() {
         let (eye, target) = (Vec3::new(0.3, 0.2, 0.5), Vec3::new(0.0, 0.1, 0.0));
         let camera = Camera::looking(eye, target);
         assert!(camera.eye().distance(eye) < 1e-6);
@@ -188,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_seen_where_its_ray_goes() {
+    fn projection_inverts_the_ray_of_a_point() {
         let camera = Camera { target: Vec3::new(0.1, 0.2, 0.3), yaw: 0.7, pitch: 0.3, ..Camera::default() };
         let size = Vec2::new(800.0, 500.0);
         for at in [Vec2::new(400.0, 250.0), Vec2::new(13.0, 420.0), Vec2::new(777.0, 5.0)] {
@@ -206,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_view_stays_so_in_a_narrow_picture() {
+    fn the_content_stays_in_view_in_a_narrow_picture() {
         let camera = Camera::default();
         let (right, _) = camera.axes();
         let point = camera.target + right * (0.99 * camera.distance * (0.5 * camera.field_of_view).tan());
@@ -221,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drag_turns_slides_and_nears_without_leaving_its_limits() {
+    fn orbit_pan_and_zoom_stay_within_their_limits() {
         let mut camera = Camera::default();
         camera.orbit(Vec2::new(0.0, 1e6));
         assert!(camera.pitch <= 1.55);
@@ -229,7 +234,7 @@ mod tests {
         assert!(camera.distance >= 1e-4);
         let mut camera = Camera { pitch: 0.0, yaw: 0.0, ..Camera::default() };
         camera.pan(Vec2::new(10.0, 0.0), Vec2::new(160.0, 100.0));
-        // The scene follows the mouse to the right, so the eye goes left.
+        // The scene follows the mouse to the right, so the eye moves left.
         assert!(camera.target.x < 0.0 && camera.target.y.abs() < 1e-9);
     }
 }

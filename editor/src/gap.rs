@@ -1,9 +1,9 @@
-//! How far the smoothed surface that is drawn is from the flat triangles that contact has.
+//! Distance between the smoothed, displayed surface and the flat triangles used in contact.
 //!
-//! Every drawn corner is in a cell of the sheet, and is measured to the nearest of the cell's two triangles. What keeps the drawn surface out
-//! of bodies is done before, as it is where the surface is drawn.
+//! Each displayed vertex belongs to a cell of the sheet; its distance is that to the nearest of the
+//! cell's two triangles. The displayed surface is first moved out of bodies, as in the display.
 
-use bevy_sheetwork::render::{clear_of_bodies, clearing};
+use bevy_sheetwork::render::{clear_of_bodies, display_clearance};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
@@ -11,20 +11,21 @@ use sheetwork::sheet::surface::SurfaceMesh;
 
 use crate::picture::Layer;
 
-/// Spline pieces from one mass to the next of the drawn surface.
+/// Spline segments per cell of the displayed surface.
 pub const PARTS: u32 = 5;
 
-/// The largest gap of any sheet of `world`, m; none where nothing is smoothed.
+/// Largest distance of any sheet of `world`, m; `None` where no surface is smoothed.
 pub fn largest(world: &World, layer: Layer) -> Option<f64> {
     world.sheets().iter().filter_map(|sheet| of_sheet(world, sheet, layer)).reduce(f64::max)
 }
 
-/// The smoothed surface of a sheet of `world` as it is drawn, out of bodies that it touches; none for a sheet without such a layer.
+/// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
+/// a sheet without such a layer.
 pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> {
     let index = if layer == Layer::Top { sheet.layers.len().saturating_sub(1) } else { 0 };
     let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
-        let (reach, skin) = clearing(sheet, PARTS);
+        let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
     }
     Some(mesh)
@@ -32,7 +33,7 @@ pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> 
 
 fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
     if sheet.open_count() > 0 {
-        // Drawn by its own triangles.
+        // The surface consists of the sheet's own triangles.
         return Some(0.0);
     }
     let index = if layer == Layer::Top { sheet.layers.len().checked_sub(1)? } else { 0 };
@@ -49,13 +50,13 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
         Some(triangles) => (triangles.clone(), (sheet.grid.0, sheet.grid.2)),
         None => (grid.triangles(), (grid.nx, grid.nz)),
     };
-    let cells = Cells::of(sheet, &triangles, size, (low, high));
+    let cells = Cells::new(sheet, &triangles, size, (low, high));
     let gaps =
         mesh.positions.iter().zip(&mesh.uvs).map(|(p, uv)| cells.distance(sheet, Vec3::from(*p).as_dvec3(), *uv));
     gaps.reduce(f64::max)
 }
 
-/// The triangles of a layer by where they are in the sheet.
+/// Triangles of a layer, indexed by material coordinates.
 struct Cells {
     columns: usize,
     rows: usize,
@@ -65,7 +66,7 @@ struct Cells {
 }
 
 impl Cells {
-    fn of(sheet: &Sheet, all: &[[u32; 3]], (nx, nz): (u32, u32), (low, high): ((f64, f64), (f64, f64))) -> Self {
+    fn new(sheet: &Sheet, all: &[[u32; 3]], (nx, nz): (u32, u32), (low, high): ((f64, f64), (f64, f64))) -> Self {
         let (columns, rows) = ((nx as usize).saturating_sub(1).max(1), (nz as usize).saturating_sub(1).max(1));
         let size = ((high.0 - low.0).max(1e-12), (high.1 - low.1).max(1e-12));
         let mut cells = Self { columns, rows, low, size, triangles: vec![Vec::new(); columns * rows] };
@@ -83,7 +84,8 @@ impl Cells {
         (place((u - self.low.0) / self.size.0, self.columns), place((v - self.low.1) / self.size.1, self.rows))
     }
 
-    /// Distance of `p` to the triangles of the cell at `uv` and those beside it: rows of some structures are shifted by half a cell.
+    /// Distance of `p` to the triangles of the cell at `uv` and its neighbours: rows of some
+    /// structures are shifted by half a cell.
     fn distance(&self, sheet: &Sheet, p: DVec3, uv: [f32; 2]) -> f64 {
         let (i, j) = self.at((f64::from(uv[0]), f64::from(uv[1])));
         let (rows, columns) =
@@ -118,13 +120,14 @@ mod tests {
     use sheetwork::scene::Scene;
 
     #[test]
-    fn a_flat_sheet_has_no_gap_and_a_bent_one_that_of_an_arc() {
+    fn the_gap_of_a_flat_sheet_is_zero_and_of_a_bent_one_that_of_an_arc() {
         let scene = Scene::parse(
             r#"(gravity: (0, 0, 0), sheets: [(structure: "shell", grid: (9, 1, 3), size: (0.16, 0.04), material: "hips")])"#,
         );
         let mut world = World::new(&scene.expect("valid")).expect("valid");
         assert!(largest(&world, Layer::Top).expect("a sheet") < 1e-8);
-        // On a cylinder of 0.1 m: the arc stands over a chord of 0.02 m by r (1 - cos(chord / 2r)).
+        // On a cylinder with r = 0.1 m the arc rises r (1 - cos(chord / 2r)) above a chord of 0.02
+        // m.
         let (radius, sheet) = (0.1, &mut world.sheets_mut()[0]);
         for i in 0..sheet.masses() {
             let place = sheet.x.get(i);
@@ -137,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_to_a_triangle_are_those_of_its_parts() {
+    fn distances_to_a_triangle_are_those_to_its_face_edges_and_corners() {
         let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
         for (p, wanted) in [
             (DVec3::new(0.2, 0.2, 0.5), 0.5),

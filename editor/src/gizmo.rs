@@ -1,4 +1,5 @@
-//! A gizmo that moves something along an axis or in the plane of the picture: where its handles are, and what a drag of one means. No drawing.
+//! Gizmo for translation along an axis or in the picture plane: geometry of its handles, and
+//! displacement of a drag. No drawing.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -6,33 +7,33 @@ use crate::camera::Camera;
 
 /// Length of the arrows, points.
 pub const LENGTH: f32 = 72.0;
-/// How near the mouse must be to a handle, points.
+/// Largest distance of the mouse from a handle, points.
 const REACH: f32 = 9.0;
 
-/// A part of the gizmo that can be dragged.
+/// Handle of the gizmo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Handle {
-    /// Along an axis: 0 x, 1 y, 2 z.
+    /// Translation along an axis: 0 x, 1 y, 2 z.
     Axis(usize),
-    /// In the plane that faces the eye.
+    /// Translation parallel to the picture plane.
     Plane,
 }
 
-/// A gizmo seen in a picture.
+/// Gizmo projected into a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gizmo {
-    /// Where it is, m.
+    /// Position, m.
     pub place: Vec3,
-    /// Its middle in the picture.
+    /// Centre in the picture.
     pub middle: Vec2,
-    /// The ends of its arrows in the picture; one that points at the eye is as short as it is seen.
+    /// Ends of the arrows in the picture; an arrow towards the eye is foreshortened.
     pub ends: [Vec2; 3],
     camera: Camera,
     size: Vec2,
 }
 
 impl Gizmo {
-    /// The gizmo at `place` (m) in a picture of `size`; none where that is behind the eye.
+    /// Gizmo at `place` (m) in a picture of `size`; `None` behind the eye.
     pub fn new(place: Vec3, camera: &Camera, size: Vec2) -> Option<Self> {
         let middle = camera.project(place, size)?;
         let length = LENGTH * camera.metres_a_point(place, size);
@@ -41,7 +42,7 @@ impl Gizmo {
         Some(Self { place, middle, ends, camera: *camera, size })
     }
 
-    /// The handle under the mouse.
+    /// Handle under the mouse.
     pub fn handle_at(&self, at: Vec2) -> Option<Handle> {
         if at.distance(self.middle) < REACH {
             return Some(Handle::Plane);
@@ -51,7 +52,7 @@ impl Gizmo {
         (away < REACH).then_some(Handle::Axis(axis))
     }
 
-    /// How far (m) the thing goes when a handle is dragged from one place of the picture to another.
+    /// Displacement (m) of a drag of a handle from one position of the picture to another.
     pub fn moved(&self, handle: Handle, from: Vec2, to: Vec2) -> DVec3 {
         match handle {
             Handle::Plane => {
@@ -60,7 +61,7 @@ impl Gizmo {
             }
             Handle::Axis(axis) => {
                 let seen = self.ends[axis] - self.middle;
-                // An arrow that points at the eye cannot be followed.
+                // A drag along an arrow towards the eye is undefined.
                 if seen.length() < 4.0 {
                     return DVec3::ZERO;
                 }
@@ -73,7 +74,7 @@ impl Gizmo {
     }
 }
 
-/// Distance of a point from a piece of a line.
+/// Distance of a point from a segment.
 fn distance(p: Vec2, a: Vec2, b: Vec2) -> f32 {
     let along = b - a;
     let part = ((p - a).dot(along) / along.length_squared().max(1e-6)).clamp(0.0, 1.0);
@@ -85,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arrow_takes_the_thing_along_its_axis_as_far_as_the_mouse_goes() {
+    fn an_arrow_moves_an_item_along_its_axis_with_the_mouse() {
         let camera = Camera { yaw: 0.6, pitch: 0.4, distance: 0.5, ..Camera::default() };
         let size = Vec2::new(900.0, 600.0);
         let place = Vec3::new(0.02, -0.01, 0.03);
@@ -97,14 +98,14 @@ mod tests {
             let by = gizmo.moved(Handle::Axis(axis), from, to);
             let others = (0..3).filter(|i| *i != axis).map(|i| by[i].abs()).fold(0.0, f64::max);
             assert!(by[axis] > 0.0 && others == 0.0);
-            // Where it now is seen is where the mouse went, but for perspective.
+            // The projected position follows the mouse, up to perspective.
             let seen = camera.project(place + by.as_vec3(), size).expect("in view");
             assert!(seen.distance(gizmo.middle + (to - from)) < 3.0, "{axis}");
         }
     }
 
     #[test]
-    fn its_middle_takes_the_thing_in_the_plane_of_the_picture() {
+    fn the_centre_of_the_gizmo_moves_an_item_in_the_picture_plane() {
         let camera = Camera::default();
         let size = Vec2::new(900.0, 600.0);
         let gizmo = Gizmo::new(camera.target, &camera, size).expect("in view");

@@ -1,4 +1,4 @@
-//! The scene without a window: a progress bar, the report, a picture and a recording.
+//! Run of a scene without a window: progress bar, report, picture and recording.
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -13,30 +13,30 @@ use sheetwork::{InputError, Report, World};
 use crate::camera::Camera;
 use crate::picture::{Look, Picture};
 
-/// Frames of the recording a simulated second.
+/// Frames of the recording per simulated second.
 pub const FRAMES_PER_SECOND: f64 = 60.0;
 
-/// Folder that results go to, below the current one.
+/// Folder of the results, below the current one.
 pub const FOLDER: &str = "sheetwork-out";
 
-/// Size of the picture unless told otherwise, pixels.
+/// Default size of the picture, pixels.
 const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
-/// What a run left behind.
+/// Results of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The run, in numbers.
+    /// Report of the run.
     pub report: Report,
-    /// The picture of its end.
+    /// Picture of the final state.
     pub picture: PathBuf,
-    /// The recording.
+    /// Recording.
     pub recording: PathBuf,
-    /// Frames in the recording.
+    /// Number of frames of the recording.
     pub frames: u64,
 }
 
-/// Runs `scene` for `seconds` (its own duration if none) with results in [`FOLDER`], and prints them. The status is 1 when
-/// a sheet went unstable.
+/// Run `scene` for `seconds` (its own duration if `None`) with results in [`FOLDER`], and print
+/// them. The exit code is 1 when a sheet became unstable.
 ///
 /// # Errors
 /// When the scene is not valid or the results cannot be written.
@@ -49,7 +49,8 @@ pub fn run(scene: &Scene, seconds: Option<f64>, size: Option<(u32, u32)>) -> Res
     Ok(if outcome.report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// Runs `scene` for `seconds` (its own duration if none); writes the picture and the recording to `folder`.
+/// Run `scene` for `seconds` (its own duration if `None`); write the picture and the recording to
+/// `folder`.
 ///
 /// # Errors
 /// When the scene is not valid or a file cannot be written.
@@ -61,7 +62,7 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
     let recording = folder.join(format!("{stem}.swr"));
     let mut recorder = Recorder::create(&recording, &world, FRAMES_PER_SECOND)?;
     recorder.frame(&world)?;
-    let camera = Camera::of(&world);
+    let camera = Camera::from_world(&world);
     let mut penetration = Vec::new();
     let mut spent = 0.0;
     let bar = progress(duration);
@@ -83,20 +84,20 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
     Ok(Outcome { report: world.report(spent, &penetration), picture, recording, frames })
 }
 
-/// A bar in simulated milliseconds; hidden where nobody watches.
+/// Progress bar in simulated milliseconds; hidden without a terminal.
 fn progress(duration: f64) -> ProgressBar {
     let bar = ProgressBar::new((1000.0 * duration) as u64);
     if !std::io::stderr().is_terminal() {
         bar.set_draw_target(ProgressDrawTarget::hidden());
     }
-    // A template that does not parse leaves the plain bar.
+    // An invalid template leaves the plain bar.
     if let Ok(style) = ProgressStyle::with_template("simulating {bar:40} {percent:>3} %  {eta} left") {
         bar.set_style(style);
     }
     bar
 }
 
-/// A scene's name as a file name: letters, digits, `-` and `_`; the rest becomes `_`.
+/// Name of a scene as a file name: letters, digits, `-` and `_`; other characters become `_`.
 fn file_stem(name: &str) -> String {
     let clean: String = name.chars().take(80).map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect();
     if clean.is_empty() { "scene".to_owned() } else { clean }

@@ -1,8 +1,9 @@
-//! The Sheetwork editor: open a scene, watch it, change it while it runs.
+//! The Sheetwork editor: open a scene, run it, edit it at run time.
 //!
-//! `document` is the scene that is edited, with its undo; `session` holds it with the world and its clock, `timeline` and `samples` what has been of
-//! a run, `keeping` what stays between runs. `panels` draws the controls with egui alone, `picture` and `headless` do without graphics hardware,
-//! and `shell` is the thin Bevy layer that puts it on a screen or into an image file.
+//! `document` is the edited scene with undo; `session` owns it together with the world and its
+//! clock; `timeline` and `samples` record the run; `persistence` persists between runs. `panels`
+//! are the controls, in egui alone; `picture` and `headless` need no graphics hardware; `shell` is
+//! the Bevy layer for a window or an image file.
 
 pub mod browser;
 pub mod camera;
@@ -12,10 +13,10 @@ pub mod export;
 pub mod gap;
 pub mod gizmo;
 pub mod headless;
-pub mod keeping;
 pub mod link;
 pub mod pages;
 pub mod panels;
+pub mod persistence;
 pub mod pick;
 pub mod picture;
 pub mod playback;

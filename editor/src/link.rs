@@ -1,36 +1,33 @@
-//! The editor's live link: other processes watch the session and turn its knobs.
+//! Live link of the editor: other processes observe the session and set parameters.
 
-use std::path::Path;
 use std::time::Instant;
 
-use sheetwork::{InputError, World};
+use sheetwork::World;
 use sheetwork_link::Attached;
 use sheetwork_link::Host;
 use sheetwork_link::LinkError;
 use sheetwork_link::place::LinkPlace;
 use sheetwork_link::{Link, LinkStatistics};
 
-use crate::session::Session;
-
-/// A link that can be switched on and off.
+/// Link that can be switched on and off.
 #[derive(Default)]
 pub struct LiveLink {
     link: Option<Link>,
     problem: Option<String>,
     now: LinkStatistics,
-    /// When the rates were last taken, and frames and bytes then.
+    /// Time of the last measurement of the rates, and frames and bytes at that time.
     since: Option<(Instant, u64, u64)>,
-    /// Frames and bytes a second.
+    /// Frames and bytes per second.
     rates: (f64, f64),
-    /// Who is attached, as it was when the rates were taken.
+    /// Clients at the last measurement.
     who: Vec<Attached>,
 }
 
-/// How often rates and names are taken, s.
-const TAKEN_EVERY: f64 = 0.5;
+/// Interval between measurements of rates and clients, s.
+const MEASUREMENT_INTERVAL: f64 = 0.5;
 
 impl LiveLink {
-    /// Whether it is on.
+    /// Whether the link is open.
     pub fn is_on(&self) -> bool {
         self.link.is_some()
     }
@@ -40,28 +37,29 @@ impl LiveLink {
         self.now.clients > 0 || self.now.readers.iter().any(|n| *n > 0)
     }
 
-    /// Its state in a line.
+    /// Status in one line.
     pub fn status(&self) -> String {
         let Some(link) = &self.link else { return self.problem.clone().unwrap_or_else(|| "off".to_owned()) };
         let name = link.place().name();
         if !self.is_attached() {
-            return format!("\"{name}\": nobody is attached");
+            return format!("\"{name}\": no process is attached");
         }
         let (rate, bytes) = self.rates;
         let who = match self.who.as_slice() {
-            // Not asked yet.
-            [] => "somebody".to_owned(),
+            // No measurement yet.
+            [] => "attached".to_owned(),
             all => all.iter().map(Attached::to_string).collect::<Vec<_>>().join(", "),
         };
         format!("\"{name}\": {who}; {rate:.0} frames/s, {:.1} kB/s", 1e-3 * bytes)
     }
 
-    /// Who is attached, as it was half a second ago at most.
+    /// Attached clients, at most half a second old.
     pub fn attached(&self) -> &[Attached] {
         &self.who
     }
 
-    /// Opens it under the usual name, or closes it. A second editor gets a name with its process's number.
+    /// Open the link under its default name, or close it. A second editor appends its process id to
+    /// the name.
     pub(crate) fn switch(&mut self, on: bool, world: &World) {
         *self = Self::default();
         if !on {
@@ -77,7 +75,7 @@ impl LiveLink {
         self.take(opened);
     }
 
-    /// Opens it at a place.
+    /// Open the link at a place.
     pub(crate) fn open(&mut self, place: &LinkPlace, world: &World) {
         *self = Self::default();
         self.take(Link::new(place, world));
@@ -90,70 +88,29 @@ impl LiveLink {
         }
     }
 
-    /// Tells it that the sheets are others.
+    /// Publish the sheets again after a change of their number or grids.
     pub(crate) fn look_again(&mut self) {
         if let Some(link) = &mut self.link {
             link.look_again();
         }
     }
 
-    pub(crate) fn exchange(&mut self, session: &mut Session) {
+    /// Answer the requests of other processes and publish the world of `host`, whose steps take
+    /// `step_s` s.
+    pub(crate) fn exchange(&mut self, host: &mut dyn Host, step_s: f64) {
         let Some(link) = &mut self.link else { return };
-        let step_time = session.timing().step_s;
-        link.exchange(session, step_time);
+        link.exchange(host, step_s);
         let before = std::mem::replace(&mut self.now, link.statistics());
         let (frames, bytes) = (self.now.frames, self.now.bytes);
         let (at, frames_then, bytes_then) = *self.since.get_or_insert_with(|| (Instant::now(), frames, bytes));
         let elapsed = at.elapsed().as_secs_f64();
         let changed = (before.clients, before.readers) != (self.now.clients, self.now.readers);
-        if changed || elapsed > TAKEN_EVERY {
+        if changed || elapsed > MEASUREMENT_INTERVAL {
             self.who = link.attached();
         }
-        if elapsed > TAKEN_EVERY {
+        if elapsed > MEASUREMENT_INTERVAL {
             self.rates = ((frames - frames_then) as f64 / elapsed, (bytes - bytes_then) as f64 / elapsed);
             self.since = Some((Instant::now(), frames, bytes));
         }
-    }
-}
-
-impl Host for Session {
-    fn world(&self) -> &World {
-        Session::world(self)
-    }
-
-    fn world_mut(&mut self) -> &mut World {
-        Session::world_mut(self)
-    }
-
-    fn playing(&self) -> bool {
-        Session::playing(self)
-    }
-
-    fn play(&mut self, playing: bool) -> Result<(), InputError> {
-        if playing {
-            Session::play(self)
-        } else {
-            self.pause()
-        }
-        Ok(())
-    }
-
-    fn step(&mut self, steps: u32) -> Result<(), InputError> {
-        (0..steps).for_each(|_| Session::step(self));
-        Ok(())
-    }
-
-    fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        self.try_set(path, value)
-    }
-
-    fn reset(&mut self) -> Result<(), InputError> {
-        if Session::reset(self) { Ok(()) } else { Err(InputError::new("reset", "a file of the scene cannot be read")) }
-    }
-
-    fn load(&mut self, file: &Path) -> Result<(), InputError> {
-        // Refused before it is opened, so that the answer says why.
-        Session::open(file)?;
-        if Session::load(self, file) { Ok(()) } else { Err(InputError::new("load", "cannot be opened")) }
     }
 }

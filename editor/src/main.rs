@@ -1,4 +1,4 @@
-//! `sheetwork-editor`: the window onto the simulation.
+//! `sheetwork-editor`: the graphical editor.
 
 use std::process::ExitCode;
 

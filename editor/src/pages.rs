@@ -1,5 +1,5 @@
-//! The pictures of `docs/editor.md`, each panel and each dialog in one at least, and that of the README: what is shown in them, and the command that
-//! takes them all.
+//! Pictures of `docs/editor.md`, with each panel and dialog in at least one, and of the README:
+//! their contents, and the command that writes them.
 
 use std::path::Path;
 
@@ -17,14 +17,14 @@ use crate::shell::probe;
 use crate::study::Study;
 use crate::templates;
 
-/// A picture: its file, its size in pixels, the scene, and what is done with it.
+/// Picture: file, size in pixels, scene, and its preparation.
 pub struct Page {
-    /// The file's name.
+    /// Name of the file.
     pub file: &'static str,
     size: (u32, u32),
     scene: fn() -> Result<Scene, InputError>,
     prepare: fn(&mut Session, &mut EditorState),
-    /// Whether the panels are in it.
+    /// Whether it includes the panels.
     panels: bool,
 }
 
@@ -38,7 +38,7 @@ impl Page {
     }
 }
 
-/// All of them.
+/// All pictures.
 pub const ALL: &[Page] = &[
     Page::new("editor.png", || shipped("heat_modes"), heat),
     Page::new("editor_new.png", || template("Sheet on a box"), material),
@@ -46,7 +46,7 @@ pub const ALL: &[Page] = &[
     Page::new("editor_hands.png", || shipped("cantilever_sheet"), hands),
     Page::new("editor_gun.png", || shipped("heat_gun"), gun),
     Page::new("editor_stages.png", || shipped("box_on_sheet"), stages),
-    Page { size: (1100, 760), ..Page::new("editor_study.png", || Study::of_picture(1).scene(), study) },
+    Page { size: (1100, 760), ..Page::new("editor_study.png", || Study::for_picture(1).scene(), study) },
     Page::new("editor_light.png", || shipped("materials_hanging"), light),
     Page::new("editor_sheet.png", || shipped("pvc_drape"), display),
     Page::new("editor_generate.png", || shipped("hemisphere"), generate),
@@ -70,7 +70,7 @@ fn template(name: &str) -> Result<Scene, InputError> {
 }
 
 impl Page {
-    /// The session and the panels of the picture.
+    /// Session and panels of the picture.
     ///
     /// # Errors
     /// When its scene is not found.
@@ -86,7 +86,7 @@ impl Page {
     }
 }
 
-/// Takes all pictures into `folder`; those whose names hold `only`, where that is given.
+/// Write all pictures to `folder`, or those whose names contain `only`.
 ///
 /// # Errors
 /// When there is no graphics driver, a scene is missing or a file cannot be written.
@@ -114,7 +114,7 @@ pub fn take(folder: &Path, only: Option<&str>) -> Result<(), InputError> {
     Ok(())
 }
 
-/// A heater over a sheet on a wedge, its temperatures and plots.
+/// A heater over a sheet on a wedge, with temperatures and plots.
 fn heat(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Heat].into();
     state.plots.shown = true;
@@ -123,7 +123,7 @@ fn heat(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(-1.0);
 }
 
-/// A new scene that plays, its material.
+/// A new scene while it runs, with its material.
 fn material(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Material, Section::Bodies].into();
     session.choose_material(0, "card");
@@ -134,7 +134,7 @@ fn material(session: &mut Session, state: &mut EditorState) {
     session.play();
 }
 
-/// Four materials beside one another.
+/// Four materials side by side.
 fn compare(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Compare, Section::Engine].into();
     let material = |name: &str| Variant { path: "sheets.0.material".into(), value: name.into() };
@@ -145,10 +145,10 @@ fn compare(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(1.0);
 }
 
-/// Warmth painted on a sheet that was cut.
+/// Painted heat on a sheet with a cut.
 fn hands(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Sheet].into();
-    // So fine that a cut is thin and a patch round.
+    // A fine grid, for a thin cut and a round patch.
     session.edit("grid", "grid", |scene| scene.sheets[0].grid = (51, 1, 51));
     session.cut(0, ((0.55, 0.2), (0.85, 0.2)));
     session.run(0.4);
@@ -164,7 +164,7 @@ fn hands(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(0.5);
 }
 
-/// A heat gun over a strip that goes soft.
+/// A heat gun over a strip that softens.
 fn gun(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Heat, Section::Camera].into();
     session.run(2.4);
@@ -173,7 +173,7 @@ fn gun(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(-3.0);
 }
 
-/// A box on a sheet, and what its steps spend.
+/// A box on a sheet, and the profile of its steps.
 fn stages(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Engine, Section::Bodies].into();
     state.plots = Plots { shown: true, stages: true, temperature: false, ..Plots::default() };
@@ -184,14 +184,14 @@ fn stages(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(1.5);
 }
 
-/// The questions after a sheet that was seen blind.
+/// The questions after a blind trial.
 fn study(session: &mut Session, state: &mut EditorState) {
     session.run(1.0);
-    state.study = Some(Study::of_picture(1));
+    state.study = Some(Study::for_picture(1));
     state.display = blind();
 }
 
-/// Strips of five materials, light.
+/// Strips of five materials, light theme.
 fn light(session: &mut Session, state: &mut EditorState) {
     (state.light, state.sheet) = (true, 1);
     state.open_sections = [Section::Material, Section::Display].into();
@@ -199,26 +199,26 @@ fn light(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(0.5);
 }
 
-/// A film on a ball by its stretch, and how it is drawn.
+/// A film on a ball coloured by strain, with the display section.
 fn display(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Display, Section::Camera].into();
     session.run(19.0);
     state.display.colour = Some(SheetColour::Bending);
-    // The heater is beside the tools and not behind them.
+    // The heater appears beside the tools instead of behind them.
     state.camera.target.y += 0.012;
     state.camera.zoom(-1.0);
 }
 
-/// A sheet that is generated.
+/// Generation of a sheet.
 fn generate(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Sheet].into();
     session.run(1.2);
-    state.generate = Some(Draft::of(session, 0));
+    state.generate = Some(Draft::from_sheet(session, 0));
     // Beside the dialog.
     state.camera.target.y += 0.006;
 }
 
-/// A file that is chosen, and the live link.
+/// Choice of a file, and the live link.
 fn files(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Link, Section::Sheet].into();
     session.run(1.0);
@@ -229,7 +229,7 @@ fn files(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(-0.5);
 }
 
-/// A run that is about to be written.
+/// Setup of an export.
 fn export(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Bodies].into();
     session.run(0.6);
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_picture_of_the_docs_is_taken_and_every_picture_taken_is_in_the_docs() {
+    fn the_docs_use_every_written_picture_and_no_other() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let read = |file: &str| std::fs::read_to_string(root.join(file)).expect("the docs");
         let (editor, readme) = (read("docs/editor.md"), read("README.md"));

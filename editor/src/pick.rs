@@ -1,4 +1,4 @@
-//! What is under the mouse: the point of a sheet, the nearest mass, the body.
+//! Ray casting: the point of a sheet, the nearest node, the body or the heater under the mouse.
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
@@ -6,38 +6,38 @@ use sheetwork::rigid::Body;
 use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 
-/// A ray from the eye: where it begins (m) and its direction, of length 1.
+/// Ray from the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins, m.
+    /// Origin, m.
     pub from: DVec3,
-    /// Its direction.
+    /// Unit vector of its direction.
     pub to: DVec3,
 }
 
-/// A point of a sheet that was hit.
+/// Hit on a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetHit {
-    /// Which sheet.
+    /// Index of the sheet.
     pub sheet: usize,
-    /// The material point, each 0 to 1.
+    /// Material coordinates, each 0 to 1.
     pub uv: (f64, f64),
-    /// The corner that is nearest.
+    /// Nearest node of the triangle.
     pub mass: u32,
-    /// Where, m.
+    /// Position, m.
     pub place: DVec3,
-    /// How far from the eye, m.
+    /// Distance from the eye, m.
     pub distance: f64,
 }
 
 impl Ray {
-    /// A ray of single precision numbers.
+    /// Ray of single-precision vectors.
     pub fn new(from: Vec3, to: Vec3) -> Self {
         Self { from: from.as_dvec3(), to: to.as_dvec3().normalize_or(DVec3::NEG_Z) }
     }
 
-    /// Distance to a triangle and the weights of its second and third corner; both sides count (Möller and Trumbore, *Fast, minimum storage
-    /// ray/triangle intersection*, 1997).
+    /// Distance to a triangle and the weights of its second and third corner, from both sides
+    /// (Möller and Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997).
     fn triangle(&self, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
         let (ab, ac) = (b - a, c - a);
         let p = self.to.cross(ac);
@@ -62,7 +62,7 @@ impl Ray {
     }
 }
 
-/// Triangles of the layer of `sheet` that is drawn.
+/// Triangles of the displayed layer of `sheet`.
 fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
     let layer = if upper { sheet.layers.last() } else { sheet.layers.first() };
     match (&sheet.triangles, layer) {
@@ -72,20 +72,21 @@ fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
     }
 }
 
-/// Where the material point (u, v) of `sheet` is, m; `upper` for its upper layer. None where the sheet has nothing.
+/// Position of the material point (u, v) of `sheet`, m, in its upper or lower layer; `None` outside
+/// the sheet.
 pub fn place(sheet: &Sheet, (u, v): (f64, f64), upper: bool) -> Option<DVec3> {
     triangles(sheet, upper).into_iter().find_map(|corners| {
         let [a, b, c] = corners.map(|i| sheet.uv[i as usize]);
         let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
         let of = |p: (f64, f64), q: (f64, f64)| ((q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0)) / area;
         let weights = [of(b, c), of(c, a), of(a, b)];
-        // Room for what rounding leaves between two triangles.
+        // Tolerance for rounding between two triangles.
         let within = area != 0.0 && weights.iter().all(|w| *w >= -1e-6);
         within.then(|| (0..3).map(|k| weights[k] * sheet.x.get(corners[k] as usize)).sum())
     })
 }
 
-/// The nearest point of any sheet on the ray; `upper` for its upper layer.
+/// Nearest hit on any sheet, in the upper or lower layer.
 pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
     let mut best: Option<SheetHit> = None;
     for (index, sheet) in world.sheets().iter().enumerate() {
@@ -107,11 +108,11 @@ pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
     best
 }
 
-/// The nearest heater of `scene` on the ray: its number and how far it is, m.
+/// Nearest heater of `scene` on the ray: index and distance, m.
 pub fn heater(scene: &Scene, ray: Ray) -> Option<(usize, f64)> {
     let mut best: Option<(usize, f64)> = None;
     for (index, spec) in scene.heaters.iter().enumerate() {
-        // They were read when the world was built.
+        // The files were validated when the world was built.
         for heater in spec.resolve(&scene.base).unwrap_or_default() {
             let vertices = &heater.polyhedron.vertices;
             for corners in heater.polyhedron.triangulate() {
@@ -126,7 +127,7 @@ pub fn heater(scene: &Scene, ray: Ray) -> Option<(usize, f64)> {
     best
 }
 
-/// The nearest body on the ray that has an end: its number and how far it is, m.
+/// Nearest bounded body on the ray: index and distance, m.
 pub fn body(world: &World, ray: Ray) -> Option<(usize, f64)> {
     let rigid = world.rigid()?;
     let mut best: Option<(usize, f64)> = None;
@@ -148,12 +149,12 @@ pub fn body(world: &World, ray: Ray) -> Option<(usize, f64)> {
     best
 }
 
-/// The box around some points: lowest and highest corner; none without points.
+/// Bounding box of points: lowest and highest corner; `None` without points.
 pub fn box_of(points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
     points.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// The boxes around the bodies that have an end, where they are now, m: lowest and highest corners.
+/// Bounding boxes of the bounded bodies at their present poses, m: lowest and highest corners.
 pub fn body_boxes(world: &World) -> Vec<(DVec3, DVec3)> {
     let Some(rigid) = world.rigid() else { return Vec::new() };
     let of = |(index, body): (usize, &Body)| {

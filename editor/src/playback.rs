@@ -1,7 +1,8 @@
-//! A recording in the editor: its frames instead of a simulation, at any speed, to any moment: places, temperatures, holes.
+//! Recording in the editor: its frames in place of a simulation, at any speed and time, with
+//! positions, temperatures and open cells.
 //!
-//! Made by `sheetwork run --record`, `sheetwork record` or a run without a window. Between two frames things lie on the straight line
-//! from one to the other.
+//! Recordings are made by `sheetwork run --record`, `sheetwork record` or a run without a window.
+//! Between two frames, positions are interpolated linearly.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,32 +13,32 @@ use sheetwork::{InputError, World};
 
 use crate::scenes;
 
-/// A recording that is played.
+/// Playback of a recording.
 #[derive(Clone, Debug)]
 pub struct Playback {
-    /// Shared with whatever shows it apart.
+    /// Shared with exports of the recording.
     frames: Arc<[Frame]>,
-    /// From the start of the recording, s.
+    /// Time from the start of the recording, s.
     at: f64,
     shown: Frame,
 }
 
-/// Whether a file's name ends as a recording's does.
+/// Whether a file has the extension of a recording.
 pub fn is_recording(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("swr"))
 }
 
-/// The scene that the recording `file` is of, and its frames.
+/// Scene and frames of the recording `file`.
 ///
 /// # Errors
-/// When the file is no recording, or what its scene names is not found.
+/// When the file is not a recording, or a file of its scene is not found.
 pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
     let (header, frames) = read(file)?;
     let scene = scene_of(&header, file)?;
     let Some(first) = frames.first().cloned() else {
         return Err(InputError::new("", "is a recording without a frame").in_file(file));
     };
-    // Checked once, so that a frame can be shown without asking.
+    // Every frame is validated here, so that display cannot fail.
     let world = World::new(&scene)?;
     for (index, frame) in frames.iter().enumerate() {
         world.can_show(frame).map_err(|e| InputError::new(format!("frame {index}"), e.problem).in_file(file))?;
@@ -45,7 +46,8 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
     Ok((scene, Playback { shown: first, frames: frames.into(), at: 0.0 }))
 }
 
-/// The scene, with the files it names looked for beside the recording, where one is, and among the editor's own scenes.
+/// Scene of a recording. Its files are looked for beside the recording and among the shipped
+/// scenes.
 fn scene_of(header: &Header, file: &Path) -> Result<Scene, InputError> {
     let mut scene = Scene::parse(&header.source).map_err(|e| e.in_file(file))?;
     let beside = file.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -61,38 +63,39 @@ fn scene_of(header: &Header, file: &Path) -> Result<Scene, InputError> {
 }
 
 impl Playback {
-    /// How long it is, s.
+    /// Duration, s.
     pub fn duration(&self) -> f64 {
         let ends = (self.frames.first(), self.frames.last());
         if let (Some(first), Some(last)) = ends { (last.time - first.time).max(0.0) } else { 0.0 }
     }
 
-    /// Where it is, s from its start.
+    /// Present time from the start, s.
     pub fn at(&self) -> f64 {
         self.at
     }
 
-    /// Whether it is at its end.
+    /// Whether playback is at the end.
     pub fn is_over(&self) -> bool {
         self.at >= self.duration()
     }
 
-    /// Whether it has temperatures, or what those have made of the stiffness, that sheets can be coloured by.
+    /// Whether the recording has temperatures or remaining stiffnesses.
     pub fn has_heat(&self) -> bool {
         self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != RecordedTemperature::Unknown)
     }
 
-    /// Frames there are.
+    /// Number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
 
-    /// Goes to `at` s from its start, or to its nearer end, and shows that in `world`; a moment that is not a number is ignored.
+    /// Show the state at `at` s from the start, clamped to the duration, in `world`; a value that
+    /// is not a number is ignored.
     pub fn seek(&mut self, at: f64, world: &mut World) {
         if at.is_nan() {
             return;
@@ -100,7 +103,7 @@ impl Playback {
         self.at = at.clamp(0.0, self.duration());
         let start = self.frames.first().map_or(0.0, |f| f.time);
         let time = start + self.at;
-        // A recording that goes on through a reset runs backwards there: the first pass counts.
+        // Times decrease at a recorded reset: the first pass counts.
         let next = self.frames.iter().position(|f| f.time >= time).unwrap_or(self.frames.len().saturating_sub(1));
         let (Some(a), Some(b)) = (self.frames.get(next.saturating_sub(1)), self.frames.get(next)) else { return };
         let span = b.time - a.time;
@@ -117,13 +120,13 @@ impl Playback {
         self.shown.warmth.clear();
         let warmth = a.warmth.iter().enumerate().map(|(index, from)| from.towards(b.warmth_of(index), part));
         self.shown.warmth.extend(warmth);
-        // What opened between the two is seen when the second is there.
+        // Cells that open between the two frames appear with the second.
         self.shown.open.clone_from(if part < 1.0 { &a.open } else { &b.open });
-        // Every frame was found to be of this world when it was opened.
+        // Every frame was validated when the recording was opened.
         let _ = world.show(&self.shown);
     }
 
-    /// One frame further.
+    /// Advance by one frame.
     pub fn step(&mut self, world: &mut World) {
         let start = self.frames.first().map_or(0.0, |f| f.time);
         let next = self.frames.iter().map(|f| f.time - start).find(|t| *t > self.at + 1e-9);

@@ -1,46 +1,49 @@
-//! What is plotted: energies, step time, heights of probes, temperatures and delivered stiffness, moment by moment, and the same as CSV.
+//! Samples of a run for plots and CSV: energies, step time, heights of probes, temperatures and
+//! delivered stiffness.
 //!
-//! There is room for [`MOST`] moments. When it is full every second one goes, so that a long run is kept whole, coarser.
+//! At most [`MAX_SAMPLES`] samples are stored. When they are full, every second one is dropped, so
+//! that a long run is covered at a coarser interval.
 
 use std::fmt::Write as _;
 
 use sheetwork::World;
 use sheetwork::profiler::Phase;
 
-/// Most moments that are kept.
-pub const MOST: usize = 8192;
+/// Maximum number of samples.
+pub const MAX_SAMPLES: usize = 8192;
 
-/// A run at one moment.
+/// Sample of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
     /// Simulated time, s.
     pub time: f64,
-    /// Energy of motion, J.
+    /// Kinetic energy, J.
     pub kinetic: f64,
-    /// Energy in springs and elements, J.
+    /// Elastic energy, J.
     pub elastic: f64,
-    /// Energy of height, J, zero at the origin.
+    /// Potential energy, J, zero at the origin.
     pub gravity: f64,
     /// Wall-clock time of a step, s; 0 before the first.
     pub step_s: f64,
-    /// The same of each part of a step ([`Phase::ALL`]), s; none where that was not asked for.
+    /// Wall-clock time of each phase of a step ([`Phase::ALL`]), s; `None` while not measured.
     pub stages: Option<[f64; 5]>,
-    /// Height of each probe, or of the middle of each sheet without any, m.
+    /// Height of each probe, or of the centre of mass of each sheet without probes, m.
     pub heights: Vec<f64>,
-    /// Least part of the stiffness that was asked for that a sheet bends with; none where none aims at it.
+    /// Smallest ratio of delivered to requested stiffness; `None` where no sheet requests a
+    /// stiffness.
     pub delivered: Option<f64>,
-    /// Lowest, mean and highest temperature of all sheets, °C; none where nothing heats.
+    /// Lowest, mean and highest temperature of all sheets, °C; `None` without heat sources.
     pub celsius: Option<[f64; 3]>,
 }
 
 impl Sample {
-    /// The sum of the energies, J.
+    /// Sum of the energies, J.
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.gravity
     }
 
-    /// `world` as it is now.
-    pub fn of(world: &World, step_s: f64) -> Self {
+    /// Sample of the present state of `world`.
+    pub fn from_world(world: &World, step_s: f64) -> Self {
         let mut sample = Self { time: world.time(), step_s, heights: heights(world).collect(), ..Self::default() };
         let mut all = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0.0);
         for sheet in world.sheets() {
@@ -63,7 +66,7 @@ impl Sample {
     }
 }
 
-/// Heights of the probes of every sheet of `world` as it is now, or of its centre of mass where it has none, m.
+/// Heights of the probes of every sheet of `world`, or of its centre of mass where it has none, m.
 pub fn heights(world: &World) -> impl Iterator<Item = f64> {
     world.sheets().iter().flat_map(|sheet| {
         let middle = sheet.probes.is_empty().then(|| sheet.centre_of_mass().y);
@@ -71,7 +74,7 @@ pub fn heights(world: &World) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Names of what [`Sample::heights`] are of: "sheet probe".
+/// Names of [`Sample::heights`]: "sheet probe".
 pub fn height_names(world: &World) -> Vec<String> {
     let of = |sheet: &sheetwork::sheet::Sheet| {
         let probes = sheet.probes.iter().map(|p| format!("{} {}", sheet.name, p.name));
@@ -80,29 +83,29 @@ pub fn height_names(world: &World) -> Vec<String> {
     world.sheets().iter().flat_map(of).collect()
 }
 
-/// The samples of a run.
+/// Samples of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     all: Vec<Sample>,
-    /// One in so many is kept.
+    /// Sampling interval, in calls of `push`.
     every: u32,
     waiting: u32,
 }
 
 impl Samples {
-    /// Forgets everything.
+    /// Delete all samples.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Takes up the next moment.
+    /// Add a sample.
     pub fn push(&mut self, sample: Sample) {
         self.waiting += 1;
         if self.waiting < self.every {
             return;
         }
         self.waiting = 0;
-        if self.all.len() >= MOST {
+        if self.all.len() >= MAX_SAMPLES {
             let mut index = 0;
             self.all.retain(|_| {
                 index += 1;
@@ -113,18 +116,18 @@ impl Samples {
         self.all.push(sample);
     }
 
-    /// Forgets what came after `time` (s): it is being run anew.
-    pub fn forget_after(&mut self, time: f64) {
+    /// Delete samples after `time` (s), which will be simulated again.
+    pub fn discard_after(&mut self, time: f64) {
         let kept = self.all.partition_point(|s| s.time <= time + 1e-12);
         self.all.truncate(kept);
     }
 
-    /// All of them, oldest first.
+    /// All samples, oldest first.
     pub fn all(&self) -> &[Sample] {
         &self.all
     }
 
-    /// The first height at `time` (s), on the straight line between the samples around it, m; none outside of them.
+    /// First height at `time` (s), interpolated linearly, m; `None` outside the samples.
     pub fn height_at(&self, time: f64) -> Option<f64> {
         let after = self.all.partition_point(|s| s.time < time);
         let (b, a) = (self.all.get(after)?, self.all.get(after.saturating_sub(1))?);
@@ -133,7 +136,7 @@ impl Samples {
         (time >= a.time - 1e-12).then_some(from + (to - from) * part)
     }
 
-    /// A table with a line of names and units; `heights` are the names of the heights.
+    /// CSV table with a header of names and units; `heights` are the names of the heights.
     pub fn csv(&self, heights: &[String]) -> String {
         let mut text =
             String::from("time_s,kinetic_j,elastic_j,gravity_j,total_j,step_s,coldest_c,mean_c,hottest_c,delivered");
@@ -142,7 +145,7 @@ impl Samples {
             Phase::ALL.iter().for_each(|(_, name)| _ = write!(text, ",{name}_s"));
         }
         for name in heights {
-            // A name is the user's: what would end the field is doubled, as CSV has it.
+            // Quotation marks in a user's name are doubled, as CSV requires.
             let _ = write!(text, ",\"height_m {}\"", name.replace('"', "\"\""));
         }
         text.push('\n');
@@ -177,16 +180,16 @@ mod tests {
     }
 
     #[test]
-    fn a_long_run_is_kept_whole_in_bounded_room() {
+    fn a_long_run_is_covered_in_bounded_memory() {
         let mut samples = Samples::default();
-        for i in 0..10 * MOST {
+        for i in 0..10 * MAX_SAMPLES {
             samples.push(at(i as f64));
         }
-        assert!(samples.all().len() <= MOST && samples.all().len() > MOST / 4);
+        assert!(samples.all().len() <= MAX_SAMPLES && samples.all().len() > MAX_SAMPLES / 4);
         assert_eq!(samples.all()[0].time, 0.0);
-        assert!(samples.all().last().expect("some").time > 9.9 * MOST as f64);
+        assert!(samples.all().last().expect("some").time > 9.9 * MAX_SAMPLES as f64);
         assert!(samples.all().windows(2).all(|w| w[0].time < w[1].time));
-        samples.forget_after(100.0);
+        samples.discard_after(100.0);
         assert!(samples.all().iter().all(|s| s.time <= 100.0) && !samples.all().is_empty());
     }
 
@@ -196,7 +199,7 @@ mod tests {
         let scene = Scene { sheets: vec![spec], oven: Some(OvenSpec::default()), ..Scene::default() };
         let world = World::new(&scene).expect("valid");
         let mut samples = Samples::default();
-        samples.push(Sample::of(&world, 1e-4));
+        samples.push(Sample::from_world(&world, 1e-4));
         samples.push(at(1.0));
         let names = height_names(&world);
         assert_eq!(names.len(), samples.all()[0].heights.len());

@@ -1,13 +1,13 @@
-//! Scenes as menus have them; where they are is [`sheetwork::scene::library`].
+//! Scenes in menus; [`sheetwork::scene::library`] finds their folder.
 
 use std::path::Path;
 
 pub use sheetwork::scene::library::{find, folder, is_scene, list};
 
-/// Scene that a plain start opens.
+/// Scene opened by default.
 pub const FIRST_SCENE: &str = "wedge_stiff.ron";
 
-/// A scene file's name as menus show it: `two_walls.ron` becomes `two walls`.
+/// Name of a scene file in menus: `two_walls.ron` becomes `two walls`.
 pub fn title(file: &Path) -> String {
     file.file_stem().map(|s| s.to_string_lossy().replace('_', " ")).unwrap_or_default()
 }

@@ -1,6 +1,7 @@
-//! How long each part of a step takes: a watch on the world with a clock.
+//! Profiler of the phases of a step.
 //!
-//! Parts lie within one another; the time of the inner one is not the outer one's. Sheets that are stepped side by side add up over threads.
+//! Phases are nested; the time of an inner phase is not counted in the outer one. Times of sheets
+//! stepped in parallel add up over threads.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,11 +10,11 @@ use std::time::Instant;
 use sheetwork::profiler::{Phase, Watch};
 
 thread_local! {
-    /// What is under way on this thread, and since when its own time runs.
+    /// Open phases of this thread, each with the time at which its own time last started.
     static UNDER_WAY: RefCell<Vec<(Phase, Instant)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Time spent in each part, since it was last asked.
+/// Time spent in each phase since the last reading.
 #[derive(Debug, Default)]
 pub struct StageClock {
     nanoseconds: [AtomicU64; Phase::ALL.len()],
@@ -27,7 +28,7 @@ impl StageClock {
         }
     }
 
-    /// Time spent in each part since this was last called, s, in the order of [`Phase::ALL`].
+    /// Time spent in each phase since the last call, s, in the order of [`Phase::ALL`].
     pub fn take(&self) -> [f64; Phase::ALL.len()] {
         std::array::from_fn(|i| self.nanoseconds[i].swap(0, Ordering::Relaxed) as f64 * 1e-9)
     }
@@ -64,7 +65,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn what_lies_within_is_not_the_outer_s() {
+    fn the_time_of_an_inner_phase_is_not_counted_in_the_outer_one() {
         let clock = StageClock::default();
         let spend = |ms: u64| {
             let start = Instant::now();
@@ -81,7 +82,7 @@ mod tests {
         let second = spend(4);
         clock.end(Phase::Motion);
         let all = clock.take();
-        // At least what was spent there, and what is in the one is not in the other.
+        // Lower bounds: the clock includes its own overhead.
         assert!(all[0] >= first + second && all[2] >= inner, "{all:?}");
         assert_eq!((all[1], all[3], all[4]), (0.0, 0.0, 0.0));
         assert_eq!(clock.take(), [0.0; 5]);

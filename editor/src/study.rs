@@ -1,13 +1,15 @@
-//! A study after the thesis's evaluation: the same drops with several sheets, in random order and without their names, a questionnaire after
-//! each, answers as a table.
+//! Study after the thesis's evaluation: several sheets fall in random order and without names, a
+//! questionnaire follows each, and the answers are written as a table.
 //!
-//! The tests are shown one after the other in an order of chance, and in each its sheets in one: a subject compares sheets that fall on the
-//! same thing. The order follows from a seed. Answers are in the file after every sheet, so that nothing is lost. What is asked, and what becomes of the
-//! answers, is [`sheetwork_rigs::study`]'s.
+//! Tests are shown in random order, and within a test its sheets in random order, so that a subject
+//! compares sheets that fall on the same body. The seed determines the order. Answers are written
+//! after every sheet. [`sheetwork_rigs::study`] holds the questions and the evaluation.
 //!
-//! The sheets are those of the thesis: 11x2x11 masses of 0.04 g, 2.5 cm square, its room and gravity, springs of 405 (the second test, stiff, by rk4) and 205 mN/m
-//! (the third, by euler-richardson) as its table 3.1 has them, and 305 in the first, which it only calls medium. The shell is one layer of what
-//! two layers with such springs are: E t = 2 k and t = √3 h (h the distance of the layers) stretch and bend as they do.
+//! The sheets are those of the thesis: 11x2x11 nodes of 0.04 g, 2.5 cm square, its room and
+//! gravity, springs of 405 mN/m (the second test, stiff, by rk4) and 205 mN/m (the third, by
+//! euler-richardson) as in its table 3.1, and 305 mN/m in the first, which the thesis calls medium.
+//! The shell has the stiffness of two layers with such springs: E t = 2 k and t = √3 h, with h the
+//! distance of the layers, in membrane and bending.
 
 use std::path::{Path, PathBuf};
 
@@ -15,63 +17,63 @@ use sheetwork::InputError;
 use sheetwork::scene::Scene;
 use sheetwork_rigs::study::{Answers, LAST_QUESTIONS, Overall, QUESTIONS, Rating, SHEETS, TESTS};
 
-/// One thing that is shown.
+/// Trial of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Showing {
-    /// Which test.
+pub struct Trial {
+    /// Name of the test.
     pub test: &'static str,
-    /// Which sheet.
+    /// Name of the sheet.
     pub sheet: &'static str,
 }
 
-/// Where a session of a study stands.
+/// Stage of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// What it is about, and who takes part.
+    /// Introduction, and choice of the subject.
     Welcome,
     /// A sheet falls.
     Watching,
-    /// What the subject says to it.
+    /// Questions about the sheet.
     Asking,
-    /// What the subject says in the end.
+    /// Final questions.
     Last,
-    /// All is in the file.
+    /// All answers are in the file.
     Over,
 }
 
-/// A session of a study with one subject.
+/// Session of a study with one subject.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// Who takes part; a letter or number will do.
+    /// Identifier of the subject; a letter or number suffices.
     pub subject: String,
-    /// Where the answers go.
+    /// File of the answers.
     pub file: String,
-    /// What the order follows from.
+    /// Seed of the order.
     pub seed: u64,
     stage: Stage,
-    plan: Vec<Showing>,
+    plan: Vec<Trial>,
     at: usize,
-    /// Answers to what is asked now; the outer is none where nothing was chosen yet.
+    /// Answers to the present questions; the outer `None` is no choice, the inner one N/A.
     pub chosen: Vec<Option<Option<u8>>>,
     answers: Answers,
-    /// What was in the file before.
+    /// Earlier contents of the file.
     before: Answers,
 }
 
-/// What is shown, in the order of `seed`.
-pub fn plan(seed: u64) -> Vec<Showing> {
+/// Trials in the order of `seed`.
+pub fn plan(seed: u64) -> Vec<Trial> {
     let mut state = seed;
     let mut tests = TESTS;
     shuffle(&mut tests, &mut state);
     let of = |test: &'static str, state: &mut u64| {
         let mut sheets = SHEETS;
         shuffle(&mut sheets, state);
-        sheets.map(|sheet| Showing { test, sheet })
+        sheets.map(|sheet| Trial { test, sheet })
     };
     tests.into_iter().flat_map(|test| of(test, &mut state)).collect()
 }
 
-/// Fisher and Yates's shuffle, by numbers of SplitMix64 (Steele, Lea and Flood 2014): the same on every machine.
+/// Fisher-Yates shuffle with SplitMix64 (Steele, Lea and Flood 2014), equal on every machine.
 fn shuffle<T>(all: &mut [T], state: &mut u64) {
     for i in (1..all.len()).rev() {
         *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -89,21 +91,21 @@ const WEDGE: &str = r#"(name: "wedge", shape: Polyhedron((
         (-0.0165, -0.0281, -0.0175), (0.0135, -0.0281, -0.0175), (-0.0015, -0.0121, -0.0175)],
     faces: [[0, 1, 2], [5, 4, 3], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]])))"#;
 
-/// Distance of the layers, m, and mass of a node, kg.
+/// Distance of the layers, m, and node mass, kg.
 const GAP: f64 = 0.001;
 const NODE: f64 = 4e-5;
 
-/// The scene of a showing; its name says nothing of what it is.
+/// Scene of a trial; its name does not reveal the sheet.
 ///
 /// # Errors
-/// Never for what [`plan`] gives: every one is read in the tests.
-pub fn scene(showing: Showing, title: &str) -> Result<Scene, InputError> {
-    let (body, stiffness, engine, dt) = match showing.test {
+/// Never for trials of [`plan`]: the tests build each of them.
+pub fn scene(trial: Trial, title: &str) -> Result<Scene, InputError> {
+    let (body, stiffness, engine, dt) = match trial.test {
         "cube" => (CUBE, 0.305, "rk4", 0.005),
         "wedge1" => (WEDGE, 0.405, "rk4", 0.004),
         _ => (WEDGE, 0.205, "euler-richardson", 0.0025),
     };
-    let (sheet, engine, dt) = match showing.sheet {
+    let (sheet, engine, dt) = match trial.sheet {
         "shell" => {
             let thickness = 3.0_f64.sqrt() * GAP;
             let nodes = f64::from(11 * 11 + 10 * 10);
@@ -138,7 +140,7 @@ pub fn scene(showing: Showing, title: &str) -> Result<Scene, InputError> {
 }
 
 impl Study {
-    /// One that has not begun, in the order of `seed`.
+    /// Session before its start, in the order of `seed`.
     pub fn new(seed: u64) -> Self {
         Self {
             subject: String::new(),
@@ -153,41 +155,42 @@ impl Study {
         }
     }
 
-    /// The first sheet of the order of `seed` with its questions, for a picture; nothing is written.
-    pub fn of_picture(seed: u64) -> Self {
+    /// First trial of `seed` with its questions, for a picture; nothing is written.
+    pub fn for_picture(seed: u64) -> Self {
         let mut study = Self { stage: Stage::Watching, ..Self::new(seed) };
         study.ask();
         study
     }
 
-    /// Where it stands.
+    /// Present stage.
     pub fn stage(&self) -> Stage {
         self.stage
     }
 
-    /// What is shown, for those who may know.
-    pub fn showing(&self) -> Option<Showing> {
+    /// Present trial, for the record.
+    pub fn trial(&self) -> Option<Trial> {
         self.plan.get(self.at).copied()
     }
 
-    /// What number of how many is shown.
+    /// Number of the present trial, and number of trials.
     pub fn progress(&self) -> (usize, usize) {
         (self.at + 1, self.plan.len())
     }
 
-    /// The scene that is shown now.
+    /// Scene of the present trial.
     ///
     /// # Errors
-    /// When nothing is.
+    /// When there is none.
     pub fn scene(&self) -> Result<Scene, InputError> {
-        let showing = self.showing().ok_or_else(|| InputError::new("study", "is over"))?;
-        scene(showing, &format!("Sheet {} of {}", self.at + 1, self.plan.len()))
+        let trial = self.trial().ok_or_else(|| InputError::new("study", "is over"))?;
+        scene(trial, &format!("Sheet {} of {}", self.at + 1, self.plan.len()))
     }
 
-    /// Begins, with what is in the file already.
+    /// Start, with the earlier contents of the file.
     ///
     /// # Errors
-    /// When there is no subject, the file is no table of answers, or it has answers of this subject.
+    /// When there is no subject, the file is not a table of answers, or it has answers of this
+    /// subject.
     pub fn begin(&mut self) -> Result<(), InputError> {
         let subject = self.subject.trim().to_owned();
         if subject.is_empty() || subject.chars().any(char::is_control) {
@@ -209,34 +212,34 @@ impl Study {
         Ok(())
     }
 
-    /// Asks what the subject says to what was seen.
+    /// Go on to the questions about the sheet.
     pub fn ask(&mut self) {
         if self.stage == Stage::Watching {
             (self.stage, self.chosen) = (Stage::Asking, vec![None; QUESTIONS.len()]);
         }
     }
 
-    /// Whether everything that is asked was answered, if only by N/A.
+    /// Whether every question was answered, N/A included.
     pub fn is_answered(&self) -> bool {
         !self.chosen.is_empty() && self.chosen.iter().all(Option::is_some)
     }
 
-    /// Takes the answers and goes on. Whether another sheet is shown.
+    /// Store the answers and go on. Returns whether another sheet follows.
     ///
     /// # Errors
-    /// When something is not answered, or the file cannot be written; it stays where it is then.
+    /// When a question is unanswered or the file cannot be written; the stage is unchanged then.
     pub fn answer(&mut self) -> Result<bool, InputError> {
         if !self.is_answered() {
             return Err(InputError::new("answers", "are not all given: N/A is one, too"));
         }
         let given = |i: usize| self.chosen.get(i).copied().flatten().flatten();
         let kept = self.answers.clone();
-        match (self.stage, self.showing()) {
-            (Stage::Asking, Some(showing)) => self.answers.ratings.push(Rating {
+        match (self.stage, self.trial()) {
+            (Stage::Asking, Some(trial)) => self.answers.ratings.push(Rating {
                 subject: self.subject.clone(),
                 order: Some(self.at as u32 + 1),
-                test: showing.test.to_owned(),
-                sheet: showing.sheet.to_owned(),
+                test: trial.test.to_owned(),
+                sheet: trial.sheet.to_owned(),
                 answers: std::array::from_fn::<_, { QUESTIONS.len() }, _>(given),
             }),
             (Stage::Last, _) => self.answers.overall.push(Overall {
@@ -263,7 +266,8 @@ impl Study {
         Ok(false)
     }
 
-    /// Writes what was in the file and what was answered since, beside it first: a full disk leaves the old one.
+    /// Write earlier and new answers to a temporary file that replaces the old one, so that a full
+    /// disk keeps the old file.
     fn write(&self) -> Result<(), InputError> {
         let mut all = self.before.clone();
         all.join(self.answers.clone())?;
@@ -281,7 +285,7 @@ mod tests {
     use sheetwork::World;
 
     #[test]
-    fn an_order_has_everything_once_and_follows_from_its_seed() {
+    fn an_order_has_every_trial_once_and_follows_from_its_seed() {
         for seed in 0..20 {
             let all = plan(seed);
             assert_eq!(all.len(), 15);
@@ -297,14 +301,14 @@ mod tests {
     }
 
     #[test]
-    fn every_sheet_of_the_study_falls_and_holds() {
-        for showing in plan(1) {
-            let scene = scene(showing, "x").expect("valid");
+    fn every_sheet_of_the_study_falls_and_stays_stable() {
+        for trial in plan(1) {
+            let scene = scene(trial, "x").expect("valid");
             let mut world = World::new(&scene).expect("valid");
             let height = world.sheets()[0].centre_of_mass().y;
             world.advance(1.2);
             let now = world.sheets()[0].centre_of_mass().y;
-            assert!(world.unstable().is_none() && now < height - 0.008, "{showing:?}: {height} {now}");
+            assert!(world.unstable().is_none() && now < height - 0.008, "{trial:?}: {height} {now}");
         }
     }
 }

@@ -1,28 +1,28 @@
-//! Scenes to begin with.
+//! Templates of scenes.
 
 use sheetwork::scene::Scene;
 
-/// A scene to begin with.
+/// Template of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
     /// Name in the menu.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
     text: &'static str,
 }
 
-/// All of them, in the order of the menu.
+/// All templates, in the order of the menu.
 pub const TABLE: &[Template] = &[
     Template {
         name: "Empty room",
-        about: "A floor, and nothing on it: drop sheet, polyhedra and heater files on the window",
+        about: "A floor only: drop sheet, polyhedra and heater files on the window",
         text: r#"(name: "untitled", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
             room: (x: (-0.3, 0.3), y: (0.0, 0.4), z: (-0.3, 0.3), grid: 0.05, back_wall: false))"#,
     },
     Template {
         name: "Clamped strip",
-        about: "A strip of polystyrene that hangs from one edge: how stiff is it?",
+        about: "A strip of polystyrene, clamped at one edge",
         text: r#"(name: "clamped strip", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
             sheets: [(name: "strip", structure: "shell", grid: (21, 1, 5), size: (0.2, 0.04), material: "hips",
                 pins: [(region: Left, clamp: true)], probes: {"tip": (1, 0.5)})],
@@ -38,8 +38,8 @@ pub const TABLE: &[Template] = &[
             bodies: [(name: "box", shape: Box((0.08, 0.08, 0.08)), placement: (position: (0, 0.04, 0)))])"#,
     },
     Template {
-        name: "Ball on a held sheet",
-        about: "A ball falls on a sheet that is held all around",
+        name: "Ball on a fixed sheet",
+        about: "A ball falls on a sheet fixed along its border",
         text: r#"(name: "ball on a held sheet", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
             sheets: [(name: "sheet", structure: "shell", grid: (21, 1, 21), size: (0.2, 0.2), material: "rubber",
                 pins: [(region: Border)], probes: {"middle": (0.5, 0.5)})],
@@ -47,7 +47,7 @@ pub const TABLE: &[Template] = &[
     },
     Template {
         name: "Under a heater",
-        about: "A sheet of rigid PVC, held at two edges, sags under a heater at 350 °C",
+        about: "A sheet of rigid PVC, fixed at two edges, sags under a heater at 350 °C",
         text: r#"(name: "under a heater", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2), time_lapse: 10,
             sheets: [(name: "sheet", structure: "shell", grid: (17, 1, 13), size: (0.2, 0.15), material: "pvc", damping_ratio: 0.3,
                 pins: [(region: Left), (region: Right)], probes: {"middle": (0.5, 0.5)})],
@@ -70,9 +70,9 @@ pub const TABLE: &[Template] = &[
 ];
 
 impl Template {
-    /// The scene.
+    /// Scene of the template.
     pub fn scene(&self) -> Scene {
-        // Every one is read in the tests.
+        // The tests parse every template.
         Scene::parse(self.text).unwrap_or_default()
     }
 }

@@ -1,11 +1,13 @@
-//! How the view is shared among the worlds that are compared: one beside the other, two by two where that leaves more of each.
+//! Division of the view among compared worlds: side by side, or in a grid where that gives larger
+//! tiles.
 
 use bevy_egui::egui::{Rect, pos2, vec2};
 
-/// Width of what is left between them, points.
+/// Width of the gap between tiles, points.
 const GAP: f32 = 2.0;
 
-/// Parts of `rect` for `count` worlds, in rows from the upper left; the columns are as many as leave each the largest square.
+/// Tiles of `rect` for `count` worlds, in rows from the upper left; the number of columns gives the
+/// largest square in each tile.
 pub fn tiles(rect: Rect, count: usize) -> Vec<Rect> {
     let square = |columns: usize| {
         let rows = count.div_ceil(columns);

@@ -1,69 +1,69 @@
-//! Where a run has been: snapshots to go back to, and marks of what happened.
+//! Timeline of a run: snapshots for rollback, and events.
 //!
-//! Snapshots are taken as time goes on and kept in bounded memory: when there is no more room, every second one of the older half goes, so that
-//! the whole run can be gone back to, its beginning in coarser steps. What comes after the present moment stays until the run
-//! goes another way.
+//! Snapshots are stored in bounded memory: when it is full, every second one of the older half is
+//! dropped, so that the whole run stays accessible, its beginning at a coarser interval. Moments
+//! after the present one are kept until time advances again.
 
 use sheetwork::islands::event::Event;
 use sheetwork::sheet::Sheet;
 use sheetwork::{Snapshot, World};
 
-/// Memory for snapshots unless told otherwise, bytes.
-pub const ROOM: usize = 256 << 20;
+/// Default memory for snapshots, bytes.
+pub const DEFAULT_CAPACITY: usize = 256 << 20;
 
-/// A snapshot and when it was.
+/// Snapshot with its time.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// Simulated time, s.
     pub time: f64,
-    /// Steps taken until then.
+    /// Number of steps until then.
     pub steps: u64,
-    /// The world.
+    /// Snapshot of the world.
     pub snapshot: Snapshot,
-    /// How much had happened.
+    /// Number of events until then.
     events: usize,
 }
 
-/// A run that can be gone back in.
+/// History of a run for rollback.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     moments: Vec<Moment>,
     events: Vec<Event>,
-    /// How many of the world's own events have been taken up: a world that went back has forgotten some.
+    /// Number of the world's events already stored; it decreases with a rollback.
     seen: usize,
-    /// Bytes of a snapshot, about.
+    /// Approximate size of a snapshot, bytes.
     each: usize,
-    room: usize,
+    capacity: usize,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
-        Self::with_room(ROOM)
+        Self::with_capacity(DEFAULT_CAPACITY)
     }
 }
 
 impl Timeline {
-    /// One that takes about so many bytes at most.
-    pub fn with_room(room: usize) -> Self {
-        Self { moments: Vec::new(), events: Vec::new(), seen: 0, each: 1, room }
+    /// Timeline with this much memory for snapshots, bytes.
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self { moments: Vec::new(), events: Vec::new(), seen: 0, each: 1, capacity }
     }
 
-    /// Forgets everything: another run begins.
+    /// Delete everything, for a new run.
     pub fn clear(&mut self) {
         self.moments.clear();
         self.events.clear();
         self.seen = 0;
     }
 
-    /// Takes up the world as it is now; nothing where it is no further than the last moment.
-    pub fn take(&mut self, world: &World) {
-        self.learn(world.events());
+    /// Store a snapshot of the world, if it is later than the last moment.
+    pub fn record(&mut self, world: &World) {
+        self.store_events(world.events());
         if self.moments.last().is_some_and(|m| m.steps >= world.steps()) {
             return;
         }
         self.each = bytes_of(world).max(1);
-        if (self.moments.len() + 1) * self.each > self.room && self.moments.len() > 8 {
-            self.thin();
+        if (self.moments.len() + 1) * self.each > self.capacity && self.moments.len() > 8 {
+            self.drop_every_second();
         }
         self.moments.push(Moment {
             time: world.time(),
@@ -73,8 +73,8 @@ impl Timeline {
         });
     }
 
-    /// Takes up what `world` has become at the present moment, by other hands than time's.
-    pub fn renew(&mut self, world: &World) {
+    /// Replace the present moment after an edit of the state.
+    pub fn replace_present(&mut self, world: &World) {
         match self.moments.binary_search_by_key(&world.steps(), |m| m.steps) {
             Ok(at) => self.moments[at].snapshot = world.snapshot(),
             Err(at) => {
@@ -85,14 +85,14 @@ impl Timeline {
         }
     }
 
-    /// Takes up events that it does not know yet.
-    fn learn(&mut self, events: &[Event]) {
+    /// Store new events.
+    fn store_events(&mut self, events: &[Event]) {
         self.events.extend_from_slice(events.get(self.seen..).unwrap_or_default());
         self.seen = events.len();
     }
 
-    /// Every second moment of the older half goes; the first stays.
-    fn thin(&mut self) {
+    /// Drop every second moment of the older half, except the first.
+    fn drop_every_second(&mut self) {
         let half = self.moments.len() / 2;
         let mut index = 0;
         self.moments.retain(|_| {
@@ -101,24 +101,24 @@ impl Timeline {
         });
     }
 
-    /// Says that `world` has gone to one of the moments.
-    pub fn went(&mut self, world: &World) {
+    /// Follow a rollback of `world` to one of the moments.
+    pub fn follow_rollback(&mut self, world: &World) {
         self.seen = world.events().len();
     }
 
-    /// Forgets what came after the present of `world`: from here the run goes another way.
-    pub fn forget_after(&mut self, world: &World) {
+    /// Delete the moments after the present of `world`.
+    pub fn discard_after(&mut self, world: &World) {
         self.moments.retain(|m| m.steps <= world.steps());
         self.events.truncate(self.moments.last().map_or(0, |m| m.events));
     }
 
-    /// The last moment with at most so many steps taken.
+    /// Last moment with at most this number of steps.
     pub fn at_steps(&self, steps: u64) -> Option<&Moment> {
         let after = self.moments.partition_point(|m| m.steps <= steps);
         after.checked_sub(1).and_then(|i| self.moments.get(i))
     }
 
-    /// The moment nearest to a time, s.
+    /// Moment nearest to a time, s.
     pub fn nearest(&self, time: f64) -> Option<&Moment> {
         let after = self.moments.partition_point(|m| m.time <= time);
         let (a, b) = (after.checked_sub(1).and_then(|i| self.moments.get(i)), self.moments.get(after));
@@ -128,38 +128,38 @@ impl Timeline {
         }
     }
 
-    /// First and last time that can be gone to, s.
+    /// First and last time of the moments, s.
     pub fn span(&self) -> Option<(f64, f64)> {
         Some((self.moments.first()?.time, self.moments.last()?.time))
     }
 
-    /// How many moments there are.
+    /// Number of moments.
     pub fn len(&self) -> usize {
         self.moments.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no moments.
     pub fn is_empty(&self) -> bool {
         self.moments.is_empty()
     }
 
-    /// Memory of the snapshots, about, bytes.
+    /// Approximate memory of the snapshots, bytes.
     pub fn bytes(&self) -> usize {
         self.moments.len() * self.each
     }
 
-    /// What happened in the whole run, the part after the present moment included.
+    /// Events of the whole run, including those after the present moment.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
 }
 
-/// Memory of a snapshot of `world`, about: where masses are and how they move, and of what heat, creep and yield change, which is kept with
-/// its elements, a generous guess.
+/// Upper estimate of the size of a snapshot of `world`: node positions and velocities, and per
+/// element the state of heat, creep and plasticity.
 fn bytes_of(world: &World) -> usize {
     let of = |sheet: &Sheet| {
         let changes = sheet.heat().is_some() || world.scene().sheets.iter().any(|s| s.plastic || s.creep);
-        // Elements of a shell are large; those of a lattice are its springs.
+        // The state of a shell's element is larger than that of a spring.
         let elements = if sheet.springs().is_empty() { 1200 } else { 250 };
         let more = if changes { elements * sheet.masses() + 100 * sheet.springs().len() } else { 0 };
         64 * sheet.masses() + more
@@ -181,8 +181,8 @@ mod tests {
         let (mut world, mut timeline) = (world(), Timeline::default());
         assert!(timeline.nearest(0.0).is_none() && timeline.span().is_none() && timeline.is_empty());
         for _ in 0..5 {
-            timeline.take(&world);
-            timeline.take(&world);
+            timeline.record(&world);
+            timeline.record(&world);
             (0..10).for_each(|_| world.step());
         }
         assert_eq!(timeline.len(), 5, "one a moment");
@@ -195,20 +195,20 @@ mod tests {
         assert_eq!(timeline.at_steps(29).map(|m| m.steps), Some(20));
         let back = timeline.at_steps(20).expect("there").snapshot.clone();
         world.restore(&back).expect("its own");
-        timeline.forget_after(&world);
+        timeline.discard_after(&world);
         assert_eq!((timeline.len(), world.steps()), (3, 20));
     }
 
     #[test]
     fn memory_is_bounded_and_the_beginning_stays() {
         let mut world = world();
-        let room = 40 * bytes_of(&world);
-        let mut timeline = Timeline::with_room(room);
+        let capacity = 40 * bytes_of(&world);
+        let mut timeline = Timeline::with_capacity(capacity);
         for _ in 0..500 {
-            timeline.take(&world);
+            timeline.record(&world);
             world.step();
         }
-        assert!(timeline.bytes() <= room && timeline.len() > 15, "{} in {}", timeline.len(), timeline.bytes());
+        assert!(timeline.bytes() <= capacity && timeline.len() > 15, "{} in {}", timeline.len(), timeline.bytes());
         assert_eq!(timeline.span().map(|s| s.0), Some(0.0));
         assert_eq!(timeline.at_steps(499).map(|m| m.steps), Some(499), "the end is whole");
     }

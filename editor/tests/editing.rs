@@ -1,4 +1,4 @@
-//! Editing a scene without a window: undo, saving, going back in time, pulling, pinning, moving.
+//! Editing a scene without a window: undo, saving, rollback, grabbing, pinning, moving.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};
 use sheetwork_editor::samples::heights;
-use sheetwork_editor::session::{Item, MOST_BESIDE, Session, Variant};
+use sheetwork_editor::session::{Item, MAX_VARIANTS, Session, Variant};
 use sheetwork_editor::templates::TABLE;
 
 fn shipped() -> PathBuf {
@@ -17,7 +17,7 @@ fn wedge() -> Session {
     Session::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron")).expect("valid")
 }
 
-/// A clamped strip that hangs in air, by an implicit engine.
+/// A clamped strip that hangs in air, with an implicit integrator.
 fn strip() -> Session {
     let scene = Scene::parse(
         r#"(name: "strip", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
@@ -81,7 +81,7 @@ fn edits_of_the_scene_are_undone_with_the_world() {
 }
 
 #[test]
-fn a_double_click_brings_back_the_preset_or_what_the_scene_had() {
+fn a_double_click_restores_the_value_of_the_preset_or_the_scene() {
     let mut session = strip();
     assert!(session.set("sheets.strip.material.young", "5e9") && session.set("gravity", "(0, -3, 0)"));
     assert!(session.set_default("sheets.0.material.young") && session.set_default("gravity"));
@@ -92,7 +92,7 @@ fn a_double_click_brings_back_the_preset_or_what_the_scene_had() {
 }
 
 #[test]
-fn thickness_changes_the_mass_and_the_sheet_goes_on() {
+fn a_changed_thickness_changes_the_mass_and_the_run_continues() {
     let mut session = strip();
     session.run(0.2);
     let mass = session.world().sheets()[0].total_mass();
@@ -116,7 +116,7 @@ fn every_shipped_scene_is_saved_and_read_back_as_it_is() {
         let saved = saved.unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         let again = Scene::load(&folder.join(file.file_name().expect("a name"))).expect("what was written is valid");
         assert_eq!(again, saved, "{}", file.display());
-        // But for the names of files, which are seen from another folder, it is the same scene.
+        // The scenes are equal apart from file names, which are relative to another folder.
         let here = sheetwork_editor::document::files::moved(&scene, &folder);
         assert_eq!(Scene { file: None, ..again.clone() }, Scene { file: None, ..here }, "{}", file.display());
         if count % 8 == 0 {
@@ -167,13 +167,13 @@ fn sheets_polyhedra_heaters_and_materials_are_added_from_files() {
 }
 
 #[test]
-fn what_a_file_has_below_the_floor_is_put_on_it_beside_the_sheets() {
+fn the_contents_of_a_file_are_placed_on_the_floor_beside_the_sheets() {
     let assets = shipped().join("..");
     let template = TABLE.iter().find(|t| t.name == "Sheet on a box").expect("there is one");
     let mut session = Session::new(&template.scene()).expect("valid");
     assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
     let state = session.world().body_state("cube").expect("added");
-    // Its file has its floor at -28.1 mm.
+    // The floor of its file is at -28.1 mm.
     assert!((state.centre().y - 0.0281).abs() < 1e-9, "{}", state.centre());
     assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
     let lowest = |i: usize| session.world().sheets()[i].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
@@ -181,7 +181,7 @@ fn what_a_file_has_below_the_floor_is_put_on_it_beside_the_sheets() {
 }
 
 #[test]
-fn stop_goes_back_to_where_it_was_played_from() {
+fn stop_restores_the_state_before_playing() {
     let mut session = wedge();
     session.run(0.1);
     let (time, x) = (session.world().time(), session.world().sheets()[0].x.clone());
@@ -199,7 +199,7 @@ fn stop_goes_back_to_where_it_was_played_from() {
 }
 
 #[test]
-fn a_step_back_undoes_a_step_and_the_timeline_goes_anywhere() {
+fn a_step_back_undoes_a_step_and_the_timeline_restores_any_moment() {
     let mut session = wedge();
     let mut places = vec![session.world().sheets()[0].x.clone()];
     for _ in 0..30 {
@@ -237,16 +237,16 @@ fn events_stay_on_the_timeline_when_it_is_gone_back_in() {
 }
 
 #[test]
-fn moments_are_kept_under_numbers() {
+fn numbered_snapshots_are_stored_and_restored() {
     let mut session = wedge();
     session.run(0.1);
-    session.keep(3);
-    session.keep(77);
+    session.store_snapshot(3);
+    session.store_snapshot(77);
     session.run(0.1);
-    assert!(!session.recall(2) && session.recall(3));
+    assert!(!session.restore_snapshot(2) && session.restore_snapshot(3));
     assert!((session.world().time() - 0.1).abs() < 1e-9);
-    assert_eq!(session.kept().iter().flatten().count(), 1);
-    assert!(session.reset() && session.kept().iter().flatten().count() == 0);
+    assert_eq!(session.snapshot_times().iter().flatten().count(), 1);
+    assert!(session.reset() && session.snapshot_times().iter().flatten().count() == 0);
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn a_loop_begins_again_after_the_scenes_duration() {
 }
 
 #[test]
-fn a_hand_pulls_with_the_force_of_its_spring() {
+fn a_grab_pulls_with_the_force_of_its_spring() {
     for mut session in [strip(), wedge()] {
         session.run(0.1);
         assert!(session.grab(0, (1.0, 0.5)));
@@ -289,7 +289,7 @@ fn a_hand_pulls_with_the_force_of_its_spring() {
 }
 
 #[test]
-fn a_mass_is_pinned_where_it_is_and_let_go() {
+fn a_node_is_pinned_at_its_position_and_unpinned() {
     let mut session = strip();
     session.run(0.5);
     let tip = session.world().sheets()[0].masses() as u32 - 1;
@@ -309,7 +309,7 @@ fn a_mass_is_pinned_where_it_is_and_let_go() {
     assert!(place(&session).distance(start) < 1e-9);
     session.run(0.2);
     assert!(place(&session).distance(start) < 1e-9, "from a reset on it is held where it starts");
-    // One of an edge: the others stay.
+    // One node of an edge: the others stay pinned.
     let edge = session.world().sheets()[0].layers[0].at(0, 1);
     assert!(session.toggle_pin(0, edge));
     assert!(!session.world().sheets()[0].is_held(edge as usize));
@@ -323,10 +323,10 @@ fn bodies_and_heaters_are_carried_and_put_down() {
     let time = session.world().time();
     let from = session.body_pose(0).expect("a block").0;
     for i in 1..=5 {
-        session.carry(Item::Body(0), DVec3::new(0.0, 0.01 * f64::from(i), 0.0));
+        session.move_item(Item::Body(0), DVec3::new(0.0, 0.01 * f64::from(i), 0.0));
     }
     assert!((session.body_pose(0).expect("a block").0 - from).distance(DVec3::new(0.0, 0.05, 0.0)) < 1e-9);
-    assert!(session.put_down() && !session.put_down());
+    assert!(session.release_item() && !session.release_item());
     assert!((session.world().rigid().expect("own").pose(0).expect("a block").0.y - from.y - 0.05).abs() < 1e-6);
     assert_eq!(session.world().time(), time, "the sheet goes on");
     assert!(session.undo());
@@ -335,8 +335,8 @@ fn bodies_and_heaters_are_carried_and_put_down() {
     let hot = vec![HotFaceSpec { face: 2, temperature: 300.0, emissivity: 1.0 }];
     let heater = HeaterSpec { size: Some(DVec3::splat(0.05)), hot, ..HeaterSpec::default() };
     assert!(session.edit("heater", "heater", |s| s.heaters.push(heater)));
-    session.carry(Item::Heater(0), DVec3::new(0.0, 0.1, 0.0));
-    assert!(session.put_down());
+    session.move_item(Item::Heater(0), DVec3::new(0.0, 0.1, 0.0));
+    assert!(session.release_item());
     assert_eq!(session.scene().heaters[0].placement.position.y, 0.1);
     assert!(session.set("heaters.0.temperature", "500"));
     assert_eq!(session.scene().heaters[0].hot[0].temperature, 500.0);
@@ -345,9 +345,9 @@ fn bodies_and_heaters_are_carried_and_put_down() {
     assert!(session.reset());
     assert_eq!(session.items().len(), 3, "the sheet, too, while it lies where it was placed");
     let (sheet, handle) = (Item::Sheet(0), session.handle_of(Item::Sheet(0)).expect("at its start"));
-    session.carry(sheet, DVec3::new(0.0, 0.02, 0.0));
+    session.move_item(sheet, DVec3::new(0.0, 0.02, 0.0));
     assert!(session.handle_of(sheet).expect("on its way").distance(handle + DVec3::new(0.0, 0.02, 0.0)) < 1e-12);
-    assert!(session.put_down() && session.world().sheets()[0].x.bounds().expect("masses").0.y > handle.y + 0.01);
+    assert!(session.release_item() && session.world().sheets()[0].x.bounds().expect("masses").0.y > handle.y + 0.01);
     assert!(session.undo() && session.handle_of(sheet) == Some(handle));
     session.step();
     assert!(session.items().len() == 2 && session.handle_of(sheet).is_none());
@@ -355,16 +355,16 @@ fn bodies_and_heaters_are_carried_and_put_down() {
 
 #[test]
 fn a_body_that_moves_freely_is_put_elsewhere_in_the_run() {
-    let template = TABLE.iter().find(|t| t.name == "Ball on a held sheet").expect("there is one");
+    let template = TABLE.iter().find(|t| t.name == "Ball on a fixed sheet").expect("there is one");
     let mut session = Session::new(&template.scene()).expect("valid");
     let ball = |session: &Session| session.world().body_state("ball").expect("there").centre();
     let start = ball(&session);
     session.run(1.5);
     let rests = ball(&session);
-    assert!(rests.y < start.y - 0.02 && session.is_on_its_way(0));
-    session.carry(Item::Body(0), DVec3::new(0.01, 0.05, 0.0));
+    assert!(rests.y < start.y - 0.02 && session.has_left_start(0));
+    session.move_item(Item::Body(0), DVec3::new(0.01, 0.05, 0.0));
     assert!(session.body_pose(0).expect("shown").0.distance(rests + DVec3::new(0.01, 0.05, 0.0)) < 1e-9);
-    assert!(session.put_down());
+    assert!(session.release_item());
     let (put, time) = (ball(&session), session.world().time());
     assert!(put.distance(rests + DVec3::new(0.01, 0.05, 0.0)) < 1e-9, "where it was let go");
     assert_eq!(session.scene().bodies[0].placement.position, start, "its start stays");
@@ -374,13 +374,13 @@ fn a_body_that_moves_freely_is_put_elsewhere_in_the_run() {
     assert!(session.undo() && ball(&session).distance(rests) < 1e-9 && session.world().time() <= time);
     assert!(session.redo() && ball(&session).y > rests.y + 0.03);
     assert!(session.reset() && ball(&session) == start);
-    // At the start it is its start that is moved.
-    session.carry(Item::Body(0), DVec3::new(0.0, 0.01, 0.0));
-    assert!(session.put_down() && session.scene().bodies[0].placement.position.y > start.y);
+    // Before the first step the initial position is moved.
+    session.move_item(Item::Body(0), DVec3::new(0.0, 0.01, 0.0));
+    assert!(session.release_item() && session.scene().bodies[0].placement.position.y > start.y);
 }
 
 #[test]
-fn what_was_told_of_a_run_goes_with_it_and_what_failed_stays() {
+fn messages_of_a_run_end_with_it_and_errors_stay() {
     let mut session = wedge();
     assert!(!session.set("dt", "-1"));
     session.note("written: picture.png");
@@ -418,7 +418,7 @@ fn an_oven_is_switched_on_while_it_runs_and_undone() {
 }
 
 #[test]
-fn a_pin_of_an_edge_begins_anew_and_is_undone() {
+fn pinning_an_edge_restarts_the_run_and_can_be_undone() {
     let mut session = strip();
     session.run(0.1);
     assert!(session.edit("pin", "pin", |s| s.sheets[0].pins.push(PinSpec::held(Region::Right))));
@@ -437,8 +437,8 @@ fn a_recording_is_not_edited() {
     recorder.finish().expect("written");
     let mut played = Session::open(&file).expect("a recording");
     assert!(!played.edit("dt", "dt", |s| s.dt = 0.5) && !played.toggle_pin(0, 0) && !played.grab(0, (0.5, 0.5)));
-    played.carry(Item::Body(0), DVec3::ONE);
-    assert!(!played.put_down() && played.messages().len() >= 2);
+    played.move_item(Item::Body(0), DVec3::ONE);
+    assert!(!played.release_item() && played.messages().len() >= 2);
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
@@ -497,22 +497,22 @@ fn a_variant_that_differs_in_nothing_is_the_same_to_the_bit_however_long_the_fra
     let twin = session.shown(1).expect("made");
     assert!(session.world().steps() > 40 && session.world().steps() == twin.world().steps());
     assert_eq!(bits(&session), bits(twin));
-    // As a run at once comes to it.
+    // The result of a run at once.
     let mut alone = strip();
     alone.run(session.world().time());
     assert_eq!(bits(&alone), bits(twin));
 }
 
 #[test]
-fn a_variant_that_cannot_be_made_says_why_and_there_are_no_more_than_four() {
+fn an_invalid_variant_reports_the_reason_and_at_most_four_worlds_are_shown() {
     let mut session = strip();
     session.compare_with(vec![variant("sheets.0.structure", "cheese"), variant("engine", "rk4")]);
-    let found: Vec<bool> = session.beside().map(|b| b.1.is_ok()).collect();
+    let found: Vec<bool> = session.variants().map(|b| b.1.is_ok()).collect();
     assert_eq!(found, [false, true]);
-    assert!(session.beside().next().is_some_and(|b| b.1.is_err_and(|e| e.contains("shell"))));
+    assert!(session.variants().next().is_some_and(|b| b.1.is_err_and(|e| e.contains("shell"))));
     assert!(session.shown(1).is_some_and(|s| s.world().engine().name() == "rk4") && session.shown(2).is_none());
     session.compare_with(vec![variant("dt", "0.01"); 9]);
-    assert_eq!(session.beside().count(), MOST_BESIDE);
+    assert_eq!(session.variants().count(), MAX_VARIANTS);
     session.run(0.05);
     let steps = session.world().steps();
     assert!(steps > 0);

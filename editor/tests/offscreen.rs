@@ -1,4 +1,4 @@
-//! A small picture by the graphics driver, where there is one.
+//! Small picture by the graphics driver, where there is one.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! The panels, driven as a user would: what is chosen, dragged or typed reaches the world, and what is refused is told.
+//! The panels in use: chosen, dragged and typed values reach the world, and rejections are
+//! reported.
 
 use std::path::Path;
 
@@ -27,7 +28,7 @@ fn whole() -> Harness<'static, Both> {
     harness(session(), |ui, (session, state)| panels::show(ui, session, state))
 }
 
-/// Types `text` into the number labelled `label`, or beside the slider labelled so.
+/// Type `text` into the number with this label, or beside the slider with it.
 fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
     match harness.query_by_role_and_label(Role::SpinButton, label) {
         Some(number) => number.click(),
@@ -67,7 +68,7 @@ fn the_bar_plays_pauses_steps_and_resets() {
 }
 
 #[test]
-fn a_scene_is_opened_from_the_menu_and_a_bad_file_is_told() {
+fn a_scene_is_opened_from_the_menu_and_an_invalid_file_is_reported() {
     let mut harness = whole();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron");
     let generation = harness.state().0.generation();
@@ -103,12 +104,12 @@ fn a_dropped_file_is_opened() {
 #[test]
 fn the_display_panel_chooses_what_is_drawn() {
     let mut harness = harness(session(), |ui, (session, state)| panels::display(ui, session, state));
-    for label in ["Springs", "Masses", "Bottom layer", "Flat", "Room"] {
+    for label in ["Springs", "Nodes", "Bottom layer", "Flat", "Room"] {
         harness.get_by_label(label).click();
         harness.run_steps(2);
     }
     let display = harness.state().1.display;
-    assert!(display.surface && display.springs && display.masses && !display.smooth && !display.room);
+    assert!(display.surface && display.springs && display.nodes && !display.smooth && !display.room);
     assert_eq!(display.layer, Layer::Bottom);
     harness.state_mut().1.camera.zoom(5.0);
     harness.get_by_label("Look at the scene").click();
@@ -120,7 +121,7 @@ fn the_display_panel_chooses_what_is_drawn() {
 #[test]
 fn the_engine_panel_reaches_the_world() {
     let mut harness = harness(session(), |ui, (session, _)| panels::engine(ui, session));
-    harness.get_by_role_and_label(Role::ComboBox, "Engine").click();
+    harness.get_by_role_and_label(Role::ComboBox, "Integrator").click();
     harness.run_steps(3);
     harness.get_by_label("rk45").click();
     harness.run_steps(3);
@@ -136,7 +137,7 @@ fn the_engine_panel_reaches_the_world() {
     assert_eq!(harness.state().0.world().gravity().y, -1.62);
     type_number(&mut harness, "Air", "1.3");
     assert_eq!(harness.state().0.world().air().density, 1.3);
-    type_number(&mut harness, "Air factor", "0.9");
+    type_number(&mut harness, "Linear damping", "0.9");
     assert_eq!(harness.state().0.world().air().factor, 0.9);
     assert!(harness.state().0.messages().is_empty());
 }
@@ -163,7 +164,7 @@ fn the_sheet_and_material_panels_reach_the_sheet() {
     assert!(harness.query_by_label("Bend limit").is_none(), "a trimm has no flexion");
 }
 
-/// A real sheet, clamped at one edge, in a room's air.
+/// A sheet of a real material, clamped at one edge, in air.
 fn real_sheet() -> Session {
     let spec = SheetSpec {
         structure: "shell".parse().expect("known"),
@@ -179,7 +180,7 @@ fn real_sheet() -> Session {
 }
 
 #[test]
-fn a_real_sheet_has_its_own_damping_and_drag() {
+fn damping_and_drag_of_a_sheet_are_set_by_its_panel() {
     let mut harness = harness(real_sheet(), |ui, (session, state)| {
         panels::sheet(ui, session, state);
         panels::material(ui, session, state);
@@ -208,19 +209,19 @@ fn another_material_is_chosen_from_the_list() {
 }
 
 #[test]
-fn the_numbers_say_what_is_delivered_of_the_stiffness() {
+fn the_numbers_show_the_delivered_stiffness() {
     let mut session = real_sheet();
     session.run(1.0);
     let world = session.world();
     let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
     assert!((1.5e9..2.0e9).contains(&told.bends_as_pa), "{told:?}");
     let harness = harness(session, |ui, (session, _)| panels::numbers(ui, session));
-    let wanted = format!("asked 2.00 GPa, bends as {:.2} GPa", told.bends_as_pa / 1e9);
+    let wanted = format!("delivers {:.2} GPa of 2.00 GPa", told.bends_as_pa / 1e9);
     assert!(harness.query_by_label_contains(&wanted).is_some(), "{wanted}");
 }
 
 #[test]
-fn a_structure_with_flexion_has_its_bend_limited() {
+fn the_bend_limit_acts_on_structures_with_flexion_springs() {
     let spec = SheetSpec { structure: "provot2d".parse().expect("known"), grid: (7, 1, 7), ..SheetSpec::default() };
     let second = SheetSpec { name: "second".into(), ..spec.clone() };
     let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::default() }).expect("valid");
@@ -241,7 +242,7 @@ fn a_structure_with_flexion_has_its_bend_limited() {
 }
 
 #[test]
-fn a_refused_value_is_told_with_its_range_and_the_old_one_stays() {
+fn a_rejected_value_is_reported_with_its_range_and_changes_nothing() {
     let mut harness = harness(session(), |ui, (session, state)| {
         panels::engine(ui, session);
         panels::sheet(ui, session, state);
@@ -296,7 +297,7 @@ fn keys_do_what_the_help_says() {
 }
 
 #[test]
-fn typing_in_a_field_is_not_taken_for_keys() {
+fn typing_in_a_field_triggers_no_shortcuts() {
     let mut harness = whole();
     harness.get_by_label("File").click();
     harness.run_steps(3);

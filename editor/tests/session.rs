@@ -1,4 +1,4 @@
-//! The session's clock: playing, pausing, stepping, resetting, speed, and what is shown between two steps.
+//! The session's clock: play, pause, step, reset, speed, and interpolation between two steps.
 
 use std::path::{Path, PathBuf};
 
@@ -13,14 +13,14 @@ fn session() -> Session {
     Session::open(&file()).expect("the test's scene is valid")
 }
 
-/// Height of a mass as it is shown.
+/// Displayed height of a node.
 fn shown(session: &Session) -> f64 {
     let (before, after) = (session.before()[0].get(0), session.world().sheets()[0].x.get(0));
     before.lerp(after, session.alpha()).y
 }
 
 #[test]
-fn a_paused_session_stands_still_and_a_playing_one_takes_whole_steps() {
+fn a_paused_session_does_not_step_and_a_playing_one_takes_whole_steps() {
     let mut session = session();
     session.frame(0.1);
     assert_eq!(session.world().steps(), 0);
@@ -38,10 +38,10 @@ fn a_paused_session_stands_still_and_a_playing_one_takes_whole_steps() {
 }
 
 #[test]
-fn what_is_shown_moves_evenly_whatever_the_frames_are() {
+fn displayed_motion_is_even_at_any_frame_rate() {
     let mut session = session();
     session.play();
-    // In free fall, so that the height must fall all the time, by 1/2 g t² but for a step and the air.
+    // In free fall the height decreases monotonically, by 1/2 g t² up to a step and the drag.
     let mut last = shown(&session);
     let start = last;
     let mut time = 0.0;
@@ -73,7 +73,7 @@ fn a_single_step_pauses_and_shows_its_result() {
 }
 
 #[test]
-fn speed_scales_time_and_walks_through_its_steps() {
+fn speed_scales_time_and_changes_in_steps() {
     let mut session = session();
     session.play();
     session.set_speed(4.0);
@@ -93,7 +93,7 @@ fn speed_scales_time_and_walks_through_its_steps() {
 }
 
 #[test]
-fn a_reset_keeps_what_was_changed_and_a_reload_does_not() {
+fn a_reset_keeps_changes_and_a_reload_does_not() {
     let mut session = session();
     assert!(session.set("sheets.0.material.young", "500"));
     assert!(session.set("gravity", "(0, -2, 0)"));
@@ -112,7 +112,7 @@ fn a_reset_keeps_what_was_changed_and_a_reload_does_not() {
 }
 
 #[test]
-fn a_refused_change_or_file_is_told_once_and_changes_nothing() {
+fn a_rejected_change_or_file_is_reported_once_and_changes_nothing() {
     let mut session = session();
     for _ in 0..3 {
         assert!(!session.set("dt", "-1"));
@@ -146,7 +146,7 @@ fn a_scene_too_slow_for_real_time_loses_time_and_not_the_frame() {
 }
 
 #[test]
-fn going_unstable_is_told() {
+fn instability_is_reported() {
     let mut session = session();
     assert!(session.set("engine", "euler"));
     assert!(session.set("sheets.0.material.young", "1e9"));
@@ -173,14 +173,14 @@ fn the_largest_step_follows_engine_and_stiffness() {
 }
 
 #[test]
-fn an_implicit_engine_has_no_largest_step() {
+fn an_implicit_integrator_has_no_stability_limit() {
     let mut session = session();
     assert!(session.set("engine", "tr-bdf2"));
     assert_eq!(session.largest_step(), None);
 }
 
 #[test]
-fn choosing_a_material_forgets_what_was_changed_of_the_old_one() {
+fn choosing_a_material_discards_changes_of_the_old_one() {
     let mut session = session();
     assert!(session.set("sheets.0.material.young", "500") && session.set("gravity", "(0, -2, 0)"));
     session.run(0.1);
@@ -203,7 +203,7 @@ fn an_empty_scene_plays() {
 }
 
 #[test]
-fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
+fn the_live_link_publishes_the_session_and_its_parameters_survive_a_reset() {
     use sheetwork_link::Client;
     use sheetwork_link::Command;
     use sheetwork_link::place::LinkPlace;
@@ -213,7 +213,7 @@ fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
     assert_eq!(session.link().status(), "off");
     session.open_link(&place);
     session.exchange();
-    assert!(session.link().is_on() && session.link().status().contains("nobody"));
+    assert!(session.link().is_on() && session.link().status().contains("no process"));
     std::thread::scope(|scope| {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");
@@ -320,7 +320,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.06);
     let scale = SheetColour::Temperature.scale(simulated.world());
     assert!(scale.is_some() && state.display.scale(played.world()) == scale, "the legend of the simulation");
-    // Half way between two frames it is as warm as half way.
+    // Half way between two frames the temperature is the mean.
     let warmth = |session: &Session| session.world().sheets()[0].temperatures().expect("shown")[20];
     played.seek(0.10);
     let before = warmth(&played);
@@ -331,7 +331,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     played.seek(0.0);
     assert_eq!(played.world().sheets()[0].open_count(), 0, "whole again");
 
-    // A bit that has turned is told of, and the old recording stays.
+    // A flipped bit is reported, and the old recording stays.
     let mut bytes = std::fs::read(&recorded).expect("readable");
     let middle = bytes.len() - 1000;
     bytes[middle] ^= 1;
@@ -342,7 +342,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
 }
 
 #[test]
-fn what_is_set_from_outside_may_have_units_and_is_undone() {
+fn values_from_outside_may_have_units_and_can_be_undone() {
     let mut session = session();
     let young = |s: &Session| s.world().sheets()[0].material().young;
     let before = young(&session);

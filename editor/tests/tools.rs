@@ -1,4 +1,4 @@
-//! The editor driven as a user would: undo by keys, the tools of the view, timeline, plots, generating a sheet.
+//! The editor in use: undo by keys, tools of the view, timeline, plots, generation of a sheet.
 
 use std::path::{Path, PathBuf};
 
@@ -37,14 +37,14 @@ fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
 }
 
 #[test]
-fn letters_of_what_is_typed_and_ended_in_one_frame_are_no_shortcuts() {
+fn typed_letters_within_one_frame_are_not_shortcuts() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Engine].into();
     harness.run_steps(3);
     harness.get_by_role_and_label(Role::SpinButton, "Step").click();
     harness.run_steps(2);
     assert!(harness.ctx.text_edit_focused());
-    // As a slow frame has them: keys, their text, and the end of it together.
+    // As in a slow frame: keys, their text and the end of the edit together.
     for key in [Key::P, Key::Space, Key::C] {
         harness.event(Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE });
     }
@@ -72,7 +72,7 @@ fn click(harness: &mut Harness<'_, Both>, at: Pos2) {
     harness.run_steps(2);
 }
 
-/// Presses at a place and moves in parts, without letting go.
+/// Press at a position and move in parts, without release.
 fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     harness.event(Event::PointerMoved(from));
     harness.run_steps(1);
@@ -83,7 +83,7 @@ fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     }
 }
 
-/// Where a point of the scene is in the window.
+/// Position of a point of the scene in the window.
 fn seen(harness: &Harness<'_, Both>, point: glam::DVec3) -> Pos2 {
     let state = &harness.state().1;
     let size = glam::Vec2::new(state.viewport.width(), state.viewport.height());
@@ -125,20 +125,20 @@ fn a_double_click_on_a_number_resets_it() {
     let at = harness.get_by_role_and_label(Role::SpinButton, "Step").rect().center();
     harness.event(Event::PointerMoved(at));
     harness.run_steps(1);
-    // All within one frame: the clock of a test runs by a quarter of a second a frame.
+    // All within one frame: a frame of the test clock lasts a quarter of a second.
     for pressed in [true, false, true, false] {
         let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
         harness.input_mut().events.push(Event::PointerButton { pos: at, button, pressed, modifiers });
     }
     harness.run_steps(4);
     assert_eq!(harness.state().0.world().dt(), 0.002);
-    // And it stays so when the field is left.
+    // It stays so when the field loses the focus.
     click(&mut harness, Pos2::new(600.0, 400.0));
     assert_eq!(harness.state().0.world().dt(), 0.002);
 }
 
 #[test]
-fn a_slider_that_is_dragged_is_one_step_of_undo() {
+fn a_dragged_slider_is_one_undo_step() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
@@ -217,7 +217,7 @@ fn the_grab_tool_pulls_at_the_sheet_and_elsewhere_turns_the_view() {
 }
 
 #[test]
-fn the_pin_tool_holds_a_mass_and_lets_it_go() {
+fn the_pin_tool_pins_and_unpins_a_node() {
     let mut harness = whole();
     harness.key_press(Key::P);
     harness.run_steps(2);
@@ -234,7 +234,7 @@ fn the_pin_tool_holds_a_mass_and_lets_it_go() {
 }
 
 #[test]
-fn the_move_tool_takes_a_body_along_an_axis() {
+fn the_move_tool_moves_a_body_along_an_axis() {
     let mut harness = whole();
     harness.key_press(Key::W);
     harness.run_steps(2);
@@ -247,12 +247,12 @@ fn the_move_tool_takes_a_body_along_an_axis() {
     let along = gizmo.ends[0] - gizmo.middle;
     let at = |part: f32| middle + Vec2::new(along.x, along.y) * part;
     drag(&mut harness, at(0.8), at(2.0));
-    let (carried, by) = harness.state().0.carried().expect("on its way");
-    assert!(carried == Item::Body(0) && by.x > 0.0 && by.y == 0.0 && by.z == 0.0, "{by}");
+    let (moved_item, by) = harness.state().0.moved_item().expect("on its way");
+    assert!(moved_item == Item::Body(0) && by.x > 0.0 && by.y == 0.0 && by.z == 0.0, "{by}");
     button(&mut harness, at(2.0), false);
     harness.run_steps(2);
     let (session, _) = harness.state();
-    assert!((session.scene().bodies[0].placement.position.x - by.x).abs() < 1e-9 && session.carried().is_none());
+    assert!((session.scene().bodies[0].placement.position.x - by.x).abs() < 1e-9 && session.moved_item().is_none());
     assert!((session.body_pose(0).expect("the wedge").0.x - by.x).abs() < 1e-6);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     harness.run_steps(2);
@@ -296,7 +296,7 @@ fn the_timeline_is_dragged_and_shows_snapshots() {
     assert!((0.2..0.6).contains(&time), "{time}");
     harness.get_by_label("7").click();
     harness.run_steps(2);
-    assert!(harness.state().0.kept()[6].is_some_and(|t| (t - time).abs() < 1e-9));
+    assert!(harness.state().0.snapshot_times()[6].is_some_and(|t| (t - time).abs() < 1e-9));
 }
 
 #[test]
@@ -315,7 +315,7 @@ fn plots_are_shown_and_exported() {
 }
 
 #[test]
-fn a_sheet_is_generated_with_its_counts_and_added() {
+fn a_generated_sheet_shows_its_counts_and_is_added() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
@@ -323,7 +323,7 @@ fn a_sheet_is_generated_with_its_counts_and_added() {
     harness.run_steps(3);
     type_number(&mut harness, "Along the length", "8");
     type_number(&mut harness, "Along the width", "8");
-    assert!(harness.query_by_label_contains("113 masses, 428 springs").is_some(), "the thesis's counts of 8x2x8");
+    assert!(harness.query_by_label_contains("113 nodes, 428 springs").is_some(), "the thesis's counts of 8x2x8");
     harness.get_by_label("Add to the scene").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.world().sheets().len(), 2);
@@ -385,7 +385,7 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     assert!(
         harness.state().0.shown(1).is_some_and(|s| s.world().sheets()[0].structure.name() == "shell"),
         "{:?}",
-        harness.state().0.beside().next().map(|b| b.1.err())
+        harness.state().0.variants().next().map(|b| b.1.err())
     );
     harness.get_by_label("Add a variant").click();
     harness.run_steps(3);
@@ -408,7 +408,7 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     );
     harness.get_by_label("Stop comparing").click();
     harness.run_steps(3);
-    assert_eq!(harness.state().0.beside().count(), 0);
+    assert_eq!(harness.state().0.variants().count(), 0);
 }
 
 #[test]
@@ -439,7 +439,7 @@ fn light_and_dark_and_every_section_are_drawn() {
 }
 
 #[test]
-fn a_slider_that_costs_a_new_world_is_taken_up_when_the_mouse_lets_go() {
+fn a_slider_that_needs_a_new_world_is_applied_on_release() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Material].into();
     harness.run_steps(2);
@@ -457,13 +457,13 @@ fn a_slider_that_costs_a_new_world_is_taken_up_when_the_mouse_lets_go() {
 }
 
 #[test]
-fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
+fn a_section_is_detached_and_returned_and_the_sides_are_swapped() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Engine].into();
     harness.run_steps(3);
     let viewport = harness.state().1.viewport;
-    // Its switch, its header, and the engine's own name below.
-    let mut named: Vec<_> = harness.query_all_by_label("Engine").map(|n| n.rect()).collect();
+    // Its switch, its header, and the label below.
+    let mut named: Vec<_> = harness.query_all_by_label("Integrator").map(|n| n.rect()).collect();
     named.sort_by(|a, b| a.top().total_cmp(&b.top()));
     let title = named[1];
     let (from, to) = (title.left_center() + Vec2::new(60.0, 0.0), viewport.center());
@@ -472,13 +472,13 @@ fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
     harness.run_steps(3);
     assert_eq!(harness.state().1.floating, [Section::Engine].into());
     assert_eq!(harness.state().1.viewport, viewport, "it lies over the view");
-    // Its controls reach the world from there.
+    // Its controls reach the world from the window.
     harness.get_by_label("Moon").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.world().gravity().y, -1.62);
     harness.state_mut().1.floating.clear();
     harness.run_steps(3);
-    harness.get_by_label("Take Engine out of the column").click();
+    harness.get_by_label("Take Integrator out of the column").click();
     harness.run_steps(3);
     assert!(harness.state().1.floating.contains(&Section::Engine));
     harness.get_by_label("Close window").click();

@@ -1,5 +1,5 @@
-//! Whole pieces of work: a study from the first sheet to the table, a sheet that is folded, cut and warmed by hand, a run that is exported, files that
-//! are opened, saved and added.
+//! Whole workflows: a study from the first sheet to the table, creases, cuts and heat by hand,
+//! exports, files opened, saved and added.
 
 mod works {
     pub mod common;

@@ -1,25 +1,26 @@
-//! What an edit of the scene means for a world that runs.
+//! Effect of an edit of the scene on a running world.
 //!
-//! Some fields are parameters that the world takes up between two steps. Others make another world, into which the state of the present one is
-//! put, as long as the same masses are there: constants of the material, bodies, what heats. The rest, like the grid, makes
-//! sheets for which the present state means nothing: the world begins anew.
+//! Some fields are parameters that the world accepts between two steps. Others need a new world
+//! that takes the present state, as long as it has the same nodes: material constants, bodies, heat
+//! sources. Other fields, such as the grid, make sheets that the present state does not fit: the
+//! world restarts.
 
 use sheetwork::scene::{Air, MaterialChoice, Placement, Region, Scene, SheetSpec};
 
-/// What is to be done with the world.
+/// Update of the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
-    /// Nothing: it would not notice.
+    /// None: the edit does not concern the world.
     Nothing,
-    /// Parameters are set while it runs.
+    /// Parameters are set at run time.
     Live,
-    /// Another world goes on from the present state.
+    /// A new world continues from the present state.
     GoesOn,
-    /// Another world begins.
+    /// A new world starts.
     Anew,
 }
 
-/// What to do when `old` becomes `new`.
+/// Update needed when `old` becomes `new`.
 pub fn between(old: &Scene, new: &Scene) -> Change {
     let kinds = [
         (Change::Nothing, without_words as fn(&Scene) -> Scene),
@@ -29,7 +30,8 @@ pub fn between(old: &Scene, new: &Scene) -> Change {
     kinds.into_iter().find(|(_, rest)| rest(old) == rest(new)).map_or(Change::Anew, |(change, _)| change)
 }
 
-/// Without what only those who look at it care for, and what matters at the start alone and is put on by hand: spots.
+/// The scene without fields for display alone, and without spots, which act at the start only and
+/// are painted by hand.
 fn without_words(scene: &Scene) -> Scene {
     let (name, description) = (String::new(), String::new());
     let mut scene = Scene { name, description, duration: 0.0, camera: None, file: None, ..scene.clone() };
@@ -37,7 +39,7 @@ fn without_words(scene: &Scene) -> Scene {
     scene
 }
 
-/// Without what a running world can be told.
+/// The scene without parameters of a running world.
 fn without_live(scene: &Scene) -> Scene {
     let blank = Scene::default();
     let mut scene = Scene {
@@ -53,7 +55,8 @@ fn without_live(scene: &Scene) -> Scene {
     };
     for sheet in &mut scene.sheets {
         let base = SheetSpec::default();
-        // Two constants of a material bend and stretch the same masses otherwise; the others make other masses.
+        // Two constants of a material change the stiffness of the same nodes; the others change the
+        // nodes.
         if let Ok(mut material) = sheet.material.resolve(&scene.base) {
             (material.young, material.poisson) = (1.0, 0.0);
             sheet.material = MaterialChoice::Inline(material);
@@ -67,7 +70,7 @@ fn without_live(scene: &Scene) -> Scene {
     }
     for heater in &mut scene.heaters {
         heater.on = true;
-        // The world has one number for all hot faces of a heater.
+        // The world has one temperature for all hot faces of a heater.
         let first = heater.hot.first().map(|face| face.temperature);
         if heater.hot.iter().all(|face| Some(face.temperature) == first) {
             heater.hot.iter_mut().for_each(|face| face.temperature = 0.0);
@@ -80,7 +83,7 @@ fn without_live(scene: &Scene) -> Scene {
     scene
 }
 
-/// Without what the present state can be taken into.
+/// The scene without fields that the present state does not depend on.
 fn without_state_kept(scene: &Scene) -> Scene {
     let blank = Scene::default();
     let heats = scene.oven.is_some()
@@ -103,19 +106,20 @@ fn without_state_kept(scene: &Scene) -> Scene {
         let base = SheetSpec::default();
         sheet.material = base.material;
         sheet.slits.clear();
-        // What has stayed of creep, yield and heat is kept with the bends that the sheet was made with.
+        // Creep, plasticity and heat are stored relative to the shape in which the sheet was built.
         if !(heats || sheet.plastic || sheet.creep) {
             sheet.creases.clear();
         }
         (sheet.forces, sheet.pressure, sheet.probes) = (Vec::new(), Vec::new(), Default::default());
         sheet.temperature = None;
-        // Single masses, which are pinned by hand where they are; pins of regions are where the sheet starts.
+        // Single nodes are pinned by hand at their present positions; pins of regions refer to
+        // initial positions.
         sheet.pins.retain(|pin| !matches!(pin.region, Region::Masses(_)));
     }
     scene
 }
 
-/// Whether bodies that move freely are the same in both, so that their state can be carried over.
+/// Whether the dynamic bodies are the same in both scenes, so that their state can be transferred.
 pub fn same_free_bodies(old: &Scene, new: &Scene) -> bool {
     let free = |scene: &Scene| {
         let all = scene.bodies.iter().enumerate().filter(|(_, b)| b.is_dynamic());
@@ -124,7 +128,7 @@ pub fn same_free_bodies(old: &Scene, new: &Scene) -> bool {
     free(old) == free(new)
 }
 
-/// A place and turn that are `placement` moved by `by`, m.
+/// `placement` translated by `by`, m.
 pub fn shifted(placement: &Placement, by: glam::DVec3) -> Placement {
     Placement { position: placement.position + by, rotation: placement.rotation }
 }
@@ -139,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_costs_as_little_of_the_run_as_it_can() {
+    fn an_edit_is_classified_by_the_least_update_of_the_world() {
         let old = scene();
         let set = |path: &str, value: &str| between(&old, &old.with_override(path, value).expect("valid"));
         assert_eq!(between(&old, &old), Change::Nothing);
@@ -161,14 +165,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_of_a_material_is_live_once_the_material_is_in_line() {
+    fn a_constant_of_an_inline_material_is_a_live_parameter() {
         let old = scene().with_override("sheets.0.material.young", "1e9").expect("valid");
         let new = old.with_override("sheets.0.material.young", "2e9").expect("valid");
         assert_eq!(between(&old, &new), Change::Live);
     }
 
     #[test]
-    fn a_mass_is_pinned_while_it_runs_and_an_edge_is_not() {
+    fn pinning_a_node_continues_the_run_and_pinning_an_edge_restarts_it() {
         let old = scene();
         let pinned = |region| {
             let mut new = old.clone();

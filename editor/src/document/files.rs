@@ -1,4 +1,5 @@
-//! File names in a scene that moves: they are relative to its folder, and another folder sees the same files by other names.
+//! File names of a scene that is written to another folder: they are relative to the folder of the
+//! scene.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -6,7 +7,7 @@ use sheetwork::InputError;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::scene::{MaterialChoice, Scene, Shape};
 
-/// The scene as it is to be written into the folder `to`: what it names is the same files as before.
+/// The scene for the folder `to`, with names of the same files.
 pub fn moved(scene: &Scene, to: &Path) -> Scene {
     let (from, to) = (absolute(&scene.base), absolute(to));
     let mut scene = scene.clone();
@@ -21,7 +22,7 @@ pub fn moved(scene: &Scene, to: &Path) -> Scene {
     scene
 }
 
-/// Every file name in a scene.
+/// All file names of a scene.
 fn names(scene: &mut Scene) -> Vec<&mut PathBuf> {
     let mut all = Vec::new();
     for sheet in &mut scene.sheets {
@@ -42,16 +43,16 @@ fn names(scene: &mut Scene) -> Vec<&mut PathBuf> {
     all
 }
 
-/// Writes the scene to `file`; returns it as it stands there.
+/// Write the scene to `file`; returns it as written.
 ///
 /// # Errors
-/// When the file cannot be written, or the scene would not be read back as it is.
+/// When the file cannot be written, or reading it would not give the same scene.
 pub fn save(scene: &Scene, file: &Path) -> Result<Scene, InputError> {
     let folder =
         file.parent().filter(|p| !p.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_path_buf);
     let mut scene = moved(scene, &folder);
     let text = scene.to_text()?;
-    // Looked at before the old file is gone.
+    // Checked before the old file is replaced.
     let back = Scene::parse(&text).map_err(|e| e.in_file(file))?;
     scene.base = folder.clone();
     scene.file = Some(file.to_path_buf());
@@ -59,20 +60,20 @@ pub fn save(scene: &Scene, file: &Path) -> Result<Scene, InputError> {
         return Err(InputError::new("", "would not be read back as it is, and is not written").in_file(file));
     }
     std::fs::create_dir_all(&folder).map_err(|e| InputError::io(&folder, &e))?;
-    // Written beside and put in place, so that a full disk or a crash leaves the old file.
+    // Written beside the old file and renamed, so that a full disk or a crash keeps the old file.
     let beside = file.with_extension("ron.part");
     std::fs::write(&beside, text).map_err(|e| InputError::io(&beside, &e))?;
     std::fs::rename(&beside, file).map_err(|e| InputError::io(file, &e))?;
     Ok(scene)
 }
 
-/// The folder from the root on.
+/// Absolute path of the folder.
 fn absolute(folder: &Path) -> PathBuf {
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     normal(&std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf()))
 }
 
-/// Without `.` and `..` where they can be taken out.
+/// Path without `.` and `..` where possible.
 fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
@@ -87,7 +88,7 @@ fn normal(path: &Path) -> PathBuf {
     out
 }
 
-/// The way from the folder `from` to `file`, both from the root on.
+/// Relative path from the folder `from` to `file`, both absolute.
 fn relative(file: &Path, from: &Path) -> PathBuf {
     let common = file.components().zip(from.components()).take_while(|(a, b)| a == b).count();
     if common <= 1 {

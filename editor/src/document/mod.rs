@@ -1,9 +1,10 @@
-//! The scene that is being edited, with what came before it: undo, redo, and whether it is saved.
+//! Edited scene with its history: undo, redo, and whether it is saved.
 //!
-//! Every edit makes a new scene, and the old one is kept: a scene is a description of some kilobytes, and going back to one cannot go wrong.
-//! Edits in a row with one key, as a slider makes while it is dragged, are one step of undo until [`Document::seal`] ends it.
-//! What an edit means for a world that runs is worked out in `change`, where files go when a scene moves in `files`, and which
-//! field of the scene a parameter of the world is in `path`; `value` has fields as text.
+//! Every edit makes a new scene of some kilobytes, and the old one is stored for undo. Consecutive
+//! edits with one key, such as those of a dragged slider, are one undo step until
+//! [`Document::seal`]. `change` determines the effect of an edit on a running world, `files`
+//! adjusts file names when a scene is written to another folder, `path` maps parameters of the
+//! world to fields of the scene, and `value` converts fields to text.
 
 pub mod change;
 pub mod files;
@@ -13,39 +14,39 @@ pub mod value;
 use sheetwork::Snapshot;
 use sheetwork::scene::Scene;
 
-/// Most steps that can be undone.
-pub const MOST_UNDO: usize = 200;
+/// Maximum number of undo steps.
+pub const MAX_UNDO: usize = 200;
 
-/// A scene before or after an edit.
+/// Scene before or after an edit.
 #[derive(Clone, Debug)]
 struct Step {
-    /// What the edit did, as menus say it.
+    /// Name of the edit in menus.
     label: String,
     key: String,
     scene: Scene,
-    /// The world then, where the edit changed it beyond what its scene says.
+    /// State of the world, for an edit that changes it beyond the scene.
     state: Option<Snapshot>,
 }
 
-/// The scene and its past.
+/// Scene with its history.
 #[derive(Clone, Debug)]
 pub struct Document {
     scene: Scene,
-    /// As it was opened.
+    /// Scene as it was opened.
     opened: Scene,
-    /// As the file has it.
+    /// Scene as it is in the file.
     saved: Scene,
     /// Scenes before edits, oldest first.
     past: Vec<Step>,
-    /// Scenes that were undone, the next to be redone last.
+    /// Undone scenes, the next one to redo last.
     future: Vec<Step>,
-    /// Whether the next edit is a step of its own whatever its key.
+    /// Whether the next edit is an undo step of its own, whatever its key.
     sealed: bool,
     revision: u64,
 }
 
 impl Document {
-    /// A scene as it was read.
+    /// Document of an opened scene.
     pub fn new(scene: Scene) -> Self {
         Self {
             opened: scene.clone(),
@@ -58,27 +59,28 @@ impl Document {
         }
     }
 
-    /// The scene.
+    /// Present scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The scene as it was opened, before any edit.
+    /// Scene as it was opened, before any edit.
     pub fn opened(&self) -> &Scene {
         &self.opened
     }
 
-    /// The scene as its file has it.
+    /// Scene as it is in the file.
     pub fn saved(&self) -> &Scene {
         &self.saved
     }
 
-    /// Changes with every edit, undo and redo.
+    /// Revision, which changes with every edit, undo and redo.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Takes up an edited scene. `key` says what was edited: edits in a row with the same one are undone together.
+    /// Store an edited scene. `key` names the edited field: consecutive edits with the same key are
+    /// one undo step.
     pub fn commit(&mut self, label: impl Into<String>, key: &str, scene: Scene) {
         if scene != self.scene {
             self.push(label.into(), key, scene);
@@ -90,7 +92,7 @@ impl Document {
         let before = std::mem::replace(&mut self.scene, scene);
         if !goes_on {
             self.past.push(Step { label, key: key.to_owned(), scene: before, state: None });
-            if self.past.len() > MOST_UNDO {
+            if self.past.len() > MAX_UNDO {
                 self.past.remove(0);
             }
         }
@@ -99,7 +101,8 @@ impl Document {
         self.revision += 1;
     }
 
-    /// The same of an edit that changes the world beyond what its scene says, or the world alone: `state` is the world before it.
+    /// Store an edit that changes the world beyond its scene, or the world alone; `state` is the
+    /// world before the edit.
     pub fn commit_with(&mut self, label: impl Into<String>, key: &str, scene: Scene, state: Snapshot) {
         self.push(label.into(), key, scene);
         if let Some(step) = self.past.last_mut() {
@@ -107,56 +110,56 @@ impl Document {
         }
     }
 
-    /// The world that undo goes back to, where the edit changed it beyond what its scene says.
+    /// State of the world that undo restores, for an edit that changed it beyond the scene.
     pub fn state_before(&self) -> Option<&Snapshot> {
         self.past.last()?.state.as_ref()
     }
 
-    /// The world that redo leads to, likewise.
+    /// State of the world that redo restores, for an edit that changed it beyond the scene.
     pub fn state_after(&self) -> Option<&Snapshot> {
         self.future.last()?.state.as_ref()
     }
 
-    /// Keeps the world as it was before the last undo, for redo.
+    /// Store the state of the world before the last undo, for redo.
     pub fn keep_undone(&mut self, state: Option<Snapshot>) {
         if let Some(step) = self.future.last_mut() {
             step.state = state;
         }
     }
 
-    /// Keeps the world as it was before the last redo, for undo.
+    /// Store the state of the world before the last redo, for undo.
     pub fn keep_redone(&mut self, state: Option<Snapshot>) {
         if let Some(step) = self.past.last_mut() {
             step.state = state;
         }
     }
 
-    /// Ends a row of edits: the next is undone apart.
+    /// End a sequence of edits: the next one is an undo step of its own.
     pub fn seal(&mut self) {
         self.sealed = true;
     }
 
-    /// What undo would undo.
+    /// Name of the edit that undo reverts.
     pub fn undoes(&self) -> Option<&str> {
         self.past.last().map(|step| step.label.as_str())
     }
 
-    /// What redo would do again.
+    /// Name of the edit that redo repeats.
     pub fn redoes(&self) -> Option<&str> {
         self.future.last().map(|step| step.label.as_str())
     }
 
-    /// The scene that undo leads to.
+    /// Scene after undo.
     pub fn before(&self) -> Option<&Scene> {
         self.past.last().map(|step| &step.scene)
     }
 
-    /// The scene that redo leads to.
+    /// Scene after redo.
     pub fn after(&self) -> Option<&Scene> {
         self.future.last().map(|step| &step.scene)
     }
 
-    /// Goes one edit back; whether there was one.
+    /// Undo the last edit. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some(Step { label, key, scene, .. }) = self.past.pop() else { return false };
         let undone = std::mem::replace(&mut self.scene, scene);
@@ -165,7 +168,7 @@ impl Document {
         true
     }
 
-    /// Takes up an undone edit again; whether there was one.
+    /// Redo the last undone edit. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
         let Some(Step { label, key, scene, .. }) = self.future.pop() else { return false };
         let before = std::mem::replace(&mut self.scene, scene);
@@ -179,14 +182,14 @@ impl Document {
         self.revision += 1;
     }
 
-    /// Whether there is work that no file has.
+    /// Whether there are unsaved changes.
     pub fn is_unsaved(&self) -> bool {
         !same(&self.scene, &self.saved)
     }
 
-    /// Says that `scene`, the present one as it was written, is in its file now.
+    /// Record that the present scene was written to its file as `scene`.
     pub fn wrote(&mut self, scene: Scene) {
-        // What came before lies where it lies now: undo must not find other file names in it.
+        // Earlier scenes take the new folder too, so that undo keeps the file names valid.
         for step in self.past.iter_mut().chain(&mut self.future) {
             step.scene = Scene { file: scene.file.clone(), ..files::moved(&step.scene, &scene.base) };
         }
@@ -195,13 +198,13 @@ impl Document {
         self.moved();
     }
 
-    /// Takes a scene that no file has, as one that was recovered.
+    /// Mark the scene as unsaved, as after recovery.
     pub fn never_saved(&mut self) {
         self.saved = Scene::default();
     }
 }
 
-/// Whether two scenes are the same but for where they lie.
+/// Whether two scenes are equal apart from their file and folder.
 fn same(a: &Scene, b: &Scene) -> bool {
     if a == b {
         return true;
@@ -254,7 +257,7 @@ mod tests {
     #[test]
     fn undo_is_bounded_and_saving_is_remembered() {
         let mut document = Document::new(with_dt(1e-3));
-        for i in 0..2 * MOST_UNDO {
+        for i in 0..2 * MAX_UNDO {
             document.commit("dt", "dt", with_dt(1e-3 + 1e-6 * (i + 1) as f64));
             document.seal();
         }
@@ -266,7 +269,7 @@ mod tests {
         while document.undo() {
             undone += 1;
         }
-        assert_eq!(undone, MOST_UNDO);
+        assert_eq!(undone, MAX_UNDO);
         assert!(document.is_unsaved(), "before the save is not what the file has");
     }
 }

@@ -1,14 +1,15 @@
-//! Which field of the scene a parameter of the world is.
+//! Field of the scene for a parameter of the world.
 //!
-//! Both are named by paths, and most paths are the same. Sheets and heaters without a name go by one that the world gave them; the pressure on a
-//! sheet is a list of times in the scene, and the temperature of a heater is that of its hot faces.
+//! Both have paths, which mostly coincide. Sheets and heaters without a name have one given by the
+//! world; the pressure on a sheet is a list of times in the scene; the temperature of a heater is
+//! that of its hot faces.
 
 use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
 use sheetwork::sheet::Sheet;
 use sheetwork::units::temperature::ZERO_CELSIUS;
 
-/// The path with the number of a sheet in place of its name.
+/// Path with the index of a sheet in place of its name.
 pub fn numbered(sheets: &[Sheet], path: &str) -> String {
     let found = path.strip_prefix("sheets.").and_then(|rest| {
         let (name, field) = rest.split_once('.')?;
@@ -18,20 +19,20 @@ pub fn numbered(sheets: &[Sheet], path: &str) -> String {
     found.unwrap_or_else(|| path.to_owned())
 }
 
-/// `scene` with the parameter at `path` (sheets by number) set to `value`.
+/// `scene` with the parameter at `path` (sheets by index) set to `value`.
 ///
 /// # Errors
-/// When there is no such field, or the value is not of its kind or out of range.
+/// When there is no such field, or the value is of another type or out of range.
 pub fn with_value(scene: &Scene, path: &str, value: &str) -> Result<Scene, InputError> {
     let parts: Vec<&str> = path.split('.').collect();
     match parts.as_slice() {
         ["sheets", index, "pressure"] => with_pressure(scene, path, index, value),
         ["heaters", name, "temperature"] => with_heater(scene, path, name, value),
         _ => {
-            // A body without a name is called by its number in the world.
+            // A body without a name is named by its index in the world.
             let own = path.strip_prefix("bodies.body ").filter(|_| !scene.bodies.iter().any(|b| parts[1] == b.name));
             let path = own.map_or_else(|| path.to_owned(), |rest| format!("bodies.{rest}"));
-            // Switches are numbers to the world and not to the scene.
+            // Switches are numbers in the world and booleans in the scene.
             let switch = parts.last() == Some(&"on");
             let value = match value {
                 "1" if switch => "true",
@@ -57,7 +58,7 @@ fn with_pressure(scene: &Scene, path: &str, index: &str, value: &str) -> Result<
     Ok(scene)
 }
 
-/// Which heater of the scene goes by that name.
+/// Index of the heater of that name in the scene.
 pub fn heater_index(scene: &Scene, name: &str) -> Option<usize> {
     let by_name = scene.heaters.iter().position(|h| !h.name.is_empty() && h.name == name);
     by_name.or_else(|| name.parse().ok()).filter(|i| *i < scene.heaters.len())
@@ -73,10 +74,10 @@ fn with_heater(scene: &Scene, path: &str, name: &str, value: &str) -> Result<Sce
     Ok(scene)
 }
 
-/// A heater with its faces in the scene and not in a file, so that they can be changed.
+/// Heater with its faces in the scene in place of its file, for edits.
 ///
 /// # Errors
-/// When its file cannot be read, or has several heaters, which are one thing of the scene.
+/// When its file cannot be read, or holds several heaters.
 pub fn opened(heater: &HeaterSpec, scene: &Scene) -> Result<HeaterSpec, InputError> {
     if heater.file.is_none() {
         return Ok(heater.clone());
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_field_by_itself_is_found_too() {
+    fn parameters_without_a_field_of_their_own_are_mapped_too() {
         let heater = HeaterSpec {
             size: Some(DVec3::splat(0.1)),
             hot: vec![HotFaceSpec { face: 0, temperature: 200.0, emissivity: 0.9 }],

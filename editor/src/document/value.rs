@@ -1,11 +1,12 @@
-//! Values of a scene's fields as text, by path: what a field was when the scene was opened, what its material's preset has, what has changed.
+//! Values of a scene's fields as text, by path: initial values, values of a material's preset,
+//! changed values.
 
 use std::collections::BTreeMap;
 
 use serde_json::Value;
 use sheetwork::scene::{MaterialChoice, Scene, material};
 
-/// The scene as a tree, its materials opened up: constants and not a name.
+/// Scene as a tree, with the constants of its materials.
 fn tree(scene: &Scene) -> Value {
     let mut scene = scene.clone();
     for sheet in &mut scene.sheets {
@@ -13,11 +14,11 @@ fn tree(scene: &Scene) -> Value {
             sheet.material = MaterialChoice::Inline(found);
         }
     }
-    // A scene is plain data; one that did not serialise could not have been read.
+    // A scene that was parsed can be serialised.
     serde_json::to_value(&scene).unwrap_or(Value::Null)
 }
 
-/// A value as parameters are written: vectors in round brackets, `none` for what is left out.
+/// Value in the notation of parameters: vectors in round brackets, `none` for an absent value.
 fn text(value: &Value) -> Option<String> {
     Some(match value {
         Value::Null => "none".to_owned(),
@@ -29,8 +30,8 @@ fn text(value: &Value) -> Option<String> {
     })
 }
 
-/// The value at `path` (lists by number); `None` where there is no such field.
-pub fn of(scene: &Scene, path: &str) -> Option<String> {
+/// Value at `path` (lists by index); `None` where there is no such field.
+pub fn at(scene: &Scene, path: &str) -> Option<String> {
     let all = tree(scene);
     let found = path.split('.').try_fold(&all, |at, name| match at {
         Value::Array(items) => items.get(name.parse::<usize>().ok()?),
@@ -40,7 +41,8 @@ pub fn of(scene: &Scene, path: &str) -> Option<String> {
     text(found?)
 }
 
-/// What the preset of a sheet's material has at `path`, `sheets.N.material.X`; `None` for another path or a material of no name.
+/// Value of the preset of a sheet's material at `path`, `sheets.N.material.X`; `None` for another
+/// path or an unnamed material.
 pub fn of_preset(scene: &Scene, path: &str) -> Option<String> {
     let (index, field) = path.strip_prefix("sheets.")?.split_once(".material.")?;
     let sheet = scene.sheets.get(index.parse::<usize>().ok()?)?;
@@ -48,14 +50,14 @@ pub fn of_preset(scene: &Scene, path: &str) -> Option<String> {
     text(serde_json::to_value(preset).ok()?.get(field)?)
 }
 
-/// Fields that differ in two scenes, with the value in the second.
+/// Fields that differ between two scenes, with the value in the second.
 pub fn changed(old: &Scene, new: &Scene) -> Vec<(String, String)> {
     let (old, new) = (leaves(old), leaves(new));
     let differs = |(path, value): &(&String, &String)| old.get(*path) != Some(*value);
     new.iter().filter(differs).map(|(path, value)| (path.clone(), value.clone())).collect()
 }
 
-/// Every field that is a plain value.
+/// All fields with plain values.
 fn leaves(scene: &Scene) -> BTreeMap<String, String> {
     fn walk(at: &Value, path: &str, out: &mut BTreeMap<String, String>) {
         let under = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
@@ -79,10 +81,10 @@ mod tests {
     fn values_are_found_by_path_and_presets_by_the_materials_name() {
         let spec = SheetSpec { material: "hips".into(), ..SheetSpec::default() };
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
-        assert_eq!(of(&scene, "gravity").as_deref(), Some("(0.0, -9.81, 0.0)"));
-        assert_eq!(of(&scene, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
-        assert_eq!(of(&scene, "sheets.0.friction").as_deref(), Some("none"));
-        assert_eq!(of(&scene, "sheets.3.friction"), None);
+        assert_eq!(at(&scene, "gravity").as_deref(), Some("(0.0, -9.81, 0.0)"));
+        assert_eq!(at(&scene, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
+        assert_eq!(at(&scene, "sheets.0.friction").as_deref(), Some("none"));
+        assert_eq!(at(&scene, "sheets.3.friction"), None);
         let softer = scene.with_override("sheets.0.material.young", "1e9").expect("valid");
         assert_eq!(of_preset(&softer, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
         assert_eq!(of_preset(&softer, "dt"), None);

@@ -1,5 +1,5 @@
-//! A run that is looked at moment by moment, beside the session it began in: whole steps of the engine, as a scene that plays takes them, and a picture
-//! between two of them where a moment lies there. The session stays where it is.
+//! Run sampled at given moments, independent of its session: whole time steps, as during playback,
+//! with interpolation between two steps. The session is unchanged.
 
 use sheetwork::world::recording::Frame;
 use sheetwork::{InputError, World};
@@ -7,32 +7,32 @@ use sheetwork::{InputError, World};
 use crate::playback::Playback;
 use crate::session::{ROUNDING, Session};
 
-/// A run from the present moment of a session on.
+/// Run from the present state of a session.
 pub struct Film {
-    /// As far as the run has come.
+    /// World at the end of the last step.
     world: World,
-    /// Time of the session's present moment, s.
+    /// Time of the session's present state, s.
     start: f64,
     source: Source,
 }
 
-/// Where it comes from.
+/// Source of the states.
 enum Source {
     Run {
-        /// The world one step ago.
+        /// State one step ago.
         before: Frame,
-        /// What is looked at where it lies between two steps.
+        /// World with an interpolated state.
         between: Option<Box<World>>,
     },
     Recording(Playback),
 }
 
 impl Film {
-    /// The run of `session` from where it is.
+    /// Run of `session` from its present state.
     ///
     /// # Errors
-    /// When its scene cannot be built any more: a file that it names has gone.
-    pub fn of(session: &Session) -> Result<Self, InputError> {
+    /// When its scene cannot be built: one of its files is missing.
+    pub fn from_session(session: &Session) -> Result<Self, InputError> {
         if let Some(recording) = session.playback() {
             let (recording, world) = (recording.clone(), World::new(session.scene())?);
             return Ok(Self { world, start: recording.at(), source: Source::Recording(recording) });
@@ -42,10 +42,10 @@ impl Film {
         Ok(Self { start: world.time(), world, source: Source::Run { before, between: None } })
     }
 
-    /// The world `after` s later than the session's; a moment that lies before one that was asked for already is not gone back to.
+    /// World `after` s later than the session. Earlier moments than the last one are not restored.
     ///
     /// # Errors
-    /// When the scene cannot be built any more.
+    /// When the scene cannot be built.
     pub fn at(&mut self, after: f64) -> Result<&World, InputError> {
         let (time, world) = (self.start + after, &mut self.world);
         let (before, between) = match &mut self.source {
@@ -61,7 +61,7 @@ impl Film {
         }
         let late = world.time() - time;
         let whole = world.time() - before.time;
-        // A sheet that has gone to another grid in the last step has no place between.
+        // After a change of grid in the last step there is no interpolation.
         if late <= ROUNDING * whole || world.can_show(before).is_err() {
             return Ok(world);
         }
@@ -74,7 +74,7 @@ impl Film {
         Ok(shown)
     }
 
-    /// The world as far as the run has come.
+    /// World at the end of the last step.
     pub fn world(&self) -> &World {
         &self.world
     }

@@ -1,24 +1,26 @@
-//! Binary glTF 2.0 of a run: each sheet a mesh with a morph target for each moment after the first, each body a mesh on a node that moves.
+//! Binary glTF 2.0 of a run: each sheet is a mesh with a morph target for each moment after the
+//! first, each body a mesh on an animated node.
 //!
-//! Targets are differences from the first moment. At the time of a moment its target alone has the weight 1, and players go from one to the next
-//! linearly. Lengths are metres, +y is up, as in glTF itself. Written is a GLB file: a JSON chunk and one of binary data.
+//! Targets are differences from the first moment. At each moment the weight of its target is 1 and
+//! all others are 0; players interpolate linearly. Lengths are metres and +y is up, as in glTF. The
+//! file is a GLB: a JSON chunk and a binary chunk.
 
 use glam::Vec3;
 use serde_json::{Value, json};
 
 use super::track::{BodyTrack, Shapes, Track};
 
-/// Codes of glTF: kinds of numbers, and what a buffer view is for.
+/// Constants of glTF: component types and buffer view targets.
 const FLOAT: u32 = 5126;
 const UNSIGNED: u32 = 5125;
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
-/// Colours of sheets and bodies as they are drawn, linear.
+/// Colours of sheets and bodies as displayed, linear.
 const SHEET: [f32; 4] = [0.71, 0.033, 0.007, 1.0];
 const BODY: [f32; 4] = [0.319, 0.407, 0.554, 1.0];
 
-/// What a file is put together from.
+/// Parts of a file.
 #[derive(Default)]
 struct Parts {
     binary: Vec<u8>,
@@ -31,7 +33,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Puts numbers into the buffer; the number of their view.
+    /// Append numbers to the buffer. Returns the index of their view.
     fn view(&mut self, bytes: impl Iterator<Item = [u8; 4]>, target: Option<u32>) -> usize {
         let offset = self.binary.len();
         self.binary.extend(bytes.flatten());
@@ -48,7 +50,7 @@ impl Parts {
         self.accessors.len() - 1
     }
 
-    /// Vectors of three; with their bounds where they are positions.
+    /// Append vectors; with bounds where they are positions.
     fn vectors(&mut self, values: &[Vec3], bounded: bool) -> usize {
         let view = self.view(values.iter().flat_map(|v| v.to_array()).map(f32::to_le_bytes), Some(VERTICES));
         let mut accessor = json!({ "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": "VEC3" });
@@ -71,14 +73,14 @@ impl Parts {
         self.accessor(json!({ "bufferView": view, "componentType": UNSIGNED, "count": count, "type": "SCALAR" }))
     }
 
-    /// Numbers of an animation, `kind` of them together.
+    /// Append numbers of an animation, in elements of type `kind`.
     fn numbers(&mut self, values: &[f32], kind: &str, size: usize) -> usize {
         let view = self.view(values.iter().map(|v| v.to_le_bytes()), None);
         let count = values.len() / size;
         self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": count, "type": kind }))
     }
 
-    /// The times of the moments.
+    /// Append the times of the moments.
     fn times(&mut self, times: &[f64]) -> usize {
         let seconds: Vec<f32> = times.iter().map(|t| *t as f32).collect();
         let input = self.numbers(&seconds, "SCALAR", 1);
@@ -87,7 +89,7 @@ impl Parts {
         input
     }
 
-    /// Lets what `path` names of a node follow `output` over `input`.
+    /// Animate the property `path` of a node by `output` over `input`.
     fn animate(&mut self, node: usize, path: &str, input: usize, output: usize) {
         self.samplers.push(json!({ "input": input, "output": output, "interpolation": "LINEAR" }));
         let sampler = self.samplers.len() - 1;
@@ -164,7 +166,7 @@ fn material(name: &str, colour: [f32; 4], roughness: f32) -> Value {
     })
 }
 
-/// The file of a run.
+/// File of a run.
 pub fn binary(track: &Track, name: &str) -> Vec<u8> {
     let mut parts = Parts::default();
     let input = (track.times.len() > 1).then(|| parts.times(&track.times));
@@ -179,7 +181,7 @@ pub fn binary(track: &Track, name: &str) -> Vec<u8> {
         "scene": 0,
         "scenes": [{ "name": name, "nodes": (0..parts.nodes.len()).collect::<Vec<_>>() }],
     });
-    // Lists that are there may not be empty.
+    // glTF forbids empty lists.
     let lists = [
         ("nodes", parts.nodes),
         ("meshes", parts.meshes),
@@ -205,7 +207,8 @@ pub fn binary(track: &Track, name: &str) -> Vec<u8> {
     container(all.to_string().into_bytes(), parts.binary)
 }
 
-/// Puts the two chunks into one file, each filled up to whole words: JSON with blanks, numbers are whole words already.
+/// Join the two chunks into one file, padded to whole words: JSON with blanks; binary numbers are
+/// whole words.
 fn container(mut text: Vec<u8>, binary: Vec<u8>) -> Vec<u8> {
     text.resize(text.len().next_multiple_of(4), b' ');
     let mut chunks = vec![(*b"JSON", text)];

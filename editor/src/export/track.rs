@@ -1,7 +1,8 @@
-//! A run as shapes in time: where the masses of each sheet's drawn layer are, moment by moment, and where bodies are.
+//! Run as shapes in time: node positions of each sheet's displayed layer, and poses of bodies, at
+//! each moment.
 //!
-//! A triangle that opens on the way has corners of its own, which from then on are one point: a mesh that is drawn everywhere has no triangles that
-//! come and go.
+//! A triangle that opens during the run has vertices of its own, which then collapse to one point:
+//! meshes of portable formats have a fixed set of triangles.
 
 use bevy::mesh::{Mesh, VertexAttributeValues};
 use bevy_sheetwork::render::polyhedra_mesh;
@@ -10,10 +11,10 @@ use sheetwork::World;
 use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 
-/// A mesh that does not change: corners, normals, triangles.
+/// Rigid mesh: vertices, normals, triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Still {
-    /// Corners, m.
+pub struct RigidMesh {
+    /// Vertices, m.
     pub positions: Vec<Vec3>,
     /// Unit normals.
     pub normals: Vec<Vec3>,
@@ -21,67 +22,67 @@ pub struct Still {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A sheet in time.
+/// Sheet in time.
 #[derive(Clone, Debug)]
 pub struct SheetTrack {
-    /// Its name.
+    /// Name of the sheet.
     pub name: String,
     masses: Vec<u32>,
-    /// Of each mass of the layer, its place in the sheet.
+    /// Material coordinates of each node of the layer.
     uvs: Vec<[f32; 2]>,
     triangles: Vec<[u32; 3]>,
-    /// At each moment, where masses are, m.
+    /// Node positions at each moment, m.
     places: Vec<Vec<Vec3>>,
-    /// At each moment, which triangles are closed; empty for all.
+    /// Closed triangles at each moment; empty for all.
     closed: Vec<Vec<bool>>,
 }
 
-/// A body in time.
+/// Body in time.
 #[derive(Clone, Debug)]
 pub struct BodyTrack {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// Its shape about its own origin.
-    pub shape: Still,
-    /// Where it is at each moment.
+    /// Shape about its own origin.
+    pub shape: RigidMesh,
+    /// Pose at each moment.
     pub poses: Vec<(DVec3, DQuat)>,
-    of: Of,
+    source: TrackSource,
 }
 
-/// What a [`BodyTrack`] is of.
+/// Origin of a [`BodyTrack`].
 #[derive(Clone, Copy, Debug)]
-enum Of {
-    /// A rigid body, by number.
+enum TrackSource {
+    /// Rigid body, by index.
     Body(usize),
-    /// A heater, which stays where it is.
+    /// Heater at a fixed pose.
     Heater(DVec3, DQuat),
 }
 
-/// A sheet as it is written: the same corners at all moments.
+/// Sheet with the same vertices at all moments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shapes {
-    /// Places in the sheet.
+    /// Material coordinates.
     pub uvs: Vec<[f32; 2]>,
     /// Triangles.
     pub triangles: Vec<[u32; 3]>,
-    /// At each moment corners and normals.
+    /// Vertices and normals at each moment.
     pub moments: Vec<(Vec<Vec3>, Vec<Vec3>)>,
 }
 
-/// A run.
+/// Track of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
     /// Times, s.
     pub times: Vec<f64>,
     /// Sheets.
     pub sheets: Vec<SheetTrack>,
-    /// Bodies that have a shape that ends somewhere.
+    /// Bounded bodies.
     pub bodies: Vec<BodyTrack>,
 }
 
 impl Track {
-    /// An empty one of `world`.
-    pub fn of(world: &World) -> Self {
+    /// Empty track of `world`.
+    pub fn from_world(world: &World) -> Self {
         let rigid = world.rigid().map(|r| r.bodies()).unwrap_or_default().iter().enumerate();
         let bodies = rigid.filter_map(|(index, body)| {
             let shape = match &body.shape {
@@ -93,16 +94,16 @@ impl Track {
                 name: body.name.clone(),
                 shape,
                 poses: Vec::new(),
-                of: Of::Body(index),
+                source: TrackSource::Body(index),
             })
         });
         let bodies = bodies.chain(heaters(world.scene()));
-        let sheets = world.sheets().iter().filter_map(SheetTrack::of);
+        let sheets = world.sheets().iter().filter_map(SheetTrack::from_sheet);
         Self { times: Vec::new(), sheets: sheets.collect(), bodies: bodies.collect() }
     }
 
-    /// Takes up `world` as it is `time` s after the beginning.
-    pub fn take(&mut self, world: &World, time: f64) {
+    /// Append the state of `world`, `time` s after the start.
+    pub fn record(&mut self, world: &World, time: f64) {
         self.times.push(time);
         for (track, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
             track.places.push(track.masses.iter().map(|m| sheet.x.get(*m as usize).as_vec3()).collect());
@@ -115,11 +116,11 @@ impl Track {
         }
         for body in &mut self.bodies {
             let last = body.poses.last().copied().unwrap_or((DVec3::ZERO, DQuat::IDENTITY));
-            let mut pose = match body.of {
-                Of::Body(index) => world.rigid().and_then(|r| r.pose(index)).unwrap_or(last),
-                Of::Heater(place, turn) => (place, turn),
+            let mut pose = match body.source {
+                TrackSource::Body(index) => world.rigid().and_then(|r| r.pose(index)).unwrap_or(last),
+                TrackSource::Heater(place, turn) => (place, turn),
             };
-            // Of the two quaternions of a turn the one that is next to the last: players go between them the short way.
+            // The quaternion closer to the previous one: players interpolate along the shorter way.
             if pose.1.dot(last.1) < 0.0 {
                 pose.1 = -pose.1;
             }
@@ -129,7 +130,7 @@ impl Track {
 }
 
 impl SheetTrack {
-    fn of(sheet: &Sheet) -> Option<Self> {
+    fn from_sheet(sheet: &Sheet) -> Option<Self> {
         let layer = sheet.layers.last()?;
         let all = sheet.triangles.clone().unwrap_or_else(|| layer.triangles());
         let mut masses: Vec<u32> = all.iter().flatten().copied().collect();
@@ -142,7 +143,7 @@ impl SheetTrack {
         Some(Self { name: sheet.name.clone(), masses, uvs, triangles, places: Vec::new(), closed: Vec::new() })
     }
 
-    /// Whether the cell that `triangle` lies in is closed.
+    /// Whether the cell of `triangle` is closed.
     fn is_closed(&self, sheet: &Sheet, triangle: [u32; 3]) -> bool {
         let (Some(open), Some(bottom)) = (sheet.open_cells(), sheet.layers.first()) else { return true };
         let (columns, rows) = (bottom.nx as usize - 1, bottom.nz as usize - 1);
@@ -156,7 +157,7 @@ impl SheetTrack {
         there && !open.get(cell).copied().unwrap_or(false)
     }
 
-    /// The same corners at all moments.
+    /// Shapes with the same vertices at all moments.
     pub fn shapes(&self) -> Shapes {
         let opens = |t: usize| self.closed.iter().any(|c| c.get(t) == Some(&false));
         let parted: Vec<usize> = (0..self.triangles.len()).filter(|t| opens(*t)).collect();
@@ -182,7 +183,7 @@ impl SheetTrack {
         Shapes { moments: moments.collect(), uvs, triangles }
     }
 
-    /// Normals of the masses: those of the closed triangles around, by their areas.
+    /// Node normals: mean of the adjacent closed triangles, weighted by area.
     fn normals(&self, places: &[Vec3], closed: &[bool]) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; places.len()];
         for (index, triangle) in self.triangles.iter().enumerate() {
@@ -197,23 +198,23 @@ impl SheetTrack {
     }
 }
 
-/// The heaters of a scene.
+/// Heaters of a scene.
 fn heaters(scene: &Scene) -> impl Iterator<Item = BodyTrack> + '_ {
     scene.heaters.iter().enumerate().filter_map(|(index, spec)| {
-        // They were read when the world was built.
+        // The files were validated when the world was built.
         let parts: Vec<_> = spec.resolve(&scene.base).ok()?.into_iter().map(|heater| heater.polyhedron).collect();
         let name = if spec.name.is_empty() { format!("heater {index}") } else { spec.name.clone() };
-        let of = Of::Heater(spec.placement.position, spec.placement.quaternion());
+        let source = TrackSource::Heater(spec.placement.position, spec.placement.quaternion());
         let shape = still(&polyhedra_mesh(&parts));
-        (!shape.triangles.is_empty()).then(|| BodyTrack { name, shape, poses: Vec::new(), of })
+        (!shape.triangles.is_empty()).then(|| BodyTrack { name, shape, poses: Vec::new(), source })
     })
 }
 
-/// A ball of `radius`, by 32 by 16 faces.
-fn ball(radius: f32) -> Still {
+/// Ball of `radius`, with 32 by 16 faces.
+fn ball(radius: f32) -> RigidMesh {
     const AROUND: u32 = 32;
     const ALONG: u32 = 16;
-    let mut shape = Still::default();
+    let mut shape = RigidMesh::default();
     for j in 0..=ALONG {
         let (sin, cos) = (std::f32::consts::PI * j as f32 / ALONG as f32).sin_cos();
         for i in 0..=AROUND {
@@ -225,7 +226,7 @@ fn ball(radius: f32) -> Still {
     for j in 0..ALONG {
         for i in 0..AROUND {
             let (a, b) = (j * (AROUND + 1) + i, (j + 1) * (AROUND + 1) + i);
-            // At the poles one of the two has no area.
+            // At a pole one of the two triangles has no area.
             if j > 0 {
                 shape.triangles.push([a, a + 1, b]);
             }
@@ -237,14 +238,14 @@ fn ball(radius: f32) -> Still {
     shape
 }
 
-/// Corners, normals and triangles of a mesh.
-fn still(mesh: &Mesh) -> Still {
+/// Vertices, normals and triangles of a mesh.
+fn still(mesh: &Mesh) -> RigidMesh {
     let read = |attribute| match mesh.attribute(attribute) {
         Some(VertexAttributeValues::Float32x3(values)) => values.iter().map(|v| Vec3::from(*v)).collect(),
         _ => Vec::new(),
     };
     let indices: Vec<u32> = mesh.indices().map(|i| i.iter().map(|k| k as u32).collect()).unwrap_or_default();
-    Still {
+    RigidMesh {
         positions: read(Mesh::ATTRIBUTE_POSITION),
         normals: read(Mesh::ATTRIBUTE_NORMAL),
         triangles: indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),

@@ -1,4 +1,4 @@
-//! The rigid bodies of the scene: where they are put, what they weigh, how they meet sheets.
+//! Rigid bodies of the scene: placement, mass, contact parameters.
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
@@ -8,11 +8,11 @@ use super::EditorState;
 use super::heat::place;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown, format_si};
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, PLAIN, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, input, name, tell};
 
 const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
 
-/// Every body, and buttons that add some.
+/// All bodies, and buttons to add more.
 pub fn bodies(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     for index in 0..session.scene().bodies.len() {
         let (title, item) = (session.name_of(Item::Body(index)), Item::Body(index));
@@ -43,9 +43,9 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
                 format!("box {x} × {y} × {z} mm")
             }
             Shape::Ball(radius) => format!("ball of radius {}", format_si(*radius, "m")),
-            Shape::HalfSpace => "everything below a plane".to_owned(),
+            Shape::HalfSpace => "half-space below a plane".to_owned(),
         });
-        if ui.small_button("Remove").on_hover_text("Take this body out of the scene").clicked() {
+        if ui.small_button("Remove").on_hover_text("Remove this body from the scene").clicked() {
             session.edit("removal of a body", "remove body", |s| _ = s.bodies.remove(index));
         }
     });
@@ -56,7 +56,7 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
     Grid::new(("body", index)).num_columns(3).show(ui, |ui| {
         mass(ui, session, index, &spec);
         contact(ui, session, index, &spec);
-        warmth(ui, session, index, &spec);
+        temperature(ui, session, index, &spec);
     });
 }
 
@@ -64,21 +64,21 @@ fn edit(session: &mut Session, index: usize, what: &str, change: impl Fn(&mut Bo
     session.edit(&format!("change of {what}"), &format!("bodies.{index}.{what}"), |s| change(&mut s.bodies[index]));
 }
 
-/// Whether it moves freely, and what it weighs then.
+/// Whether the body is dynamic, and its mass.
 fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut free = spec.is_dynamic();
-    let about = "Falls, is pushed and pushes; otherwise it stands still";
-    let check = ui.checkbox(&mut free, "Moves freely").on_hover_text(about);
+    let about = "A dynamic body moves by forces; without this the body is static";
+    let check = ui.checkbox(&mut free, "Dynamic").on_hover_text(about);
     if check.changed() && spec.shape != Shape::HalfSpace {
         edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
     }
     let own = session.name_of(Item::Body(index));
-    // Of a body with a density, what comes of it.
+    // Mass that follows from a density.
     let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.gives()).map(|s| s.mass()));
     if let Some(mass) = weighs {
         ui.end_row();
-        let label = name(ui, "Mass", "Spread evenly over its shape");
-        let done = input(ui, &label, mass, GRAM, &How::late());
+        let label = name(ui, "Mass", "Distributed uniformly over the shape");
+        let done = input(ui, &label, mass, GRAM, &ControlOptions::late());
         tell(session, "mass", done.error);
         if let Some(mass) = done.value {
             edit(session, index, "mass", |b| (b.mass, b.density) = (Some(mass), None));
@@ -87,10 +87,10 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     ui.end_row();
 }
 
-/// Friction and restitution; a double click brings back the scene's.
+/// Friction and restitution; a double click restores the scene's defaults.
 fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let all = session.scene().contact.clone();
-    let how = How { late: true, ..How::slider(0.0..=1.0) };
+    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
     let label = name(ui, "Friction", "Coulomb friction coefficient of this body");
     let done = input(ui, &label, spec.friction.unwrap_or(all.friction), PLAIN, &how);
     tell(session, "friction", done.error);
@@ -98,7 +98,7 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
         edit(session, index, "friction", |b| b.friction = done.value);
     }
     ui.end_row();
-    let label = name(ui, "Bounce", "Restitution: part of the speed of impact that is given back");
+    let label = name(ui, "Restitution", "Ratio of separation to approach speed");
     let done = input(ui, &label, spec.restitution.unwrap_or(all.restitution), PLAIN, &how);
     tell(session, "restitution", done.error);
     if done.reset || done.value.is_some() {
@@ -107,16 +107,16 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     ui.end_row();
 }
 
-/// Whether it has a temperature, and which.
-fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
+/// Whether the body has a temperature, and its value.
+fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut hot = spec.temperature.is_some();
-    let about = "Whether it gives heat to what touches it, or takes it";
-    if ui.checkbox(&mut hot, "Has heat").on_hover_text(about).changed() {
+    let about = "Whether the body exchanges heat with sheets in contact";
+    if ui.checkbox(&mut hot, "Exchanges heat").on_hover_text(about).changed() {
         edit(session, index, "temperature", |b| b.temperature = hot.then_some(100.0));
     }
     if let Some(celsius) = spec.temperature {
         let label = name(ui, "at", "Temperature of this body, °C");
-        let done = input(ui, &label, celsius, CELSIUS, &How { speed: 1.0, ..How::default() });
+        let done = input(ui, &label, celsius, CELSIUS, &ControlOptions { speed: 1.0, ..ControlOptions::default() });
         tell(session, "temperature", done.error);
         if let Some(celsius) = done.value {
             edit(session, index, "temperature", |b| b.temperature = Some(celsius));
@@ -138,7 +138,7 @@ fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ("ball", Shape::Ball(0.4 * size), DVec3::new(middle.x, high.y + size, middle.z), Some(0.02)),
         ];
         for (title, shape, position, mass) in shapes {
-            if ui.button(title).on_hover_text("Below the sheet it stands, above it falls").clicked() {
+            if ui.button(title).on_hover_text("A static body below the sheet, a dynamic body above it").clicked() {
                 let placement = Placement { position, rotation: DVec3::ZERO };
                 session.edit(&format!("new {title}"), "new body", |s| {
                     s.bodies.push(BodySpec { placement, mass, ..BodySpec::new(shape) });

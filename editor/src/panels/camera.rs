@@ -1,4 +1,4 @@
-//! What the mouse does in the view, and where the view is taken from.
+//! Mouse tool and camera of the view.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -9,11 +9,11 @@ use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
-/// Views from the sides: name, yaw, pitch, radians.
+/// Standard views: name, yaw, pitch, radians.
 const VIEWS: [(&str, f32, f32); 6] = [
     ("front", 0.0, 0.0),
     ("back", 2.0 * FRAC_PI_2, 0.0),
@@ -23,7 +23,7 @@ const VIEWS: [(&str, f32, f32); 6] = [
     ("below", 0.0, -1.55),
 ];
 
-/// Mouse tool, views, focus, and the eye in numbers.
+/// Mouse tool, views, focus, and the camera in numbers.
 pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         for (tool, title, about) in Tool::ALL {
@@ -38,13 +38,13 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         }
     });
     ui.horizontal(|ui| {
-        if ui.button("Focus").on_hover_text("Bring everything into view, from this side").clicked() {
+        if ui.button("Focus").on_hover_text("Show everything from the present direction").clicked() {
             state.camera = state.camera.focused(session.world());
         }
-        if ui.button("Scene's own").on_hover_text("The view that the scene asks for (F)").clicked() {
-            state.camera = Camera::of_session(session);
+        if ui.button("Scene's own").on_hover_text("The camera of the scene (F)").clicked() {
+            state.camera = Camera::from_session(session);
         }
-        if ui.button("Keep in scene").on_hover_text("The scene asks for this view from now on").clicked() {
+        if ui.button("Keep in scene").on_hover_text("Store this view as the camera of the scene").clicked() {
             let (eye, target) = (state.camera.eye().as_dvec3(), state.camera.target.as_dvec3());
             session.edit("view", "camera", |s| s.camera = Some(CameraSpec { eye, target }));
         }
@@ -56,24 +56,24 @@ fn numbers(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let camera = &mut state.camera;
     let mut number = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: Shown| {
         let label = name(ui, title, about);
-        let done = input(ui, &label, now, shown, &How { speed: 0.5, ..How::default() });
+        let done = input(ui, &label, now, shown, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
         tell(session, title, done.error);
         ui.end_row();
         done.value
     };
-    if let Some(v) = number(ui, ("Distance", "From the eye to what it looks at"), f64::from(camera.distance), MM) {
+    if let Some(v) = number(ui, ("Distance", "From eye to target"), f64::from(camera.distance), MM) {
         camera.distance = (v as f32).clamp(1e-4, 1e4);
     }
     let angle = |radians: f32| f64::from(radians).to_degrees();
-    if let Some(v) = number(ui, ("Around", "Turn about the vertical"), angle(camera.yaw), DEGREES) {
+    if let Some(v) = number(ui, ("Yaw", "Rotation about the vertical"), angle(camera.yaw), DEGREES) {
         camera.yaw = v.to_radians() as f32;
     }
-    if let Some(v) = number(ui, ("Height", "Angle of the eye above what it looks at"), angle(camera.pitch), DEGREES) {
+    if let Some(v) = number(ui, ("Pitch", "Elevation of the eye above the target"), angle(camera.pitch), DEGREES) {
         camera.pitch = (v.to_radians() as f32).clamp(-1.55, 1.55);
     }
     if let Some(v) = number(
         ui,
-        ("Opening", "Angle between the upper and the lower edge of the view"),
+        ("Field of view", "Angle between the upper and the lower edge of the view"),
         angle(camera.field_of_view),
         DEGREES,
     ) {

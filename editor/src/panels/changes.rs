@@ -1,4 +1,4 @@
-//! The menu of edits: undo, redo, and what differs from the file, each field by the names of what it belongs to, with its unit.
+//! Menu of edits: undo, redo, and the differences from the file, each with names and unit.
 
 use bevy_egui::egui::{Button, Grid, RichText, Ui};
 use sheetwork::scene::Scene;
@@ -8,13 +8,13 @@ use crate::document::path::numbered;
 use crate::session::{Item, Session};
 use crate::units::format_si;
 
-/// Most fields that are listed.
-const MOST_LISTED: usize = 16;
+/// Maximum number of listed fields.
+const MAX_LISTED: usize = 16;
 
-/// Most letters of a value that is text.
-const LONGEST: usize = 32;
+/// Maximum number of characters of a text value.
+const MAX_TEXT: usize = 32;
 
-/// Undo, redo, and what has changed.
+/// Undo, redo, and list of changes.
 pub(super) fn menu(ui: &mut Ui, session: &mut Session) {
     ui.set_min_width(300.0);
     let named = |word: &str, what: Option<&str>| what.map_or(word.to_owned(), |what| format!("{word} {what}"));
@@ -35,19 +35,19 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session) {
     ui.label(RichText::new(format!("{said} {since}{}", if changes.is_empty() { "" } else { ":" })).color(quiet(ui)));
     let lines = lines(session, &changes);
     Grid::new("changes").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-        for (what, value, path) in lines.iter().take(MOST_LISTED) {
+        for (what, value, path) in lines.iter().take(MAX_LISTED) {
             ui.label(what).on_hover_text(path);
             ui.label(value);
             ui.end_row();
         }
     });
-    if lines.len() > MOST_LISTED {
-        ui.label(RichText::new(format!("and {} more", lines.len() - MOST_LISTED)).color(quiet(ui)));
+    if lines.len() > MAX_LISTED {
+        ui.label(RichText::new(format!("and {} more", lines.len() - MAX_LISTED)).color(quiet(ui)));
     }
 }
 
-/// What differs, a line each: what, its value now, and its path. What was added is one line whatever it has in it, and so are the creases, cuts,
-/// spots and pins of a sheet.
+/// Differences, one per line: name, present value, path. An added object is one line, and so are
+/// the creases, cuts, spots and pins of a sheet.
 fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String, String)> {
     let (old, new) = (session.document().saved(), session.scene());
     let mut lines: Vec<(String, String, String)> = Vec::new();
@@ -81,7 +81,7 @@ fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String
     lines
 }
 
-/// How many things a list of the scene has.
+/// Length of a list of the scene.
 fn count(scene: &Scene, list: &str) -> usize {
     match list {
         "sheets" => scene.sheets.len(),
@@ -91,7 +91,7 @@ fn count(scene: &Scene, list: &str) -> usize {
     }
 }
 
-/// What a thing of a list is called.
+/// Name of an element of a list.
 fn thing(session: &Session, list: &str, index: usize) -> String {
     session.name_of(match list {
         "sheets" => Item::Sheet(index),
@@ -100,7 +100,7 @@ fn thing(session: &Session, list: &str, index: usize) -> String {
     })
 }
 
-/// A path as its user calls it: things of a list by their names, parts of a vector by their axes, the rest as words.
+/// Path in words: elements of lists by name, components of vectors by axis.
 fn in_words(session: &Session, path: &str) -> String {
     let mut parts: Vec<&str> = path.split('.').collect();
     let index =
@@ -115,10 +115,10 @@ fn in_words(session: &Session, path: &str) -> String {
     format!("{of}{}", parts.join(" ").replace('_', " "))
 }
 
-/// A value with the unit that the world knows it by; text in so many letters.
+/// Value with the unit of its parameter; text is shortened.
 fn with_unit(session: &Session, path: &str, value: &str) -> String {
     let sheets = session.world().sheets();
-    // Of a vector each number is listed by itself.
+    // Each component of a vector is listed by itself.
     let whole =
         path.rsplit_once('.').filter(|(_, last)| last.parse::<usize>().is_ok()).map_or(path, |(whole, _)| whole);
     let is_known = |p: &str| p == path || p == whole;
@@ -132,7 +132,7 @@ fn with_unit(session: &Session, path: &str, value: &str) -> String {
     match (value.parse::<f64>(), unit) {
         (Ok(number), "Pa" | "m" | "s" | "N") => format_si(number, unit),
         (Ok(number), _) => format!("{} {unit}", (number * 1e6).round() / 1e6).trim_end().to_owned(),
-        _ if value.chars().count() > LONGEST => format!("{} …", value.chars().take(LONGEST).collect::<String>()),
+        _ if value.chars().count() > MAX_TEXT => format!("{} …", value.chars().take(MAX_TEXT).collect::<String>()),
         _ => format!("{value} {unit}").trim_end().to_owned(),
     }
 }
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_differs_is_said_by_name_and_with_its_unit() {
+    fn differences_are_listed_by_name_with_their_unit() {
         let scene =
             Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card"), ()])"#);
         let mut session = Session::new(&scene.expect("valid")).expect("valid");

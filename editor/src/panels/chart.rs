@@ -1,4 +1,4 @@
-//! A small chart of a run: lines over time, with marks, names and a readout under the mouse.
+//! Chart of a run: lines over time, with ticks, names and a readout under the mouse.
 
 use bevy_egui::egui::{
     Align2, Color32, FontId, Painter, Rect, Response, RichText, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2,
@@ -8,43 +8,43 @@ use super::timeline::nice;
 use crate::samples::Sample;
 use crate::units::format_si;
 
-/// Points that a line is drawn with at most.
-const MOST: usize = 300;
+/// Maximum number of points of a line.
+const MAX_POINTS: usize = 300;
 
-/// A line: its name, its colour, its value at a moment.
+/// Line of a chart: name, colour, value of a sample.
 pub(super) struct Line<'a> {
     name: String,
     colour: Color32,
-    /// Of another run than the chart's own.
+    /// Samples of another run than the chart's own.
     history: Option<&'a [Sample]>,
     value: Box<dyn Fn(&Sample) -> Option<f64> + 'a>,
 }
 
 impl<'a> Line<'a> {
-    /// A line of the chart's own run.
+    /// Line of the chart's own run.
     pub fn new(name: impl Into<String>, colour: Color32, value: impl Fn(&Sample) -> Option<f64> + 'a) -> Self {
         Self { name: name.into(), colour, history: None, value: Box::new(value) }
     }
 
-    /// The same of another run.
-    pub fn of(self, history: &'a [Sample]) -> Self {
+    /// The line with the samples of another run.
+    pub fn with_history(self, history: &'a [Sample]) -> Self {
         Self { history: Some(history), ..self }
     }
 
-    /// What is drawn of it: time, s, and value.
+    /// Points of the line: time, s, and value.
     fn points(&self, history: &[Sample]) -> Vec<(f64, f64)> {
         let all = self.history.unwrap_or(history);
-        let some = all.iter().step_by(all.len() / MOST + 1).chain(all.last());
+        let some = all.iter().step_by(all.len() / MAX_POINTS + 1).chain(all.last());
         some.filter_map(|s| Some((s.time, (self.value)(s).filter(|v| v.is_finite())?))).collect()
     }
 }
 
-/// A value with its unit; temperatures and parts have no prefix.
+/// Value with its unit; temperatures and percentages have no prefix.
 fn written(value: f64, unit: &str) -> String {
     if unit == "°C" || unit == "%" { format!("{value:.1} {unit}") } else { format_si(value, unit) }
 }
 
-/// Where times and values are in the window.
+/// Transformation from time and value to window coordinates.
 struct Frame {
     inner: Rect,
     times: (f64, f64),
@@ -61,7 +61,7 @@ impl Frame {
         self.inner.bottom() - self.inner.height() * part as f32
     }
 
-    /// Marks of values and the two ends of time.
+    /// Ticks of the values and the two ends of time.
     fn marks(&self, painter: &Painter, unit: &str, colour: Color32) {
         let (inner, step) = (self.inner, nice((self.values.1 - self.values.0) / 3.0));
         let small = FontId::proportional(9.5);
@@ -70,7 +70,7 @@ impl Frame {
             let y = self.y(mark);
             let stroke = Stroke::new(0.5, colour.gamma_multiply(0.4));
             painter.line_segment([pos2(inner.left(), y), pos2(inner.right(), y)], stroke);
-            // What rounding has left of nothing is nothing.
+            // Rounding errors about zero are shown as zero.
             let text = written(if mark.abs() < 1e-9 * step { 0.0 } else { mark }, unit);
             painter.text(pos2(inner.left() - 4.0, y), Align2::RIGHT_CENTER, text, small.clone(), colour);
             mark += step;
@@ -82,7 +82,7 @@ impl Frame {
     }
 }
 
-/// Draws a chart of `size`: its title and unit, the run, the lines.
+/// Draw a chart of `size`: title and unit, samples, lines.
 pub(super) fn chart(ui: &mut Ui, size: Vec2, (title, unit): (&str, &str), history: &[Sample], lines: &[Line<'_>]) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let painter = ui.painter_at(rect);
@@ -107,7 +107,7 @@ pub(super) fn chart(ui: &mut Ui, size: Vec2, (title, unit): (&str, &str), histor
     readout(&painter, response, &frame, unit, history, lines);
 }
 
-/// Writes the title and, beside it or below where there is no room, the names of the lines; how far down the chart begins.
+/// Draw the title and, beside it or below, the names of the lines. Returns the offset of the chart.
 fn names(ui: &Ui, painter: &Painter, rect: Rect, title: &str, lines: &[Line<'_>]) -> f32 {
     let title = painter.text(
         rect.left_top() + vec2(6.0, 3.0),
@@ -131,7 +131,7 @@ fn names(ui: &Ui, painter: &Painter, rect: Rect, title: &str, lines: &[Line<'_>]
     if below { 34.0 } else { 20.0 }
 }
 
-/// The values under the mouse.
+/// Values under the mouse.
 fn readout(painter: &Painter, response: Response, frame: &Frame, unit: &str, history: &[Sample], lines: &[Line<'_>]) {
     let inner = frame.inner;
     let Some(pointer) = response.hover_pos().filter(|p| inner.contains(*p)) else { return };

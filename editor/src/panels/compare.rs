@@ -1,4 +1,5 @@
-//! Comparing: variants of the scene with one field different, beside it and in step, and what comes of it in numbers.
+//! Comparison: variants of the scene with one field changed, simulated at the same time, and their
+//! results in numbers.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, TextEdit, Ui};
 use sheetwork::integrators::TABLE as ENGINES;
@@ -7,13 +8,13 @@ use sheetwork::scene::material::LIBRARY;
 
 use super::style::{quiet, readable};
 use super::{EditorState, plots::COLOURS};
-use crate::session::{MOST_BESIDE, Session, Variant};
+use crate::session::{MAX_VARIANTS, Session, Variant};
 use crate::units::format_si;
 
-/// Fields that are offered: title, path with `#` for the sheet's number.
+/// Offered fields: title, path with `#` for the index of the sheet.
 const FIELDS: [(&str, &str); 8] = [
     ("structure", "sheets.#.structure"),
-    ("engine", "engine"),
+    ("integrator", "engine"),
     ("step", "dt"),
     ("material", "sheets.#.material"),
     ("Young", "sheets.#.material.young"),
@@ -22,20 +23,20 @@ const FIELDS: [(&str, &str); 8] = [
     ("friction", "sheets.#.friction"),
 ];
 
-/// Materials and structures that are offered first, one after the other: more than there may be variants.
+/// Materials and structures offered first, in this order: more than the maximum number of variants.
 const MATERIALS: [&str; 5] = ["card", "paper", "hips", "pvc", "steel-foil"];
 const OTHERS: [&str; 5] = ["shell", "slamm", "provot3d", "trimm", "provot2d"];
 
-/// The variants, and a table of all.
+/// Variants, and a table of all.
 pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    let now: Vec<Variant> = session.beside().map(|b| b.0.clone()).collect();
+    let now: Vec<Variant> = session.variants().map(|b| b.0.clone()).collect();
     let mut new = now.clone();
     let mut removed = None;
     for (index, variant) in new.iter_mut().enumerate() {
         ui.horizontal(|ui| {
             ui.label(RichText::new("■").color(COLOURS[(index + 1) % COLOURS.len()]));
             row(ui, index, variant, state);
-            if ui.small_button("✖").on_hover_text("Compare with this no more").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove this variant").clicked() {
                 removed = Some(index);
             }
         });
@@ -44,31 +45,32 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         new.remove(index);
     }
     ui.horizontal(|ui| {
-        if new.len() < MOST_BESIDE
-            && ui.button("Add a variant").on_hover_text("The same scene with one field different").clicked()
+        if new.len() < MAX_VARIANTS
+            && ui.button("Add a variant").on_hover_text("The scene with one field changed").clicked()
         {
             new.push(another(session, state.sheet, &new));
         }
-        if !now.is_empty() && ui.button("Stop comparing").on_hover_text("The scene alone again").clicked() {
+        if !now.is_empty() && ui.button("Stop comparing").on_hover_text("Show the scene alone").clicked() {
             new.clear();
         }
     });
     if new != now {
         session.compare_with(new);
     }
-    for (variant, found) in session.beside() {
+    for (variant, found) in session.variants() {
         if let Err(problem) = found {
             ui.label(RichText::new(format!("{}: {problem}", variant.label())).color(ui.visuals().error_fg_color));
         }
     }
-    if session.beside().next().is_some() {
+    if session.variants().next().is_some() {
         table(ui, session);
     } else {
-        ui.weak("Two to four of the same scene side by side, in step, with one field different: structure, engine, step, material …");
+        ui.weak("Variants of the scene side by side, at the same time, with one field changed: structure, integrator, step, material …");
     }
 }
 
-/// A variant that neither the scene nor a variant is: a shell of another material, a lattice of another structure.
+/// Variant that differs from the scene and the other variants: a shell of another material, a
+/// lattice of another structure.
 fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
     let structure = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
     let material = || session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
@@ -82,7 +84,7 @@ fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
     Variant { path, value }
 }
 
-/// A field and its value.
+/// Field and value of a variant.
 fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
     let sheet = state.sheet.to_string();
     let title = FIELDS.iter().find(|f| f.1.replace('#', &sheet) == variant.path).map_or(variant.path.as_str(), |f| f.0);
@@ -118,7 +120,7 @@ fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
     });
 }
 
-/// The values of a field that has names for values.
+/// Values of a field with named values.
 fn choices(path: &str) -> Vec<&'static str> {
     match path.rsplit('.').next() {
         Some("structure") => STRUCTURES.iter().map(|s| s.name).collect(),
@@ -128,7 +130,7 @@ fn choices(path: &str) -> Vec<&'static str> {
     }
 }
 
-/// A value to begin with of a field that has numbers.
+/// Initial value of a numeric field.
 fn first_value(path: &str) -> String {
     let value = match path.rsplit('.').next() {
         Some("dt") => "5 ms",
@@ -140,30 +142,30 @@ fn first_value(path: &str) -> String {
     value.to_owned()
 }
 
-/// Every world in numbers: height of the first probe and how it differs, energy, what a step takes.
+/// Table of all worlds: height of the first probe and its difference, energy, step time.
 fn table(ui: &mut Ui, session: &Session) {
-    // Of the moment that is shown, not of the last that was sampled: it may have been gone back from.
+    // The displayed moment, not the last sample: a rollback may lie between.
     let time = session.world().time();
     let first = session.height_at(time);
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
         let titles = [
             ("", ""),
-            ("height", "Of the first probe, or of the middle of the first sheet where there is none"),
-            ("differs by", "From the scene's at the same time"),
-            ("a step", "What a step takes"),
+            ("height", "Of the first probe, or of the first sheet's centre of mass"),
+            ("difference", "From the scene at the same time"),
+            ("step time", "Wall-clock time of a step"),
         ];
         for (title, about) in titles {
             ui.label(RichText::new(title).color(quiet(ui))).on_hover_text(about);
         }
         ui.end_row();
         let own = std::iter::once(("this scene".to_owned(), session));
-        let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+        let others = session.variants().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
         for (index, (name, one)) in own.chain(others).enumerate() {
             let broken = one.unstable_since();
             let name = if broken.is_some() { format!("✖ {name}") } else { name };
             let label = ui.label(RichText::new(name).color(readable(ui, COLOURS[index % COLOURS.len()])));
             if let Some(time) = broken {
-                label.on_hover_text(format!("Went unstable at {time:.4} s and was stopped"));
+                label.on_hover_text(format!("Unstable at {time:.4} s, and stopped"));
             }
             let now = one.height_at(time);
             ui.monospace(now.map_or_else(String::new, |h| format_si(h, "m")));

@@ -1,18 +1,18 @@
-//! The sections of the controls: a column of those that are open, and windows of those that were taken out of it.
+//! Sections of the controls: a column of open ones, and windows of detached ones.
 
 use bevy_egui::egui::{self, Rect, RichText, ScrollArea, Sense, Ui, Window, vec2};
 
 use super::{EditorState, Section, bodies, camera, compare, display, engine, heat, link, material, sheet};
 use crate::session::{Item, Session};
 
-/// The row of sections, and those that are open below it.
+/// Row of sections, and the open ones below it.
 pub(super) fn column(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         for (which, title) in Section::ALL {
             let open = state.open_sections.contains(&which);
-            let response = ui.selectable_label(open, title).on_hover_text("Shift+click shows it beside the others");
+            let response = ui.selectable_label(open, title).on_hover_text("Shift+click opens it beside the others");
             if response.clicked() {
                 let more = ui.input(|i| i.modifiers.shift || i.modifiers.command);
                 match (more, open) {
@@ -25,7 +25,7 @@ pub(super) fn column(ui: &mut Ui, session: &mut Session, state: &mut EditorState
     });
     ui.separator();
     let column = ui.available_rect_before_wrap();
-    // Both ways: what is wider than the panel would push the view aside.
+    // Both directions: content wider than the panel would displace the view.
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         for (which, title) in Section::ALL {
             if state.open_sections.contains(&which) && !state.floating.contains(&which) {
@@ -35,7 +35,7 @@ pub(super) fn column(ui: &mut Ui, session: &mut Session, state: &mut EditorState
     });
 }
 
-/// A section of the column, with its title, by which it is drawn out of it.
+/// Section of the column with its title, by which it can be dragged out.
 fn section(
     ui: &mut Ui,
     session: &mut Session,
@@ -44,7 +44,7 @@ fn section(
     column: Rect,
 ) {
     ui.add_space(4.0);
-    // Behind the title, so that a click is the title's.
+    // Behind the title, which takes the clicks.
     let bar = Rect::from_min_size(ui.cursor().min, vec2(column.width() - 8.0, 20.0));
     let drawn = ui.interact(bar, ui.id().with(("draw", title)), Sense::drag());
     egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(true).show_unindented(ui, |ui| {
@@ -55,14 +55,14 @@ fn section(
     let button = Rect::from_min_size(bar.right_top() - vec2(24.0, 0.0), vec2(22.0, 20.0));
     let response = ui.interact(button, ui.id().with(("take out", title)), Sense::click());
     let colour = ui.style().interact(&response).fg_stroke.color;
-    // A small window that leaves a larger one.
+    // Icon: a small window that leaves a larger one.
     let (small, stroke) = (Rect::from_center_size(button.center(), vec2(8.0, 8.0)), egui::Stroke::new(1.2, colour));
     ui.painter().rect_stroke(small.translate(vec2(-1.5, 1.5)), 1.0, stroke, egui::StrokeKind::Middle);
     ui.painter().line_segment([small.center(), small.right_top() + vec2(2.5, -2.5)], stroke);
     response.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("Take {title} out of the column"))
     });
-    let out = response.on_hover_text("A window of its own; so does drawing the title out of the column").clicked();
+    let out = response.on_hover_text("Detach as a window, or drag the title out of the column").clicked();
     let left = drawn.interact_pointer_pos().is_some_and(|at| !column.expand(12.0).contains(at));
     if out || (drawn.dragged() && left) {
         state.floating.insert(which);
@@ -91,7 +91,7 @@ fn contents(ui: &mut Ui, session: &mut Session, state: &mut EditorState, (which,
     });
 }
 
-/// The sections that were taken out, anywhere over the view; closing one puts it back.
+/// Detached sections as windows over the view; closing one returns it to the column.
 pub(super) fn windows(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     for (which, title) in Section::ALL {
         if !state.floating.contains(&which) {

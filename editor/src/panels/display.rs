@@ -1,4 +1,4 @@
-//! What is drawn of the sheets, and what they are coloured by.
+//! Display settings of the sheets: items, smoothing, colours.
 
 use bevy_egui::egui::{ComboBox, DragValue, RichText, Ui};
 use bevy_sheetwork::SheetColour;
@@ -10,13 +10,13 @@ use crate::picture::Layer;
 use crate::session::Session;
 use crate::units::format_si;
 
-/// Surface, layer, smoothing, colours, springs, masses, room.
+/// Surface, layer, smoothing, colours, springs, nodes, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let display = &mut state.display;
     ui.horizontal(|ui| {
         ui.checkbox(&mut display.surface, "Surface");
-        ui.checkbox(&mut display.springs, "Springs").on_hover_text("Blue where compressed, red where stretched");
-        ui.checkbox(&mut display.masses, "Masses").on_hover_text("Bright where they touch a body");
+        ui.checkbox(&mut display.springs, "Springs").on_hover_text("Blue in compression, red in tension");
+        ui.checkbox(&mut display.nodes, "Nodes").on_hover_text("Bright in contact with a body");
     });
     ui.add_enabled_ui(display.surface, |ui| {
         ui.horizontal(|ui| {
@@ -25,34 +25,35 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         });
         ui.horizontal(|ui| {
             ui.radio_value(&mut display.smooth, true, "Smoothed")
-                .on_hover_text("A spline surface through the masses; where they are far apart it can cut an edge");
-            ui.radio_value(&mut display.smooth, false, "Flat").on_hover_text("Triangles between the masses");
+                .on_hover_text("A spline surface through the nodes");
+            ui.radio_value(&mut display.smooth, false, "Flat").on_hover_text("Flat triangles between the nodes");
         });
         if display.smooth
             && let Some(gap) = gap(ui, session, display.layer)
         {
-            ui.label(RichText::new(format!("up to {} from where contact has it", format_si(gap, "m"))).color(quiet(ui)))
+            ui.label(RichText::new(format!("up to {} from the contact triangles", format_si(gap, "m"))).color(quiet(ui)))
                 .on_hover_text(
-                    "Largest gap between the smoothed surface and the flat triangles that contact has. What is drawn is kept out of bodies.",
+                    "Largest distance between the smoothed surface and the flat triangles used in contact. The displayed surface is moved out of bodies.",
                 );
         }
         colours(ui, session, &mut display.colour);
     });
     ui.horizontal_wrapped(|ui| {
         ui.checkbox(&mut display.room, "Room").on_hover_text("Floor and back wall");
-        ui.checkbox(&mut display.bodies, "Bodies").on_hover_text("Rigid bodies; hidden ones are met all the same");
-        ui.checkbox(&mut display.pins, "Pins").on_hover_text("Masses that are held");
-        ui.checkbox(&mut display.contacts, "Contacts").on_hover_text("Masses that touch something");
-        ui.checkbox(&mut display.normals, "Normals").on_hover_text("Which way the drawn side faces, at every mass");
+        ui.checkbox(&mut display.bodies, "Bodies").on_hover_text("Rigid bodies; hidden ones still make contact");
+        ui.checkbox(&mut display.pins, "Pins").on_hover_text("Fixed nodes");
+        ui.checkbox(&mut display.contacts, "Contacts").on_hover_text("Nodes in contact");
+        ui.checkbox(&mut display.normals, "Normals").on_hover_text("Normals of the displayed side at every node");
     });
     ui.horizontal(|ui| {
-        if ui.button("Look at the scene").on_hover_text("The view that the scene asks for (F)").clicked() {
-            state.camera = Camera::of_session(session);
+        if ui.button("Look at the scene").on_hover_text("The camera of the scene (F)").clicked() {
+            state.camera = Camera::from_session(session);
         }
     });
 }
 
-/// The largest gap between what is drawn and what contact has, m, worked out when something has moved.
+/// Largest distance between the displayed surface and the contact triangles, m, recomputed after a
+/// change.
 fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
     type Known = ((u64, u64, u64, bool), Option<f64>);
     let now = (session.generation(), session.revision(), session.world().steps(), layer == Layer::Top);
@@ -65,7 +66,7 @@ fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
     gap
 }
 
-/// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
+/// Field of the colours, and the ends of a manual scale.
 fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
     let played = session.playback();
     let now = SheetColour::Temperature.scale(session.world());
@@ -75,18 +76,18 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
         _ => SheetColour::TemperatureBetween { low, high },
     };
     let choices = [
-        (None, "Automatic", "Temperature where the scene has heat; stiffness where that follows the thesis's formulas"),
-        (Some(SheetColour::Plain), "One colour", "That of the sheet"),
-        (Some(SheetColour::Temperature), "Temperature", "Of the side that is drawn, from the room's to the hottest"),
-        (Some(own), "Temperature from … to", "On a scale that stays"),
-        (Some(SheetColour::Stiffness), "Stiffness left", "Of that of the cold material, %"),
-        (Some(SheetColour::Stretch), "Stretch", "Largest change of length at each mass, %"),
-        (Some(SheetColour::Bending), "Bending", "Largest curvature at each mass, 1/m"),
-        (Some(SheetColour::Speed), "Speed", "Of each mass, m/s"),
+        (None, "Automatic", "Temperature in a scene with heat; remaining stiffness with the thesis's formulas"),
+        (Some(SheetColour::Plain), "One colour", "The colour of the sheet"),
+        (Some(SheetColour::Temperature), "Temperature", "Of the displayed side, from the surroundings to the highest"),
+        (Some(own), "Temperature from … to", "On a fixed scale"),
+        (Some(SheetColour::Stiffness), "Remaining stiffness", "Relative to the cold material, %"),
+        (Some(SheetColour::Stretch), "Strain", "Largest strain of the edges at each node, %"),
+        (Some(SheetColour::Bending), "Curvature", "Largest curvature at each node, 1/m"),
+        (Some(SheetColour::Speed), "Speed", "Of each node, m/s"),
         (
             Some(SheetColour::Contact),
             "Contact force",
-            "What holds each mass, mN: exact at rest, off by its inertia in motion",
+            "At each node, mN; exact at rest, with the error of the inertial force in motion",
         ),
     ];
     let name = choices.iter().find(|c| c.0 == *chosen).map_or("", |c| c.1);
@@ -112,7 +113,7 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
     }
 }
 
-/// Whether a recording has what this colours by: places, and temperatures where there were some.
+/// Whether a recording has the field: positions, and temperatures where recorded.
 fn is_recorded(colour: Option<SheetColour>, heat: bool) -> bool {
     match colour {
         Some(SheetColour::Plain | SheetColour::Stretch | SheetColour::Bending) => true,

@@ -1,15 +1,15 @@
-//! How time passes: the engine, its step, gravity, air and wind, and how surfaces meet.
+//! Controls of the integrator, its step, gravity, air and wind, and default contact parameters.
 
 use bevy_egui::egui::{Grid, Ui};
-use bevy_sheetwork::inspector::controls::{How, PLAIN, dial};
+use bevy_sheetwork::inspector::controls::{ControlOptions, PLAIN, parameter_row};
 use bevy_sheetwork::inspector::{cost, engine as rows};
 
 use crate::session::Session;
 
-/// Engine, step, substeps, tolerance, gravity, air, wind, friction and restitution of what has none of its own.
+/// Integrator, step, substeps, tolerance, gravity, air, wind, default friction and restitution.
 pub fn engine(ui: &mut Ui, session: &mut Session) {
     Grid::new("engine").num_columns(2).show(ui, |ui| {
-        // A scene that once had such an air shows it, so that it can come back.
+        // A scene opened with linear damping keeps the control.
         let factor = session.scene().air.factor < 1.0 || session.document().opened().air.factor < 1.0;
         rows(ui, session, factor);
         surfaces(ui, session);
@@ -17,12 +17,12 @@ pub fn engine(ui: &mut Ui, session: &mut Session) {
     cost(ui, session);
 }
 
-/// Friction and restitution of everything that does not say otherwise.
+/// Default friction and restitution.
 fn surfaces(ui: &mut Ui, session: &mut Session) {
     let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
-    let about = "Coulomb friction coefficient of what has none of its own";
-    let how = How { late: true, ..How::slider(0.0..=1.0) };
-    dial(ui, session, ("All friction", about, "contact.friction"), friction, PLAIN, &how);
-    let about = "Restitution of what has none of its own";
-    dial(ui, session, ("All restitution", about, "contact.restitution"), restitution, PLAIN, &how);
+    let about = "Coulomb friction coefficient of sheets and bodies without their own";
+    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
+    parameter_row(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
+    let about = "Coefficient of restitution of sheets and bodies without their own";
+    parameter_row(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);
 }

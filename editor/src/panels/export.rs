@@ -1,20 +1,20 @@
-//! The window of an export: how often and how long, and then how far it is.
+//! Window of an export: rate and duration, then progress.
 
 use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
 use super::EditorState;
-use crate::export::{Job, Kind, MOST_TARGETS, moments, picture_file};
+use crate::export::{Job, Kind, MAX_TARGETS, moments, picture_file};
 use crate::picture::LARGEST;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, input, name, tell};
 use sheetwork::World;
 
 const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
-/// Milliseconds of a frame that an export may have.
+/// Time of an export per frame, ms.
 const BUDGET_MS: u128 = 25;
 
-/// The window, while there is an export; a part of its work is done in every frame.
+/// The window, while there is an export; part of the work is done in every frame.
 pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut job) = state.export.take() else { return };
     let title = if job.kind == Kind::Gltf { "Export glTF" } else { "Export pictures" };
@@ -27,12 +27,13 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             return;
         }
         Grid::new("export").num_columns(2).show(ui, |ui| {
-            let often = if job.kind == Kind::Gltf { "A second" } else { "Pictures a second" };
-            let label = ui.label(often).on_hover_text("Moments in a simulated second, 0.01 to 10000");
+            let often = if job.kind == Kind::Gltf { "Per second" } else { "Pictures per second" };
+            let label = ui.label(often).on_hover_text("Moments per simulated second, 0.01 to 10000");
             ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
             ui.end_row();
-            let label = name(ui, "Duration", "From the present moment on, simulated time");
-            let done = input(ui, &label, job.seconds, SECOND, &How { speed: 0.02, ..How::default() });
+            let label = name(ui, "Duration", "Simulated time from the present state on, s");
+            let done =
+                input(ui, &label, job.seconds, SECOND, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
             job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
             tell(session, "duration", done.error);
             ui.end_row();
@@ -47,11 +48,13 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         });
         if job.kind == Kind::Gltf {
-            ui.weak(format!("Sheets as morph targets, bodies and heaters as nodes; at most {MOST_TARGETS} moments."));
+            ui.weak(format!(
+                "Sheets as morph targets, bodies and heaters as glTF nodes; at most {MAX_TARGETS} moments."
+            ));
         }
         let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);
         ui.weak(if count == 1 { "1 moment".to_owned() } else { format!("{count} moments") });
-        ui.weak("The run goes on from the present moment beside what is open, which stays where it is.");
+        ui.weak("The run continues from the present state; the open session is unchanged.");
         if ui.button("Write").clicked() {
             session.pause();
             if let Err(error) = job.begin(session, &state.camera) {
@@ -78,7 +81,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Says what was written, and what became of the run.
+/// Report the written files, and instability of the run.
 fn told(session: &mut Session, job: &Job) {
     match &job.kind {
         Kind::Sequence(..) => {
@@ -87,6 +90,6 @@ fn told(session: &mut Session, job: &Job) {
         Kind::Gltf => session.note(format!("written: {}", job.file.display())),
     }
     if let Some(sheet) = job.world().and_then(World::unstable) {
-        session.fail(format!("in what was written, {} went unstable and was stopped", sheet.name));
+        session.fail(format!("in the written run {} became unstable and was stopped", sheet.name));
     }
 }

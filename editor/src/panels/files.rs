@@ -1,9 +1,10 @@
-//! The file menu, and the dialog that chooses a file in a folder.
+//! File menu and file dialog.
 
 use std::path::{Path, PathBuf};
 
 use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
 
+use super::dialog::{Dialog, Purpose};
 use super::{EditorState, Section, Tool};
 use crate::browser::Browser;
 use crate::camera::Camera;
@@ -13,43 +14,16 @@ use crate::scenes;
 use crate::session::{Item, Session};
 use crate::templates;
 
-/// Endings of what can be opened.
+/// Extensions of files that can be opened.
 const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];
 
-/// What a file is chosen for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// To be opened, or added to the scene.
-    Open,
-    /// To save the scene in.
-    Save,
-    /// To write the samples in.
-    Csv,
-    /// To draw the scene in, as it is seen.
-    Picture,
-    /// To draw a run in, picture by picture.
-    Sequence,
-    /// To write a run in as glTF.
-    Gltf,
-}
-
-/// A dialog that chooses a file.
-#[derive(Clone, Debug)]
-pub struct Dialog {
-    purpose: Purpose,
-    browser: Browser,
-    /// A file that is there already, and would be written over.
-    over: Option<PathBuf>,
-    /// Whether it was shown before: what is typed at once is a name.
-    shown: bool,
-}
-
 impl EditorState {
-    /// Opens the dialog for `purpose`.
+    /// Open the dialog for `purpose`.
     pub fn browse(&mut self, session: &Session, purpose: Purpose) {
         let own = session.file().and_then(Path::parent).map(Path::to_path_buf);
         let last = self.folder.clone();
-        // A scene that has a file is saved beside it; what is opened and what is written lie each where the last such file was.
+        // A scene with a file is saved beside it; other purposes start in the folder of the last
+        // such file.
         let beside = match purpose {
             Purpose::Open => last.or(own),
             Purpose::Save => own.or(last),
@@ -79,7 +53,7 @@ impl EditorState {
         self.dialog = Some(Dialog { purpose, browser, over: None, shown: false });
     }
 
-    /// Saves the scene in its file, or asks for one where it has none.
+    /// Save the scene in its file, or open the dialog where it has none.
     pub fn save(&mut self, session: &mut Session) {
         let own = session.file().map(Path::to_path_buf).filter(|f| scenes::is_scene(f));
         match own {
@@ -88,31 +62,32 @@ impl EditorState {
         }
     }
 
-    /// Saves the scene in `file` and remembers it.
+    /// Save the scene in `file` and add it to the recent files.
     pub fn save_as(&mut self, session: &mut Session, file: &Path) -> bool {
         let saved = session.save_as(file);
         if saved {
             let file = session.file().unwrap_or(file).to_path_buf();
-            self.keeper.note(&file);
-            self.keeper.copy(session);
+            self.persistence.note(&file);
+            self.persistence.back_up(session);
             session.note(format!("saved: {}", file.display()));
         }
         saved
     }
 
-    /// Begins a scene of a template.
+    /// Start the scene of a template.
     pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
         self.make_room(session, |session| session.begin_scene(scene));
     }
 
-    /// Begins with work that was left behind.
+    /// Start a recovered scene.
     pub fn recover(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
         self.make_room(session, |session| session.recover_scene(scene));
     }
 
-    /// Sets unsaved work aside for another scene, which `begin` begins, and looks at that. Returns whether it was begun.
+    /// Write unsaved work aside, start another scene by `begin`, and look at it. Returns whether it
+    /// was started.
     fn make_room(&mut self, session: &mut Session, begin: impl FnOnce(&mut Session) -> bool) -> bool {
-        let aside = self.keeper.set_aside(session);
+        let aside = self.persistence.write_aside(session);
         let begun = begin(session);
         if begun {
             tell_of(session, aside.as_deref());
@@ -139,12 +114,12 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     let mut chosen = None;
     ui.menu_button("Scenes", |ui| chosen = shipped(ui, state));
     ui.menu_button("Recent", |ui| {
-        for file in state.keeper.recent() {
+        for file in state.persistence.recent() {
             if ui.button(scenes::title(file)).on_hover_text(file.display().to_string()).clicked() {
                 chosen = Some(file.clone());
             }
         }
-        if state.keeper.recent().is_empty() {
+        if state.persistence.recent().is_empty() {
             ui.weak("nothing yet");
         }
     });
@@ -160,7 +135,7 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
         ui.close();
     }
     exports(ui, session, state);
-    if ui.button("Reload from its file").on_hover_text("Start again with the file's own values").clicked() {
+    if ui.button("Reload from its file").on_hover_text("Restart with the values of the file").clicked() {
         session.reload();
         ui.close();
     }
@@ -171,7 +146,7 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     ui.weak("or drop a file on the window")
         .on_hover_text("A scene, recording, material, sheet, polyhedra or heater file");
     ui.separator();
-    if ui.button("Study…").on_hover_text("Sheets seen blind, with a questionnaire: answers as CSV").clicked() {
+    if ui.button("Study…").on_hover_text("Blind trials of sheets with a questionnaire; answers as CSV").clicked() {
         super::study::open(state);
         ui.close();
     }
@@ -184,11 +159,15 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     }
 }
 
-/// What can be written besides the scene.
+/// Exports.
 fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let runs = [
-        ("Export pictures…", "A run from now on, picture by picture, as PNG", Purpose::Sequence),
-        ("Export glTF…", "A run from now on: sheets that bend and bodies that move, for other programs", Purpose::Gltf),
+        ("Export pictures…", "A run from the present state on, as a sequence of PNG files", Purpose::Sequence),
+        (
+            "Export glTF…",
+            "A run from the present state on: deforming sheets and moving bodies, for other programs",
+            Purpose::Gltf,
+        ),
     ];
     for (title, about, purpose) in runs {
         if ui.button(title).on_hover_text(about).clicked() {
@@ -200,26 +179,26 @@ fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         state.browse(session, Purpose::Csv);
         ui.close();
     }
-    if ui.button("Export picture…").on_hover_text("The scene as it is seen now, as PNG, without panels").clicked() {
+    if ui.button("Export picture…").on_hover_text("The present view as PNG, without panels").clicked() {
         state.browse(session, Purpose::Picture);
         ui.close();
     }
 }
 
-/// Brings back what was found at the start.
+/// Recovery of unsaved work found at the start.
 fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if let Some((copy, scene)) = state.left.clone() {
-        let about = "Work that was not saved when the editor last ended";
+        let about = "Unsaved work of the last run of the editor";
         if ui.button(format!("Recover \"{}\"", scene.name)).on_hover_text(about).clicked() {
             state.recover(session, &scene);
-            state.keeper.forget(&copy);
+            state.persistence.forget(&copy);
             state.left = None;
             ui.close();
         }
     }
 }
 
-/// The scenes that come with the program.
+/// Shipped scenes.
 fn shipped(ui: &mut Ui, state: &EditorState) -> Option<PathBuf> {
     let mut chosen = None;
     ScrollArea::vertical().max_height(420.0).show(ui, |ui| {
@@ -236,7 +215,7 @@ fn shipped(ui: &mut Ui, state: &EditorState) -> Option<PathBuf> {
     chosen
 }
 
-/// A field that takes the name of any file.
+/// Text field for a file name.
 fn path_field(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
     let mut chosen = None;
     ui.horizontal(|ui| {
@@ -271,7 +250,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 dialog.browser.up();
             }
             let folder = dialog.browser.folder();
-            // Short, where the editor was started above it.
+            // Relative to the working directory, where possible.
             let here = std::env::current_dir().ok();
             let short = here.as_ref().and_then(|here| folder.strip_prefix(here).ok()).unwrap_or(folder);
             ui.label(short.display().to_string()).on_hover_text(folder.display().to_string());
@@ -300,7 +279,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         });
         if let Some(file) = &dialog.over {
-            ui.colored_label(ui.visuals().warn_fg_color, format!("{} is there already.", file.display()));
+            ui.colored_label(ui.visuals().warn_fg_color, format!("{} exists already.", file.display()));
         }
     });
     match chosen {
@@ -310,7 +289,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Selects a name up to its ending: what is typed takes its place.
+/// Select the name without its extension, for replacement by typing.
 fn select_stem(ui: &Ui, field: egui::Id, name: &str) {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let mut text = egui::text_edit::TextEditState::load(ui.ctx(), field).unwrap_or_default();
@@ -319,7 +298,7 @@ fn select_stem(ui: &Ui, field: egui::Id, name: &str) {
     text.store(ui.ctx(), field);
 }
 
-/// Folders and files; a double click takes a file.
+/// Folders and files; a double click chooses a file.
 fn entries(ui: &mut Ui, dialog: &mut Dialog, chosen: &mut Option<PathBuf>) {
     let mut into = None;
     ScrollArea::vertical().max_height(300.0).auto_shrink(false).show(ui, |ui| {
@@ -370,7 +349,7 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
         return;
     }
     match dialog.purpose {
-        // What could not be opened or written may be another by name.
+        // After a failure the user can choose another file.
         Purpose::Open if !state.open(session, &file) => state.dialog = Some(dialog),
         Purpose::Save if !state.save_as(session, &file) => state.dialog = Some(dialog),
         Purpose::Open | Purpose::Save => {}
@@ -390,28 +369,28 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
     }
 }
 
-/// The scene as it is seen, twice as large, by the rasteriser that needs no graphics driver.
+/// The present view at twice the size, by the software rasteriser.
 fn picture(session: &Session, state: &EditorState) -> Picture {
     let (look, size) = look(state);
     Picture::draw(session.world(), &state.camera, &look, (2 * size.0, 2 * size.1))
 }
 
-/// What is drawn of the scene, and the size of the view, pixels.
+/// Display settings of the scene, and size of the view, pixels.
 fn look(state: &EditorState) -> (Look, (u32, u32)) {
-    // Even numbers: what makes films of pictures takes no others.
+    // Even sizes, as required by video encoders.
     let even = |length: f32| (length.max(8.0) as u32) & !1;
     (state.display.look(), (even(state.viewport.width()), even(state.viewport.height())))
 }
 
 impl EditorState {
-    /// Opens a file: a scene or recording in place of the present one, anything else added to it. A refusal becomes a message. Returns whether it
-    /// was taken.
+    /// Open a file: a scene or recording replaces the present one, other files are added to it. An
+    /// error becomes a message. Returns whether the file was accepted.
     pub fn open(&mut self, session: &mut Session, file: &Path) -> bool {
         let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
         if is_scene && !is_material(file) {
             let loaded = self.make_room(session, |session| session.load(file));
             if loaded {
-                self.keeper.note(file);
+                self.persistence.note(file);
             }
             return loaded;
         }
@@ -423,7 +402,7 @@ impl EditorState {
         added
     }
 
-    /// Chooses what was added to the scene, shows it and its controls, and lets it be moved at once.
+    /// Select the object that was added to the scene, show its controls, and choose the move tool.
     fn turn_to_what_is_new(&mut self, session: &mut Session, before: (usize, usize, usize), file: &Path) {
         let after = Self::parts(session);
         let item = if after.0 > before.0 {
@@ -436,16 +415,19 @@ impl EditorState {
             // A material.
             self.open_sections = [Section::Material].into();
             let name = session.world().sheets().get(self.sheet).map_or(String::new(), |s| s.name.clone());
-            session.note(format!("{name} is of {} now", file.file_name().unwrap_or_default().to_string_lossy()));
+            session.note(format!(
+                "the material of {name} is now {}",
+                file.file_name().unwrap_or_default().to_string_lossy()
+            ));
             return;
         };
         if before == (0, 0, 0) {
-            self.camera = Camera::of_session(session);
+            self.camera = Camera::from_session(session);
         }
         self.turn_to(session, item);
     }
 
-    /// Chooses something new, lets it be moved at once, and has it in view.
+    /// Select a new object, choose the move tool, and bring the object into view.
     pub(super) fn turn_to(&mut self, session: &Session, item: Item) {
         self.choose(Some(item));
         self.tool = Tool::Move;
@@ -455,24 +437,24 @@ impl EditorState {
         }
     }
 
-    /// How many sheets, bodies and heaters the scene has.
+    /// Numbers of sheets, bodies and heaters of the scene.
     fn parts(session: &Session) -> (usize, usize, usize) {
         let scene = session.scene();
         (scene.sheets.len(), scene.bodies.len(), scene.heaters.len())
     }
 
     fn look_at(&mut self, session: &Session) {
-        self.display = self.display.of(session);
-        self.camera = Camera::of_session(session);
+        self.display = self.display.for_session(session);
+        self.camera = Camera::from_session(session);
         self.sheet = 0;
         self.selected = None;
     }
 }
 
-/// Says where unsaved work has gone that another scene has made room for.
+/// Report the file of unsaved work that another scene replaced.
 fn tell_of(session: &mut Session, aside: Option<&Path>) {
     if let Some(file) = aside {
-        session.note(format!("what was not saved is kept: File, Recent, {}", scenes::title(file)));
+        session.note(format!("unsaved work was written to: File, Recent, {}", scenes::title(file)));
     }
 }
 

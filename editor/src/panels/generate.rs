@@ -1,75 +1,19 @@
-//! Generating a sheet: structure, grid and size with a preview and its counts, before it becomes part of the scene or a file.
+//! Generation of a sheet: structure, grid and size with a preview and counts, for the scene or a
+//! file.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, Sense, Stroke, Ui, Window, pos2, vec2};
-use glam::DVec3;
 use sheetwork::mesh::structure::TABLE;
-use sheetwork::scene::{Scene, SheetSpec, sht};
-use sheetwork::sheet::{Sheet, to_file};
+use sheetwork::scene::{SheetSpec, sht};
+use sheetwork::sheet::to_file;
 
 use super::EditorState;
+use super::draft::{Draft, one};
 use super::style::ACCENT;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
 const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
-
-/// A sheet that is not there yet.
-#[derive(Clone, Debug)]
-pub struct Draft {
-    spec: SheetSpec,
-    file: String,
-    /// What was built of which description.
-    built: Option<(SheetSpec, Result<Preview, String>)>,
-}
-
-/// What is shown of a built sheet.
-#[derive(Clone, Debug)]
-struct Preview {
-    masses: usize,
-    springs: usize,
-    grams: f64,
-    /// Lines in the plane (length, width), m.
-    lines: Vec<[(f64, f64); 2]>,
-}
-
-impl Draft {
-    /// One like sheet `index`, without its name, pins and probes.
-    pub fn of(session: &Session, index: usize) -> Self {
-        let like = session.scene().sheets.get(index).cloned().unwrap_or_default();
-        let spec = SheetSpec { name: String::new(), file: None, pins: Vec::new(), probes: Default::default(), ..like };
-        Self { spec, file: "sheet.sht".into(), built: None }
-    }
-
-    fn build(&mut self, session: &Session) {
-        if self.built.as_ref().is_some_and(|(of, _)| *of == self.spec) {
-            return;
-        }
-        let found = preview(session.scene(), &self.spec).map_err(|e| e.to_string());
-        self.built = Some((self.spec.clone(), found));
-    }
-}
-
-fn one(scene: &Scene, spec: &SheetSpec) -> Result<Sheet, sheetwork::InputError> {
-    let alone = Scene { sheets: vec![spec.clone()], base: scene.base.clone(), ..Scene::default() };
-    sheetwork::scene::validate::scene(&alone)?;
-    Sheet::build(&alone, 0)
-}
-
-fn preview(scene: &Scene, spec: &SheetSpec) -> Result<Preview, sheetwork::InputError> {
-    let flat = SheetSpec { placement: Default::default(), velocity: DVec3::ZERO, ..spec.clone() };
-    let sheet = one(scene, &flat)?;
-    let at = |i: u32| sheet.x.get(i as usize);
-    let line = |a: u32, b: u32| [(at(a).x, at(a).z), (at(b).x, at(b).z)];
-    let springs = sheet.springs();
-    let lines = if springs.is_empty() {
-        sheet.edges().into_iter().map(|[a, b]| line(a, b)).collect()
-    } else {
-        (0..springs.len()).map(|i| line(springs.a[i], springs.b[i])).collect()
-    };
-    let (masses, springs, grams) = (sheet.masses(), springs.len(), 1e3 * sheet.total_mass());
-    Ok(Preview { masses, springs, grams, lines })
-}
 
 /// The dialog, while it is open.
 pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -84,7 +28,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.vertical(|ui| {
                 Grid::new("generate").num_columns(2).show(ui, |ui| fields(ui, session, &mut draft.spec));
                 if let Some((_, Ok(found))) = &draft.built {
-                    let text = format!("{} masses, {} springs, {:.3} g", found.masses, found.springs, found.grams);
+                    let text = format!("{} nodes, {} springs, {:.3} g", found.masses, found.springs, found.grams);
                     ui.label(RichText::new(text).strong());
                 }
                 if let Some((_, Err(problem))) = &draft.built {
@@ -95,7 +39,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let fine = matches!(&draft.built, Some((_, Ok(_))));
         ui.add_enabled_ui(fine, |ui| {
             ui.horizontal(|ui| {
-                if ui.button("Add to the scene").on_hover_text("As one edit, which undo takes back").clicked() {
+                if ui.button("Add to the scene").on_hover_text("As one edit, with undo").clicked() {
                     let spec = draft.spec.clone();
                     done = session.edit("generated sheet", "generate", |s| s.sheets.push(spec));
                 }
@@ -104,7 +48,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 ui.add(field).labelled_by(label.id);
                 if ui
                     .button("Write .SHT")
-                    .on_hover_text("The thesis's sheet file, readable by `sheetwork` too")
+                    .on_hover_text("Sheet file of the thesis, also readable by `sheetwork`")
                     .clicked()
                 {
                     write(session, &draft);
@@ -127,7 +71,7 @@ fn write(session: &mut Session, draft: &Draft) {
 }
 
 fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
-    let label = name(ui, "Structure", "How the masses are joined");
+    let label = name(ui, "Structure", "Discretisation: a shell, or a lattice of springs");
     let shown = ComboBox::from_id_salt("new structure").selected_text(spec.structure.name()).show_ui(ui, |ui| {
         for row in TABLE {
             ui.selectable_value(&mut spec.structure, row.kind, row.name).on_hover_text(row.about);
@@ -137,8 +81,9 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     ui.end_row();
     let (low, high) = spec.structure.info().layers;
     let mut count = |ui: &mut Ui, title: &str, now: u32, (low, high): (u32, u32)| {
-        let label = name(ui, title, "Masses");
-        let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::default() });
+        let label = name(ui, title, "Nodes");
+        let done =
+            input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
         tell(session, title, done.error);
         ui.end_row();
         (done.value.unwrap_or(f64::from(now)).round().clamp(0.0, 1e6) as u32).clamp(low, high)
@@ -148,7 +93,7 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     spec.grid.2 = count(ui, "Along the width", spec.grid.2, (2, 200));
     let mut length = |ui: &mut Ui, title: &str, now: f64| {
         let label = name(ui, title, "");
-        let done = input(ui, &label, now, MM, &How::default());
+        let done = input(ui, &label, now, MM, &ControlOptions::default());
         tell(session, title, done.error);
         ui.end_row();
         done.value.unwrap_or(now)
@@ -167,7 +112,7 @@ fn picture(ui: &mut Ui, draft: &Draft) {
     let Some((spec, Ok(found))) = &draft.built else { return };
     let scale = (rect.width() - 20.0) / (spec.size.0.max(spec.size.1).max(1e-9) as f32);
     let at = |(x, z): (f64, f64)| pos2(rect.center().x + x as f32 * scale, rect.center().y + z as f32 * scale);
-    // Of a large sheet every line would be one grey square, and slow.
+    // All lines of a large sheet would be slow and appear as a grey square.
     let every = found.lines.len() / 6000 + 1;
     for [a, b] in found.lines.iter().step_by(every) {
         painter.line_segment([at(*a), at(*b)], Stroke::new(0.8, ACCENT));

@@ -1,4 +1,5 @@
-//! What heats: the oven, the room, heaters with their faces, the heat gun; and how warm the sheets are.
+//! Heat sources: oven, surroundings, heaters with their faces, heat gun; and the temperatures of
+//! the sheets.
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
@@ -8,16 +9,18 @@ use super::style::quiet;
 use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of, input, name, tell, vector};
+use bevy_sheetwork::inspector::controls::{
+    CELSIUS, ControlOptions, MM, PLAIN, input, name, parameter_control, parameter_row, tell, vector,
+};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);
-/// Faces of a box, in the order that scenes count them.
+/// Faces of a box, in the order of the scene description.
 const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
-/// Temperature that a face is switched on with, °C.
+/// Initial temperature of a hot face, °C.
 const HOT: f64 = 300.0;
 
-/// Oven, room, heaters, heat gun, and the temperatures of the sheets.
+/// Oven, surroundings, heaters, heat gun, and the temperatures of the sheets.
 pub fn heat(ui: &mut Ui, session: &mut Session) {
     Grid::new("oven").num_columns(2).show(ui, |ui| {
         oven(ui, session);
@@ -38,7 +41,7 @@ pub fn heat(ui: &mut Ui, session: &mut Session) {
 fn oven(ui: &mut Ui, session: &mut Session) {
     let spec = session.scene().oven.clone();
     let mut on = spec.as_ref().is_some_and(|o| o.on);
-    if ui.checkbox(&mut on, "Oven").on_hover_text("The whole room, air and walls, at a temperature").changed() {
+    if ui.checkbox(&mut on, "Oven").on_hover_text("Air and walls of the room at one temperature").changed() {
         match &spec {
             Some(_) => _ = session.set("oven.on", if on { "1" } else { "0" }),
             None => _ = session.edit("oven", "oven", |s| s.oven = Some(OvenSpec::default())),
@@ -49,21 +52,21 @@ fn oven(ui: &mut Ui, session: &mut Session) {
             if spec.schedule.is_empty() {
                 ui.horizontal(|ui| {
                     let label = name(ui, "at", "Temperature of the oven, °C");
-                    dial_of(
+                    parameter_control(
                         ui,
                         session,
                         &label,
                         "oven.temperature",
                         spec.temperature,
                         CELSIUS,
-                        &How::slider(20.0..=300.0),
+                        &ControlOptions::slider(20.0..=300.0),
                     );
                 });
             } else {
                 ui.horizontal(|ui| {
                     let now = session.world().room_temperature();
-                    ui.label(CELSIUS.format(now)).on_hover_text("By its schedule");
-                    if ui.small_button("hold").on_hover_text("Hold this temperature in place of the schedule").clicked()
+                    ui.label(CELSIUS.format(now)).on_hover_text("By the schedule");
+                    if ui.small_button("hold").on_hover_text("Keep this temperature in place of the schedule").clicked()
                     {
                         session.edit("oven held", "oven", |s| {
                             s.oven = Some(OvenSpec { schedule: Vec::new(), temperature: now, ..spec.clone() });
@@ -81,11 +84,25 @@ fn room(ui: &mut Ui, session: &mut Session) {
     let (ambient, convection, lapse) =
         (session.scene().ambient_temperature, session.scene().convection, session.scene().time_lapse);
     let about = "Temperature of the surroundings, °C; type 70 °F or 300 K if you like";
-    dial(ui, session, ("Ambient", about, "ambient_temperature"), ambient, CELSIUS, &How::slider(-20.0..=60.0));
-    let about = "Heat that both sides of a sheet together give to still air, W/(m² K)";
-    dial(ui, session, ("Convection", about, "convection"), convection, CONVECTION, &How::slider(0.0..=100.0));
-    let about = "How many times faster time runs for heat than for motion";
-    dial(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &How::log(0.1..=100.0));
+    parameter_row(
+        ui,
+        session,
+        ("Ambient", about, "ambient_temperature"),
+        ambient,
+        CELSIUS,
+        &ControlOptions::slider(-20.0..=60.0),
+    );
+    let about = "Convection coefficient of both sides of a sheet together in still air, W/(m² K)";
+    parameter_row(
+        ui,
+        session,
+        ("Convection", about, "convection"),
+        convection,
+        CONVECTION,
+        &ControlOptions::slider(0.0..=100.0),
+    );
+    let about = "Factor of thermal time over mechanical time";
+    parameter_row(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &ControlOptions::log(0.1..=100.0));
 }
 
 fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
@@ -94,10 +111,10 @@ fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
     CollapsingHeader::new(RichText::new(title).strong()).id_salt(("heater", index)).default_open(true).show(ui, |ui| {
         ui.horizontal(|ui| {
             let mut on = spec.on;
-            if ui.checkbox(&mut on, "On").on_hover_text("Whether it radiates").changed() {
+            if ui.checkbox(&mut on, "On").on_hover_text("Whether the heater radiates").changed() {
                 session.edit("heater switched", &format!("heaters.{index}.on"), |s| s.heaters[index].on = on);
             }
-            if ui.small_button("Remove").on_hover_text("Take this heater out of the scene").clicked() {
+            if ui.small_button("Remove").on_hover_text("Remove this heater from the scene").clicked() {
                 session.edit("removal of a heater", "remove heater", |s| _ = s.heaters.remove(index));
             }
         });
@@ -108,7 +125,7 @@ fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
     });
 }
 
-/// Which faces are hot, and how hot.
+/// Hot faces and their temperatures.
 fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
     let whole = match opened(spec, session.scene()) {
         Ok(whole) => whole,
@@ -135,7 +152,13 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
                     let done = ui
                         .horizontal(|ui| {
                             let label = name(ui, "at", "Temperature of this face, °C; type 700 K if you like");
-                            input(ui, &label, spec.temperature, CELSIUS, &How { speed: 1.0, ..How::default() })
+                            input(
+                                ui,
+                                &label,
+                                spec.temperature,
+                                CELSIUS,
+                                &ControlOptions { speed: 1.0, ..ControlOptions::default() },
+                            )
                         })
                         .inner;
                     tell(session, "temperature", done.error);
@@ -160,11 +183,12 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
     });
 }
 
-/// Where something is put: place and turn.
+/// Placement of an item: position and rotation.
 pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
     Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
-        name(ui, "Place", "Where it is put, mm; or drag it with the move tool in the view");
-        let (new, _) = vector(ui, session, "place", now.position, MM, &How { speed: 0.5, ..How::late() });
+        name(ui, "Position", "Position, mm; or drag it with the move tool in the view");
+        let (new, _) =
+            vector(ui, session, "place", now.position, MM, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
         if let Some(position) = new {
             session.place(item, Placement { position, ..now });
         }
@@ -172,8 +196,15 @@ pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placeme
         if item == Item::HeatGun {
             return;
         }
-        name(ui, "Turn", "About the fixed x, y and z axes, in this order");
-        let (new, _) = vector(ui, session, "turn", now.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+        name(ui, "Rotation", "About the fixed x, y and z axes, in this order");
+        let (new, _) = vector(
+            ui,
+            session,
+            "turn",
+            now.rotation,
+            DEGREES,
+            &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+        );
         if let Some(rotation) = new {
             session.place(item, Placement { rotation, ..now });
         }
@@ -189,23 +220,29 @@ fn gun(ui: &mut Ui, session: &mut Session) {
             if ui.checkbox(&mut on, "Blows").on_hover_text("Whether the heat gun is on").changed() {
                 session.set("heat_gun.on", if on { "1" } else { "0" });
             }
-            if ui.small_button("Put away").on_hover_text("Take the heat gun out of the scene").clicked() {
-                session.edit("heat gun put away", "heat gun", |s| s.heat_gun = None);
+            if ui.small_button("Remove").on_hover_text("Remove the heat gun from the scene").clicked() {
+                session.edit("removal of the heat gun", "heat gun", |s| s.heat_gun = None);
             }
         });
         Grid::new("gun").num_columns(2).show(ui, |ui| {
-            let about = "Temperature of its air, °C";
-            dial(
+            let about = "Temperature of the jet, °C";
+            parameter_row(
                 ui,
                 session,
-                ("Its air", about, "heat_gun.temperature"),
+                ("Jet", about, "heat_gun.temperature"),
                 spec.temperature,
                 CELSIUS,
-                &How::slider(50.0..=600.0),
+                &ControlOptions::slider(50.0..=600.0),
             );
-            name(ui, "Blows to", "Direction: any length but 0");
-            let (new, _) =
-                vector(ui, session, "direction", spec.direction, PLAIN, &How { speed: 0.02, ..How::default() });
+            name(ui, "Direction", "Direction of the jet, of any length but 0");
+            let (new, _) = vector(
+                ui,
+                session,
+                "direction",
+                spec.direction,
+                PLAIN,
+                &ControlOptions { speed: 0.02, ..ControlOptions::default() },
+            );
             if let Some(direction) = new.filter(|d| *d != DVec3::ZERO) {
                 session.edit("heat gun's direction", "heat_gun.direction", |s| {
                     s.heat_gun.iter_mut().for_each(|g| g.direction = direction);
@@ -217,7 +254,7 @@ fn gun(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// Adds a heater above everything, or a heat gun.
+/// Buttons that add a heater above everything, or a heat gun.
 fn add(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         let bounds = session.world().sheets().iter().filter_map(|s| s.x.bounds());
@@ -252,7 +289,7 @@ fn temperatures(ui: &mut Ui, session: &mut Session) {
             let (low, high) = heat.range();
             ui.label(RichText::new(&sheet.name).color(quiet(ui)));
             ui.monospace(format!("{low:.1} to {high:.1} °C"));
-            if ui.small_button("cool").on_hover_text("Bring it to the temperature of the room at once").clicked() {
+            if ui.small_button("cool").on_hover_text("Set the sheet to the temperature of the surroundings").clicked() {
                 cool = Some(index);
             }
             ui.end_row();

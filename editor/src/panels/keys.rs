@@ -1,17 +1,17 @@
-//! Keys that no text field wants, and files dropped on the window.
+//! Keys outside text fields, and files dropped on the window.
 
 use bevy_egui::egui::{Event, Id, Key, Modifiers, Ui};
 
-use super::files::Purpose;
+use super::dialog::Purpose;
 use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
 
-/// The keys of the snapshots 1 to 9.
+/// Keys of the snapshots 1 to 9.
 const DIGITS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
-/// Does what the keys ask for, and opens what was dropped.
+/// Execute the commands of keys, and open dropped files.
 pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     let dropped: Vec<_> = ui.input(|i| i.raw.dropped_files.iter().filter_map(|f| f.path.clone()).collect());
     for file in dropped {
@@ -20,7 +20,8 @@ pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorS
     if ui.input(|i| i.key_pressed(Key::F1)) {
         state.help = !state.help;
     }
-    // Of what is typed and ended in one frame the letters are still there when the field has been left.
+    // When typing ends within one frame, its letters are still pending after the field has lost the
+    // focus.
     let (id, typing) = (Id::new("typing"), ui.ctx().text_edit_focused());
     let typed = ui.data_mut(|d| std::mem::replace(d.get_temp_mut_or_default::<bool>(id), typing));
     if typing || typed {
@@ -31,12 +32,13 @@ pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorS
     tools(ui, session, state);
 }
 
-/// Whether `key` was pressed without Ctrl or Alt, and if so whether with Shift: as the key says, not as it is at the end of the frame.
+/// Whether `key` was pressed without Ctrl or Alt, and if so whether with Shift, by the modifiers of
+/// the key event.
 fn plain(ui: &Ui, wanted: Key) -> Option<bool> {
     presses(ui, wanted).first().copied()
 }
 
-/// The same of every time that it was pressed: several in one slow frame are several.
+/// All presses of a key in this frame, each with its Shift state.
 fn presses(ui: &Ui, wanted: Key) -> Vec<bool> {
     let of = |event: &Event| match event {
         Event::Key { key, pressed: true, modifiers, .. } if *key == wanted => {
@@ -47,14 +49,14 @@ fn presses(ui: &Ui, wanted: Key) -> Vec<bool> {
     ui.input(|i| i.events.iter().filter_map(of).collect())
 }
 
-/// Those with the control key.
+/// Keys with Ctrl.
 fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     let with = |modifiers: Modifiers, key| ui.input_mut(|i| i.consume_key(modifiers, key));
-    // The one with more keys first: the other would take it.
+    // The combination with Shift first: the other would match it too.
     if with(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || with(Modifiers::COMMAND, Key::Y) {
         session.redo();
     }
-    // Several in one slow frame are several.
+    // A slow frame may hold several presses.
     for _ in 0..ui.input_mut(|i| i.count_and_consume_key(Modifiers::COMMAND, Key::Z)) {
         session.undo();
     }
@@ -69,14 +71,14 @@ fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     }
     for (i, key) in DIGITS.into_iter().enumerate() {
         if with(Modifiers::COMMAND, key) {
-            session.keep(i + 1);
+            session.store_snapshot(i + 1);
         }
     }
 }
 
 fn time(ui: &Ui, session: &mut Session) {
     let pressed = |key| plain(ui, key).is_some();
-    // A button that has the focus takes the space bar itself.
+    // A button with the focus takes the space bar itself.
     let free = ui.memory(|m| m.focused().is_none());
     if let Some(shift) = plain(ui, Key::Space).filter(|_| free) {
         if shift { _ = session.stop() } else { session.toggle() }
@@ -96,7 +98,7 @@ fn time(ui: &Ui, session: &mut Session) {
     }
     for (i, key) in DIGITS.into_iter().enumerate() {
         if pressed(key) {
-            session.recall(i + 1);
+            session.restore_snapshot(i + 1);
         }
     }
 }
@@ -104,7 +106,7 @@ fn time(ui: &Ui, session: &mut Session) {
 fn tools(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     let pressed = |key| plain(ui, key).is_some();
     if pressed(Key::F) {
-        state.camera = Camera::of_session(session);
+        state.camera = Camera::from_session(session);
     }
     let keys = [
         (Key::Q, Tool::Look),

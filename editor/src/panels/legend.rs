@@ -1,4 +1,4 @@
-//! What the colours of the sheets stand for: a bar of them with numbers and a unit.
+//! Legend of the colours of the sheets: a bar with numbers and a unit.
 
 use bevy_egui::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use bevy_sheetwork::render::ColourScale;
@@ -6,13 +6,13 @@ use bevy_sheetwork::render::ColourScale;
 /// Size of the bar, points.
 const BAR: (f32, f32) = (230.0, 12.0);
 
-/// Where numbers stand along a scale, 0 to 1, and the numbers: five, or four where those are rounder.
+/// Ticks of a scale: positions, 0 to 1, and numbers; five, or four where those are rounder.
 pub fn ticks(scale: &ColourScale) -> Vec<(f32, String)> {
     let span = scale.high - scale.low;
     let whole = |parts: usize| (span / parts as f32).fract().abs() < 1e-3;
     let parts = [4, 5, 3].into_iter().find(|p| whole(*p)).unwrap_or(4);
     let at = |i: usize| i as f32 / parts as f32;
-    // As many decimals as tell the numbers apart.
+    // Enough decimals to distinguish the numbers.
     let decimals = if span.abs() < 0.4 { (2.0 - span.abs().max(1e-9).log10().floor()) as usize } else { 1 };
     let number = |value: f32| {
         let text = format!("{value:.decimals$}");
@@ -21,7 +21,7 @@ pub fn ticks(scale: &ColourScale) -> Vec<(f32, String)> {
     (0..=parts).map(|i| (at(i), number(scale.low + span * at(i)))).collect()
 }
 
-/// Paints the legend of `scale` into the lower left corner of `rect`, which shows the scene.
+/// Paint the legend of `scale` into the lower left corner of `rect`, the view of the scene.
 pub fn legend(painter: &Painter, rect: Rect, scale: &ColourScale) {
     let box_size = vec2(BAR.0 + 44.0, 62.0);
     if rect.width() < box_size.x + 20.0 || rect.height() < box_size.y + 20.0 {

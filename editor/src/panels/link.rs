@@ -1,13 +1,13 @@
-//! The live link: a switch, and who is there.
+//! Live link: switch and status.
 
 use bevy_egui::egui::{RichText, Ui};
 
 use crate::session::Session;
 
-/// The switch and a line about who is attached, how many frames a second go out, and how much that is.
+/// Switch, and a line with clients, frames per second, and data rate.
 pub fn link(ui: &mut Ui, session: &mut Session) {
     let mut on = session.link().is_on();
-    let about = "Let other processes watch and command this session: sheetwork watch, sheetwork set, Python";
+    let about = "Let other processes observe and command this session: sheetwork watch, sheetwork set, Python";
     if ui.checkbox(&mut on, "Open to other processes").on_hover_text(about).changed() {
         session.set_link(on);
     }

@@ -1,8 +1,8 @@
-//! What a sheet is made of: a preset, chosen by how far a strip of it would hang, and its constants; what of its stiffness is delivered, and what it
-//! costs.
+//! Material of a sheet: preset, chosen by the droop of a strip, constants, delivered stiffness,
+//! cost.
 
 use bevy_egui::egui::{self, Grid, Sense, Ui, vec2};
-use bevy_sheetwork::inspector::controls::{How, dial, name};
+use bevy_sheetwork::inspector::controls::{ControlOptions, name, parameter_row};
 use bevy_sheetwork::inspector::hang::gamma;
 use bevy_sheetwork::inspector::{constants, cost, delivered, droop, strip_shape};
 use sheetwork::scene::MaterialChoice;
@@ -15,7 +15,7 @@ use crate::units::{Quantity, Shown, format_si};
 
 const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
 
-/// Preset, droop, constants, delivered stiffness and cost of the chosen sheet.
+/// Preset, droop, constants, delivered stiffness and cost of the selected sheet.
 pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     super::sheet::choose(ui, session, state);
     let index = state.sheet;
@@ -26,16 +26,16 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     droop(ui, session, &mut state.previews, &now, length);
     Grid::new("material").num_columns(2).show(ui, |ui| {
         constants(ui, session, index);
-        let about = "Density; with the thickness it makes the weight. Type 1.05 g/cm³";
-        let how = How { late: true, ..How::log(10.0..=2e4) };
+        let about = "Mass per volume. Type 1.05 g/cm³";
+        let how = ControlOptions { late: true, ..ControlOptions::log(10.0..=2e4) };
         let path = format!("sheets.{index}.material.density");
-        dial(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
+        parameter_row(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
     });
     delivered(ui, session, index);
     cost(ui, session);
 }
 
-/// Every material of the library with the shape of its strip; a click takes it.
+/// All materials of the library with the shape of a strip; a click chooses one.
 fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: usize, length: f64) {
     let choice = session.scene().sheets.get(index).map(|s| s.material.clone());
     let (now, changed) = match &choice {
@@ -53,16 +53,16 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
     let gravity = session.world().gravity().length();
     let mut chosen = None;
     ui.horizontal(|ui| {
-        let label = name(ui, "Material", "A preset; choosing another starts the scene anew");
+        let label = name(ui, "Material", "Preset; another choice restarts the scene");
         let combo = egui::ComboBox::from_id_salt("material").selected_text(text).width(190.0).height(460.0);
         let shown = combo.show_ui(ui, |ui| {
             for (name, about, material) in LIBRARY {
                 ui.horizontal(|ui| {
-                    let strip = state.previews.of(gamma(material, length, gravity));
+                    let strip = state.previews.strip(gamma(material, length, gravity));
                     let (rect, _) = ui.allocate_exact_size(vec2(46.0, 34.0), Sense::hover());
                     strip_shape(ui, rect, strip, ACCENT);
                     let about = format!(
-                        "{about}. A strip of {} hangs by {:.0} % of its length.",
+                        "{about}. A strip of {} droops by {:.0} % of its length.",
                         format_si(length, "m"),
                         100.0 * strip.drop
                     );
@@ -73,7 +73,7 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
             }
         });
         shown.response.labelled_by(label.id);
-        if changed && ui.small_button("⟲").on_hover_text(format!("Back to {now} as it is in the library")).clicked() {
+        if changed && ui.small_button("⟲").on_hover_text(format!("Reset to {now} of the library")).clicked() {
             chosen = LIBRARY.iter().map(|row| row.0).find(|name| **name == *now);
         }
     });

@@ -1,10 +1,10 @@
-//! What the user should know, until it is dismissed.
+//! Messages to the user, until dismissed.
 
 use bevy_egui::egui::{RichText, ScrollArea, Ui};
 
 use crate::session::Session;
 
-/// The messages, newest last, each with a button that dismisses it.
+/// The messages, newest last, each with a button to dismiss it.
 pub fn messages(ui: &mut Ui, session: &mut Session) {
     let mut dismissed = None;
     ui.add_space(3.0);

@@ -1,4 +1,4 @@
-//! Live numbers: energies, how fast it runs, contacts, what happened.
+//! Live numbers: energies, speed, contacts, events.
 
 use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke, Ui, vec2};
 use sheetwork::islands::event::{Event, EventKind};
@@ -9,10 +9,10 @@ use crate::samples::Sample;
 use crate::session::{HISTORY, Session};
 use crate::units::format_si;
 
-/// How many events are listed.
-const EVENTS: usize = 12;
+/// Maximum number of listed events.
+const MAX_EVENTS: usize = 12;
 
-/// The numbers of the session as it is now.
+/// Numbers of the present state of the session.
 pub fn numbers(ui: &mut Ui, session: &Session) {
     ui.add_space(4.0);
     ui.strong("Energy");
@@ -39,7 +39,7 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
     ui.end_row();
 }
 
-/// The last moments up to the one that is shown: after a way back there are later ones.
+/// Last samples up to the displayed one; after a rollback there are later ones.
 fn last(session: &Session) -> &[Sample] {
     let now = session.world().time() + 0.5 * session.world().dt();
     let end = session.history().partition_point(|s| s.time <= now);
@@ -53,7 +53,7 @@ fn energies(ui: &mut Ui, history: &[Sample]) {
         let rows = [
             ("kinetic", KINETIC, now.kinetic),
             ("elastic", ELASTIC, now.elastic),
-            ("gravity", GRAVITY, now.gravity),
+            ("potential", GRAVITY, now.gravity),
             ("total", TOTAL, now.total()),
         ];
         for (name, colour, value) in rows {
@@ -65,10 +65,10 @@ fn energies(ui: &mut Ui, history: &[Sample]) {
     graph(ui, history);
 }
 
-/// Colour of a line, and what it shows.
+/// Colour and value of a line.
 type Line = (Color32, fn(&Sample) -> f64);
 
-/// The four energies over the last moments; gravity and total from their lowest value up.
+/// Energies of the last samples; potential and total energy relative to their minimum.
 fn graph(ui: &mut Ui, history: &[Sample]) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 76.0), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -78,7 +78,7 @@ fn graph(ui: &mut Ui, history: &[Sample]) {
     }
     let lines: [Line; 4] =
         [(TOTAL, Sample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
-    // Height has no zero of its own: all lines are drawn on the scale of what changes.
+    // The zero of the potential energy is arbitrary: lines are scaled to the changes.
     let lowest = history.iter().map(|e| e.gravity).fold(f64::INFINITY, f64::min);
     let base = [lowest, lowest, 0.0, 0.0];
     let values = |k: usize| history.iter().map(move |e| lines[k].1(e) - base[k]);
@@ -101,13 +101,13 @@ fn timing(ui: &mut Ui, session: &Session) {
     let timing = session.timing();
     let none = || "-".to_owned();
     let step = if timing.step_s > 0.0 { format_si(timing.step_s, "s") } else { none() };
-    row(ui, "a step", step);
+    row(ui, "step time", step);
     row(ui, "real time", session.real_time_factor().map_or_else(none, |f| format!("{f:.1}×")));
-    row(ui, "steps a frame", timing.steps.to_string());
+    row(ui, "steps per frame", timing.steps.to_string());
     row(ui, "steps", session.world().steps().to_string());
     if timing.lost_s > 0.0 {
         let text = RichText::new(format!("{:.2} s", timing.lost_s));
-        // What was lost at a slow moment that is over is no warning.
+        // Time lost in an earlier slow moment is not a warning.
         let slow = session.real_time_factor().is_some_and(|factor| factor < session.speed());
         row(ui, "time lost", if slow { text.color(ui.visuals().warn_fg_color) } else { text });
     }
@@ -116,28 +116,27 @@ fn timing(ui: &mut Ui, session: &Session) {
 fn counts(ui: &mut Ui, session: &Session) {
     let sheets = session.world().sheets();
     row(ui, "simulated", format!("{:.3} s", session.world().time()));
-    row(ui, "masses", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
+    row(ui, "nodes", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
     row(ui, "springs", sheets.iter().map(|s| s.springs().len()).sum::<usize>().to_string());
     row(ui, "contacts", session.contacts().to_string());
     row(ui, "max speed", format_si(sheets.iter().map(|s| s.max_speed()).fold(0.0, f64::max), "m/s"));
-    row(ui, "deepest", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
+    row(ui, "penetration", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
     let resting = sheets.iter().filter(|s| s.status == Status::Asleep).count();
-    row(ui, "at rest", format!("{resting} of {}", sheets.len()));
+    row(ui, "asleep", format!("{resting} of {}", sheets.len()));
 }
 
-/// What each sheet delivers of the stiffness that was asked for: "asked 3.00 GPa, bends as 2.98 GPa"; sheets of which the same is to be said
-/// in one line.
+/// Delivered and requested stiffness of each sheet: "delivers 2.98 GPa of 3.00 GPa"; sheets
+/// with equal values share a line.
 fn stiffness(ui: &mut Ui, session: &Session) {
     let world = session.world();
     let mut said: Vec<(String, String, Vec<&str>)> = Vec::new();
     for sheet in world.sheets() {
         let Some(found) = sheet.delivered_stiffness(world.dt()) else { continue };
-        let text =
-            format!("asked {}, bends as {}", format_si(found.asked_pa, "Pa"), format_si(found.bends_as_pa, "Pa"));
+        let text = format!("delivers {} of {}", format_si(found.bends_as_pa, "Pa"), format_si(found.asked_pa, "Pa"));
         let percent = |part: f64| format!("{:.2} %", 100.0 * part);
         let about = format!(
-            "Of the stiffness of its material the structure delivers {}, the grid {} of that for the present shape, and the step {} \
-             of that for the present motion. The engine alone damps the present wave by {} of critical, the material by {}.",
+            "Delivered fractions of the material's stiffness: structure {}, grid {} for the present shape, time step {} for the \
+             present motion. Damping ratios of the present wave: integrator {}, material {}.",
             percent(found.structure),
             percent(found.grid),
             percent(found.step),
@@ -162,7 +161,7 @@ fn events(ui: &mut Ui, session: &Session) {
     if session.events().next().is_none() {
         ui.weak("nothing yet");
     }
-    for event in session.events().rev().take(EVENTS) {
+    for event in session.events().rev().take(MAX_EVENTS) {
         ui.horizontal_wrapped(|ui| {
             ui.monospace(format!("{:7.3}", event.time_s));
             ui.label(describe(event));
@@ -173,17 +172,17 @@ fn events(ui: &mut Ui, session: &Session) {
 pub(super) fn describe(event: &Event) -> String {
     let what = match event.kind {
         EventKind::FirstContact => "touches",
-        EventKind::SlidOff => "has left",
+        EventKind::SlidOff => "slides off",
         EventKind::Flat => "lies flat on",
-        EventKind::AtRest => "is at rest",
+        EventKind::AtRest => "comes to rest",
         EventKind::Woke => "wakes",
-        EventKind::Unstable => "went unstable",
-        EventKind::Contained => "was kept from going unstable",
-        EventKind::GivenUp => "went on without contact being solved for",
-        EventKind::Crossing => "goes through another sheet, and will until they are apart",
-        EventKind::Recovered => "is stepped as before again",
+        EventKind::Unstable => "becomes unstable",
+        EventKind::Contained => "is stabilised by the recovery policy",
+        EventKind::GivenUp => "moves by a fallback: contact did not converge",
+        EventKind::Crossing => "interpenetrates another sheet until they separate",
+        EventKind::Recovered => "has recovered",
         EventKind::Buckled => "buckles",
-        EventKind::Resampled => "goes to another grid",
+        EventKind::Resampled => "changes to another grid",
         EventKind::Torn if event.opening.is_some_and(|o| o.melted) => "melts",
         EventKind::Torn => "tears",
     };

@@ -1,4 +1,5 @@
-//! What is drawn over the scene: the tools, what is held and touched, the gizmo, the hand and its force, and a rim while it plays.
+//! Overlay on the scene: tools, marks of fixed nodes and contacts, gizmo, grab with its force, and
+//! a frame during playback.
 
 use bevy_egui::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
@@ -6,12 +7,12 @@ use bevy_egui::egui::{
 use glam::{DVec3, Vec2, Vec3};
 use sheetwork::sheet::Sheet;
 
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, input, name, tell};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
-use super::view::{Held, handle_of};
-use super::{EditorState, Tool};
+use super::tool::handle_of;
+use super::{EditorState, Held, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::picture::Layer;
@@ -26,7 +27,7 @@ const AXES: [Color32; 3] =
 const PIN: Color32 = Color32::from_rgb(70, 130, 250);
 const TOUCH: Color32 = Color32::from_rgb(255, 205, 60);
 
-/// Draws it all, into `whole` and the parts of it that the worlds that are compared have.
+/// Draw the overlay into `whole` and into the tiles of the compared worlds.
 pub(super) fn paint(ui: &mut Ui, (whole, tiles): (Rect, &[Rect]), session: &mut Session, state: &mut EditorState) {
     let painter = ui.painter_at(whole);
     for (which, tile) in tiles.iter().enumerate() {
@@ -44,7 +45,7 @@ pub(super) fn paint(ui: &mut Ui, (whole, tiles): (Rect, &[Rect]), session: &mut 
     corner(&painter, whole, state);
 }
 
-/// Seen at a glance: what is changed now is changed while it runs.
+/// A coloured frame shows that edits act on a running world.
 fn rim(painter: &Painter, rect: Rect, session: &Session) {
     if session.playing() {
         painter.rect_filled(rect, 0.0, ACCENT.gamma_multiply(0.035));
@@ -52,7 +53,7 @@ fn rim(painter: &Painter, rect: Rect, session: &Session) {
     }
 }
 
-/// What hands do and hold.
+/// Marks of the tools.
 fn hands(ui: &Ui, rect: Rect, session: &Session, state: &EditorState) {
     let painter = ui.painter_at(rect);
     let seen =
@@ -67,7 +68,7 @@ fn hands(ui: &Ui, rect: Rect, session: &Session, state: &EditorState) {
     ring(ui, &painter, session, state, rect);
 }
 
-/// Masses that are held, and those that touch something.
+/// Marks of fixed nodes and of nodes in contact.
 fn masses(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     let pins = state.display.pins || state.tool == Tool::Pin;
     if !pins && !state.display.contacts {
@@ -93,7 +94,7 @@ fn masses(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn 
     }
 }
 
-/// Lines from the masses of the drawn layer, out of its upper side.
+/// Normals of the displayed layer, out of its upper side.
 fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     if !state.display.normals {
         return;
@@ -113,7 +114,7 @@ fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
     }
 }
 
-/// Marks of what can be moved.
+/// Marks of items that can be moved.
 fn items(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     for item in session.items() {
         let Some(at) = handle_of(session, item).and_then(seen) else { continue };
@@ -147,11 +148,11 @@ fn gizmo(painter: &Painter, rect: Rect, session: &Session, state: &EditorState) 
     let square = Rect::from_center_size(at(gizmo.middle), vec2(11.0, 11.0));
     painter.rect(square, 2.0, ACCENT, Stroke::new(1.0, Color32::WHITE), StrokeKind::Middle);
     let mut text = session.name_of(item);
-    if let Some((_, by)) = session.carried().filter(|c| c.0 == item) {
+    if let Some((_, by)) = session.moved_item().filter(|c| c.0 == item) {
         let mm = by * 1e3;
         text = format!("{text}  ({:+.1}, {:+.1}, {:+.1}) mm", mm.x, mm.y, mm.z);
         if let Item::Body(index) = item
-            && session.is_on_its_way(index)
+            && session.has_left_start(index)
         {
             text += ", in this run";
         }
@@ -159,7 +160,7 @@ fn gizmo(painter: &Painter, rect: Rect, session: &Session, state: &EditorState) 
     label(painter, at(gizmo.middle) + vec2(0.0, 18.0), &text, Align2::CENTER_TOP);
 }
 
-/// The spring from the sheet to the mouse, and what it pulls with.
+/// Spring of the grab, and its force.
 fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     let Some(hand) = session.hand() else { return };
     let (Some(from), Some(to)) = (seen(hand.point.as_vec3()), seen(hand.target.as_vec3())) else { return };
@@ -171,7 +172,7 @@ fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2
         let swing = (s * turns * std::f32::consts::TAU).sin() * 5.0 * (std::f32::consts::PI * s).sin();
         from + along * (length * s) + across * swing
     });
-    // Light on dark, to be seen before any sheet.
+    // Light on dark, visible on any sheet.
     let coil: Vec<Pos2> = coil.collect();
     painter.add(Shape::line(coil.clone(), Stroke::new(4.0, Color32::from_rgb(30, 32, 36))));
     painter.add(Shape::line(coil, Stroke::new(1.8, Color32::WHITE)));
@@ -182,7 +183,7 @@ fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2
     label(painter, to + vec2(12.0, -12.0), &text, Align2::LEFT_BOTTOM);
 }
 
-/// The line that is being drawn on a sheet, and its length.
+/// Line that is being drawn on a sheet, and its length.
 fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     let Some(Held::Line(sheet, from, to)) = state.held else { return };
     let Some(sheet) = session.world().sheets().get(sheet) else { return };
@@ -196,7 +197,8 @@ fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn
     }
 }
 
-/// The creases that sheets have, while they are drawn with the tool for them: a fold is not seen before time has passed.
+/// Creases of the sheets, while the crease tool is chosen: a crease is not visible before the first
+/// step.
 fn creases(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     if state.tool != Tool::Crease {
         return;
@@ -213,7 +215,7 @@ fn creases(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
     }
 }
 
-/// A straight line of the material, as it is seen on the sheet.
+/// Straight line in material coordinates, projected from the sheet.
 fn on_sheet(
     sheet: &Sheet,
     (from, to): ((f64, f64), (f64, f64)),
@@ -225,7 +227,7 @@ fn on_sheet(
     (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3())).collect()
 }
 
-/// The rim of the brush on the sheet under the mouse.
+/// Outline of the brush on the sheet under the mouse.
 fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect: Rect) {
     let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| state.tool == Tool::Heat && rect.contains(*p));
     let Some(pointer) = pointer else { return };
@@ -234,7 +236,7 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     let upper = state.display.layer == Layer::Top;
     let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
     let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
-    let (radius, extent) = (super::view::radius(session, state, hit.sheet), sheet.rest_size());
+    let (radius, extent) = (state.brush_radius(session, hit.sheet), sheet.rest_size());
     let points = (0..=48).filter_map(|i| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
         let uv = (hit.uv.0 + radius * cos / extent.0, hit.uv.1 + radius * sin / extent.1);
@@ -244,15 +246,15 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     painter.add(Shape::line(points.collect(), Stroke::new(2.0, Color32::WHITE)));
 }
 
-/// What each of the worlds that are compared is.
+/// Names of the compared worlds.
 fn names(painter: &Painter, session: &Session, tiles: &[Rect]) {
-    let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+    let others = session.variants().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
     let all = std::iter::once(("this scene".to_owned(), session)).chain(others);
     if tiles.len() < 2 {
         return;
     }
     for (which, ((name, one), tile)) in all.zip(tiles).enumerate() {
-        // Below the tools, in the colour that it has in plots and tables.
+        // Below the tools, in its colour of plots and tables.
         let at = tile.center_top() + vec2(0.0, if tile.top() < tiles[0].top() + 1.0 { 62.0 } else { 12.0 });
         let galley = painter.layout_no_wrap(name, FontId::proportional(13.0), Color32::from_gray(240));
         let rect = Align2::CENTER_TOP.anchor_size(at, galley.size());
@@ -266,7 +268,7 @@ fn names(painter: &Painter, session: &Session, tiles: &[Rect]) {
     }
 }
 
-/// What went wrong with a world, below its name.
+/// Instability of a world, below its name.
 fn mark(painter: &Painter, at: Pos2, text: &str) {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
     let rect = Align2::CENTER_TOP.anchor_size(at, galley.size());
@@ -274,7 +276,7 @@ fn mark(painter: &Painter, at: Pos2, text: &str) {
     painter.galley(rect.min, galley, Color32::WHITE);
 }
 
-/// Text on a plate, so that it can be read over anything.
+/// Text on a background, readable over anything.
 fn label(painter: &Painter, at: Pos2, text: &str, align: Align2) {
     let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::from_gray(240));
     let rect = align.anchor_size(at, galley.size());
@@ -282,7 +284,7 @@ fn label(painter: &Painter, at: Pos2, text: &str, align: Align2) {
     painter.galley(rect.min, galley, Color32::from_gray(240));
 }
 
-/// The row of tools in the upper left corner.
+/// Row of tools in the upper left corner.
 fn tools(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState) {
     let place = Rect::from_min_size(rect.left_top() + vec2(10.0, 10.0), vec2(330.0, 56.0));
     if rect.width() < place.width() {
@@ -303,7 +305,7 @@ fn tools(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState
     });
 }
 
-/// What the chosen tool puts on a sheet.
+/// Options of the chosen tool.
 fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let size = session.world().sheets().get(state.sheet).map_or((0.1, 0.1), |s| s.rest_size());
     if !matches!(state.tool, Tool::Heat | Tool::Crease) {
@@ -312,23 +314,23 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let brush = &mut state.brush;
     ui.horizontal(|ui| match state.tool {
         Tool::Heat => {
-            let how = How { speed: 1.0, ..How::default() };
-            let (to, wide) = (name(ui, "to", "Temperature that is painted, °C"), brush.radius_on(size));
+            let how = ControlOptions { speed: 1.0, ..ControlOptions::default() };
+            let (to, wide) = (name(ui, "to", "Painted temperature, °C"), brush.radius_on(size));
             let done = input(ui, &to, brush.celsius, CELSIUS, &how);
             brush.celsius = done.value.unwrap_or(brush.celsius).clamp(-273.15, 5000.0);
             tell(session, "brush", done.error);
             let label = name(
                 ui,
                 "radius",
-                "Of what is painted: half of it wholly. A double click takes a twelfth of the sheet",
+                "Radius of the brush, of which the inner half is painted fully. A double click takes a twelfth of the sheet",
             );
-            let done = input(ui, &label, wide, MM, &How { speed: 0.1, ..How::default() });
+            let done = input(ui, &label, wide, MM, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
             brush.radius = if done.reset { None } else { done.value.map(|v| v.clamp(1e-6, 1e3)).or(brush.radius) };
             tell(session, "brush", done.error);
         }
         Tool::Crease => {
-            let label = name(ui, "by", "Angle of the fold; positive, the sides rise to the upper side");
-            let done = input(ui, &label, brush.angle, DEGREES, &How { speed: 0.5, ..How::default() });
+            let label = name(ui, "by", "Rest angle of the crease; positive angles raise the sides towards the upper side");
+            let done = input(ui, &label, brush.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
             brush.angle = done.value.unwrap_or(brush.angle).clamp(-175.0, 175.0);
             tell(session, "crease", done.error);
         }
@@ -336,7 +338,7 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     });
 }
 
-/// The world's axes in the lower right corner.
+/// World axes in the lower right corner.
 fn corner(painter: &Painter, rect: Rect, state: &EditorState) {
     if rect.width() < 200.0 || rect.height() < 200.0 {
         return;

@@ -2,15 +2,15 @@
 
 use bevy_egui::egui::{Color32, Ui, vec2};
 
-use super::EditorState;
 use super::chart::{Line, chart};
-use super::files::Purpose;
+use super::dialog::Purpose;
 use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
+use super::{EditorState, Plots};
 use crate::samples::{Sample, height_names};
 use crate::session::Session;
 use sheetwork::profiler::Phase;
 
-/// Colours of heights, and of what is compared, in turn.
+/// Colours of heights and of compared worlds, in turn.
 pub(super) const COLOURS: [Color32; 6] = [
     Color32::from_rgb(240, 150, 70),
     Color32::from_rgb(95, 170, 235),
@@ -20,32 +20,7 @@ pub(super) const COLOURS: [Color32; 6] = [
     Color32::from_rgb(210, 200, 90),
 ];
 
-/// Which plots are shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plots {
-    /// Whether there are any.
-    pub shown: bool,
-    /// Energies.
-    pub energy: bool,
-    /// Wall-clock time of a step.
-    pub step: bool,
-    /// The same of each part of a step; what is not shown is not measured.
-    pub stages: bool,
-    /// Heights of probes.
-    pub height: bool,
-    /// Temperatures.
-    pub temperature: bool,
-    /// What is delivered of the stiffness that was asked for.
-    pub stiffness: bool,
-}
-
-impl Default for Plots {
-    fn default() -> Self {
-        Self { shown: false, energy: true, step: true, stages: false, height: true, temperature: true, stiffness: true }
-    }
-}
-
-/// The plots side by side, and what is to be shown.
+/// Plots side by side, and their options.
 pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let mut export = false;
     ui.horizontal(|ui| {
@@ -53,12 +28,12 @@ pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         ui.checkbox(&mut plots.energy, "Energy");
         ui.checkbox(&mut plots.step, "Step time");
         ui.checkbox(&mut plots.stages, "Stages").on_hover_text(
-            "What a step spends on motion, looking for contact, solving for it, heat and bodies; measured only while this is on",
+            "Wall-clock time of a step's phases: motion, collision detection, contact solver, heat, bodies; measured only while this is on",
         );
         ui.checkbox(&mut plots.height, "Height");
         ui.checkbox(&mut plots.temperature, "Temperature");
         ui.checkbox(&mut plots.stiffness, "Delivered").on_hover_text(
-            "Part of the stiffness asked for that the sheet bends with: what structure, grid and step leave of it",
+            "Delivered bending stiffness relative to the requested one, after structure, grid and time step",
         );
         export = ui.button("Export CSV…").on_hover_text("All samples of the run as a table").clicked();
     });
@@ -80,7 +55,7 @@ pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 /// Title, unit and lines of a chart.
 type Chart<'a> = (&'static str, &'static str, Vec<Line<'a>>);
 
-/// The charts that are wanted and have something to show.
+/// Requested charts that have data.
 fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     let last = session.history().last();
     let heated = last.is_some_and(|s| s.celsius.is_some());
@@ -93,7 +68,7 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     if plots.step {
         let dt = session.world().dt();
         let took = |s: &Sample| (s.step_s > 0.0).then_some(s.step_s);
-        let lines = vec![Line::new("a step takes", KINETIC, took), Line::new("there is", QUIET, move |_| Some(dt))];
+        let lines = vec![Line::new("step", KINETIC, took), Line::new("real time", QUIET, move |_| Some(dt))];
         all.push(("Step time", "s", lines));
     }
     if plots.stages {
@@ -104,15 +79,15 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     }
     if plots.temperature && heated {
         let lines = vec![
-            Line::new("hottest", Color32::from_rgb(240, 90, 60), |s| Some(s.celsius?[2])),
+            Line::new("highest", Color32::from_rgb(240, 90, 60), |s| Some(s.celsius?[2])),
             Line::new("mean", KINETIC, |s| Some(s.celsius?[1])),
-            Line::new("coldest", ELASTIC, |s| Some(s.celsius?[0])),
+            Line::new("lowest", ELASTIC, |s| Some(s.celsius?[0])),
         ];
         all.push(("Temperature", "°C", lines));
     }
     if plots.stiffness && aims {
         let part = |s: &Sample| Some(100.0 * s.delivered?);
-        let lines = vec![Line::new("asked", QUIET, |_| Some(100.0)), Line::new("bends as", ELASTIC, part)];
+        let lines = vec![Line::new("requested", QUIET, |_| Some(100.0)), Line::new("delivered", ELASTIC, part)];
         all.push(("Stiffness", "%", lines));
     }
     if compared {
@@ -122,18 +97,19 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     all
 }
 
-/// Energies; gravity's and the sum from their lowest up, because height has no zero of its own.
+/// Energies; potential and total energy relative to their minimum, because the zero of the height
+/// is arbitrary.
 fn energies(session: &Session) -> Vec<Line<'_>> {
     let lowest = session.history().iter().map(|s| s.gravity).fold(f64::INFINITY, f64::min);
     vec![
         Line::new("total", TOTAL, move |s| Some(s.total() - lowest)),
-        Line::new("gravity", GRAVITY, move |s| Some(s.gravity - lowest)),
+        Line::new("potential", GRAVITY, move |s| Some(s.gravity - lowest)),
         Line::new("elastic", ELASTIC, |s| Some(s.elastic)),
         Line::new("kinetic", KINETIC, |s| Some(s.kinetic)),
     ]
 }
 
-/// Heights of probes. Of a sheet that is alone the name says nothing.
+/// Heights of probes. The name of a single sheet is omitted.
 fn heights(session: &Session) -> Vec<Line<'_>> {
     let alone = session.world().sheets().first().filter(|_| session.world().sheets().len() == 1);
     let short = |name: String| match alone.and_then(|sheet| name.strip_prefix(&format!("{} ", sheet.name))) {
@@ -145,7 +121,7 @@ fn heights(session: &Session) -> Vec<Line<'_>> {
     names.take(COLOURS.len()).enumerate().map(line).collect()
 }
 
-/// What a step spends on each of its parts, but for those that are less than a hundredth of the run.
+/// Wall-clock times of the phases of a step, without those below 1 % of the run.
 fn stages(session: &Session) -> Vec<Line<'_>> {
     let mut spent = [0.0; Phase::ALL.len()];
     let timed = session.history().iter().filter_map(|s| s.stages);
@@ -157,20 +133,20 @@ fn stages(session: &Session) -> Vec<Line<'_>> {
     Phase::ALL.iter().enumerate().filter(|(i, _)| worth(*i)).map(line).collect()
 }
 
-/// The first height of every variant, less this scene's at the same time.
+/// First height of every variant, minus that of this scene at the same time.
 fn differences(session: &Session) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
-    for (index, (variant, found)) in session.beside().enumerate() {
+    for (index, (variant, found)) in session.variants().enumerate() {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
             let apart = |s: &Sample| Some(s.heights.first()? - height_at(session.history(), s.time)?);
-            lines.push(Line::new(variant.value.clone(), colour, apart).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, apart).with_history(other.history()));
         }
     }
     lines
 }
 
-/// The first height of a run at `time`, between the moments that were sampled.
+/// First height of a run at `time`, interpolated between samples.
 fn height_at(history: &[Sample], time: f64) -> Option<f64> {
     let after = history.partition_point(|s| s.time < time);
     let high = history.get(after.min(history.len().checked_sub(1)?))?;
@@ -181,14 +157,14 @@ fn height_at(history: &[Sample], time: f64) -> Option<f64> {
     Some(a + s * (b - a))
 }
 
-/// The first height of every world that is compared.
+/// First height of every compared world.
 fn beside(session: &Session) -> Vec<Line<'_>> {
     let height = |s: &Sample| s.heights.first().copied();
     let mut lines = vec![Line::new("scene", COLOURS[0], height)];
-    for (index, (variant, found)) in session.beside().enumerate() {
+    for (index, (variant, found)) in session.variants().enumerate() {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
-            lines.push(Line::new(variant.value.clone(), colour, height).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, height).with_history(other.history()));
         }
     }
     lines

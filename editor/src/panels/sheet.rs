@@ -1,8 +1,9 @@
-//! What a sheet is: structure, grid, size, place, how it is damped and held. What of it costs a new sheet is taken up when the mouse lets go.
+//! Description of a sheet: structure, grid, size, placement, damping, pins. Fields that need a new
+//! sheet are applied on release of the mouse.
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
-use bevy_sheetwork::inspector::controls::{Done, How, MM, input, name, tell, vector};
+use bevy_sheetwork::inspector::controls::{ControlOptions, ControlResult, MM, input, name, tell, vector};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
@@ -14,7 +15,7 @@ use crate::units::{Quantity, Shown, format_si};
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 
-/// Structure, size, grid, springs, place, damping, contact and pins of the chosen sheet.
+/// Structure, size, grid, springs, placement, damping, contact and pins of the selected sheet.
 pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     choose(ui, session, state);
     let index = state.sheet;
@@ -24,7 +25,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         return;
     };
     let text = format!(
-        "{} masses, {} springs, {}",
+        "{} nodes, {} springs, {}",
         sheet.masses(),
         sheet.springs().len(),
         format_si(1e3 * sheet.total_mass(), "g")
@@ -41,7 +42,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     add(ui, session, state);
 }
 
-/// The sheet that is meant, where there are several.
+/// Choice of the sheet, where there are several.
 pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let sheets = session.world().sheets();
     state.sheet = state.sheet.min(sheets.len().saturating_sub(1));
@@ -60,7 +61,7 @@ pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
 }
 
-/// Edits the description of sheet `index`.
+/// Edit the description of sheet `index`.
 fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mut SheetSpec)) {
     session.edit(&format!("change of {what}"), &format!("sheets.{index}.{what}"), |scene| {
         if let Some(spec) = scene.sheets.get_mut(index) {
@@ -69,7 +70,7 @@ fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mu
     });
 }
 
-/// The description of sheet `index` as it was when the scene was opened, for a double click.
+/// Description of sheet `index` when the scene was opened, for a double click.
 fn opened(session: &Session, index: usize) -> SheetSpec {
     session.document().opened().sheets.get(index).cloned().unwrap_or_default()
 }
@@ -80,11 +81,11 @@ fn spec(session: &Session, index: usize) -> SheetSpec {
 
 fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
-    let label = name(ui, "Structure", "How the masses are joined");
+    let label = name(ui, "Structure", "Discretisation: a shell, or a lattice of springs");
     let mut chosen = spec.structure;
     let from_file = spec.file.is_some();
     ui.add_enabled_ui(!from_file, |ui| {
-        // That of a file is in the file.
+        // The file of a sheet determines its structure.
         let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.structure);
         let combo = ComboBox::from_id_salt("structure").selected_text(own.name()).width(140.0);
         let shown = combo.show_ui(ui, |ui| {
@@ -104,10 +105,10 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.end_row();
     let lattice = spec.structure.name() != "shell";
     if lattice {
-        let label = name(ui, "Springs", "How springs get their stiffness from the material");
+        let label = name(ui, "Springs", "Law that determines spring stiffnesses from the material");
         let laws = [
-            (SpringLaw::Uniform, "uniform", "The thesis's rule: all springs alike"),
-            (SpringLaw::Calibrated, "calibrated", "So that the sheet bends as its material"),
+            (SpringLaw::Uniform, "uniform", "The thesis's law: equal springs"),
+            (SpringLaw::Calibrated, "calibrated", "Springs that reproduce the bending stiffness of the material"),
             (SpringLaw::Length, "by length", "E A / L of each spring"),
         ];
         let now = laws.iter().find(|l| l.0 == spec.springs).map_or("", |l| l.1);
@@ -125,7 +126,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     }
 }
 
-/// A whole number within bounds; the new one when it was changed.
+/// Whole number within bounds. Returns the new one after a change.
 fn count(
     ui: &mut Ui,
     session: &mut Session,
@@ -135,7 +136,7 @@ fn count(
     first: u32,
 ) -> Option<u32> {
     let label = ui.weak(title).on_hover_text(about);
-    let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::late() });
+    let done = input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::late() });
     let whole = |v: f64| (v.round().clamp(0.0, 1e6) as u32).clamp(low, high);
     tell(session, title, done.error);
     let new = done.value.map(whole).or(done.reset.then_some(first));
@@ -150,12 +151,12 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
         ui.end_row();
         return;
     }
-    name(ui, "Grid", "Masses along the length and the width, and layers through the thickness");
+    name(ui, "Grid", "Nodes along length and width, and layers through the thickness");
     ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.x = 30.0;
         let (low, high) = spec.structure.info().layers;
-        let new_x = count(ui, session, ("nx", "Masses along the length"), spec.grid.0, (2, 400), first.grid.0);
-        let new_z = count(ui, session, ("nz", "Masses along the width"), spec.grid.2, (2, 400), first.grid.2);
+        let new_x = count(ui, session, ("nx", "Nodes along the length"), spec.grid.0, (2, 400), first.grid.0);
+        let new_z = count(ui, session, ("nz", "Nodes along the width"), spec.grid.2, (2, 400), first.grid.2);
         let layers =
             count(ui, session, ("layers", "Layers through the thickness"), spec.grid.1, (low, high), first.grid.1);
         if new_x.or(new_z).or(layers).is_some() {
@@ -166,7 +167,7 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.end_row();
     let mut length = |ui: &mut Ui, title: &str, about: &str, now: f64, first: f64| -> Option<f64> {
         let label = name(ui, title, about);
-        let Done { value, error, reset } = input(ui, &label, now, MM, &How::late());
+        let ControlResult { value, error, reset } = input(ui, &label, now, MM, &ControlOptions::late());
         tell(session, title, error);
         ui.end_row();
         value.or(reset.then_some(first)).filter(|v| *v != now)
@@ -186,15 +187,28 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
 
 fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
     let (spec, first) = (spec(session, index), opened(session, index));
-    name(ui, "Place", "Of the middle of the bottom layer, at the start");
-    let (new, reset) = vector(ui, session, "place", spec.placement.position, MM, &How { speed: 0.5, ..How::late() });
+    name(ui, "Position", "Initial position of the middle of the bottom layer");
+    let (new, reset) = vector(
+        ui,
+        session,
+        "place",
+        spec.placement.position,
+        MM,
+        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+    );
     if let Some(position) = new.or(reset.then_some(first.placement.position)) {
         edit(session, index, "place", |s| s.placement.position = position);
     }
     ui.end_row();
-    name(ui, "Turn", "About the fixed x, y and z axes, in this order, at the start");
-    let (new, reset) =
-        vector(ui, session, "turn", spec.placement.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+    name(ui, "Rotation", "Initial rotation about the fixed x, y and z axes, in this order");
+    let (new, reset) = vector(
+        ui,
+        session,
+        "turn",
+        spec.placement.rotation,
+        DEGREES,
+        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+    );
     if let Some(rotation) = new.or(reset.then_some(first.placement.rotation)) {
         edit(session, index, "turn", |s| s.placement.rotation = rotation);
     }
@@ -204,16 +218,16 @@ fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
 const EDGES: [(Region, &str); 4] =
     [(Region::Left, "left"), (Region::Right, "right"), (Region::Back, "back"), (Region::Front, "front")];
 
-/// What holds the sheet: edges by a click, masses by the pin tool.
+/// Pins of the sheet: edges by a click, nodes by the pin tool.
 fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     ui.horizontal_wrapped(|ui| {
-        ui.label("Pins").on_hover_text("Edges that are held; single masses are pinned with the pin tool in the view");
+        ui.label("Pins").on_hover_text("Fixed edges; the pin tool in the view pins single nodes");
         for (region, title) in EDGES {
             let held = spec.pins.iter().find(|p| p.region == region);
             let clamped = held.is_some_and(|p| p.clamp);
             let text = if clamped { format!("{title} clamped") } else { title.to_owned() };
-            let about = format!("The {title} edge: free, held, clamped (its slope too), in turn");
+            let about = format!("The {title} edge: free, fixed, clamped (slope fixed too), in turn");
             if ui.selectable_label(held.is_some(), text).on_hover_text(about).clicked() {
                 edit(session, index, &format!("{title} edge"), |s| {
                     let was = s.pins.iter().position(|p| p.region == region);
@@ -229,40 +243,41 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
             spec.pins.iter().filter(|p| !EDGES.iter().any(|e| e.0 == p.region)).map(in_words).collect();
         if !others.is_empty() {
             ui.label(RichText::new(format!("and {}", others.join(", "))).color(quiet(ui)));
-            if ui.small_button("✖").on_hover_text("Let go of everything that is held").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove all pins").clicked() {
                 edit(session, index, "pins", |s| s.pins.clear());
             }
         }
     });
 }
 
-/// What a pin holds that is no edge, and what it is held by where that moves.
+/// Region of a pin that is not an edge, and its motion.
 fn in_words(pin: &PinSpec) -> String {
     let held = match &pin.region {
-        Region::All => "all of it".to_owned(),
+        Region::All => "all nodes".to_owned(),
         Region::Border => "the whole border".to_owned(),
-        Region::Point(u, v) => format!("the mass at ({u}, {v})"),
+        Region::Point(u, v) => format!("the node at ({u}, {v})"),
         Region::Rect(u, v) => format!("u {} to {}, v {} to {}", u.0, u.1, v.0, v.1),
-        Region::Masses(masses) if masses.len() == 1 => "1 mass".to_owned(),
-        Region::Masses(masses) => format!("{} masses", masses.len()),
+        Region::Masses(masses) if masses.len() == 1 => "1 node".to_owned(),
+        Region::Masses(masses) => format!("{} nodes", masses.len()),
         Region::Left | Region::Right | Region::Back | Region::Front => "an edge".to_owned(),
     };
     pin.body.as_ref().map_or_else(|| held.clone(), |body| format!("{held} on {body}"))
 }
 
-/// Creases, slits and painted spots: what was drawn on the sheet.
+/// Creases, slits and painted spots of the sheet.
 fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     for (k, crease) in spec.creases.iter().enumerate() {
         ui.horizontal(|ui| {
             let label =
-                name(ui, &format!("Crease {}", k + 1), "Angle of the fold; more are drawn with the crease tool");
-            let done = input(ui, &label, crease.angle, DEGREES, &How { speed: 0.5, ..How::late() });
+                name(ui, &format!("Crease {}", k + 1), "Rest angle of the crease; draw more with the crease tool");
+            let done =
+                input(ui, &label, crease.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
             tell(session, "crease", done.error);
             if let Some(angle) = done.value {
                 edit(session, index, &format!("crease {}", k + 1), |s| s.creases[k].angle = angle);
             }
-            if ui.small_button("✖").on_hover_text("Take this crease out").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove this crease").clicked() {
                 edit(session, index, "creases", |s| _ = s.creases.remove(k));
             }
         });
@@ -272,22 +287,22 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
         ui.horizontal(|ui| {
             ui.label(title);
             ui.label(RichText::new(count.to_string()).color(quiet(ui)));
-            if ui.small_button("✖").on_hover_text("Take them out; spots are gone after the next reset").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove them; spots disappear with the next reset").clicked() {
                 edit(session, index, title, |s| if title == "Cuts" { s.slits.clear() } else { s.spots.clear() });
             }
         });
     }
 }
 
-/// Adds a sheet, or takes the chosen one away.
+/// Buttons that add a sheet, or remove the selected one.
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         if ui.button("Generate…").on_hover_text("A new sheet, with a preview and its counts").clicked() {
-            state.generate = Some(super::generate::Draft::of(session, state.sheet));
+            state.generate = Some(super::Draft::from_sheet(session, state.sheet));
         }
         let index = state.sheet;
         let some = index < session.scene().sheets.len();
-        if ui.add_enabled(some, Button::new("Copy")).on_hover_text("Another one like it, a little above").clicked() {
+        if ui.add_enabled(some, Button::new("Copy")).on_hover_text("A copy of the sheet, a little above").clicked() {
             session.edit("copy of a sheet", "copy", |scene| {
                 let mut copy = scene.sheets[index].clone();
                 copy.name = String::new();
@@ -295,7 +310,7 @@ fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 scene.sheets.push(copy);
             });
         }
-        if ui.add_enabled(some, Button::new("Remove")).on_hover_text("Take it out of the scene").clicked() {
+        if ui.add_enabled(some, Button::new("Remove")).on_hover_text("Remove the sheet from the scene").clicked() {
             session.edit("removal of a sheet", "remove", |scene| _ = scene.sheets.remove(index));
         }
     });

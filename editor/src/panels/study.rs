@@ -1,4 +1,4 @@
-//! The study: a line in place of the bars while a sheet is seen, and a window that asks.
+//! Study: a bar during a trial, and windows with questions.
 
 use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
 use sheetwork_rigs::study::{LAST_QUESTIONS, QUESTIONS, Question};
@@ -10,24 +10,25 @@ use crate::picture::Layer;
 use crate::session::Session;
 use crate::study::{Stage, Study};
 
-/// What a subject sees of a scene: the sheet's smoothed surface and the room, not what it falls on, nor springs and masses.
+/// Display of a trial: the smoothed surface of the sheet and the room, without bodies, springs and
+/// nodes.
 pub fn blind() -> Display {
     Display { layer: Layer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
 }
 
-/// Begins the study's dialog.
+/// Open the dialog of the study.
 pub(super) fn open(state: &mut EditorState) {
-    // Any number does: it is shown, and can be typed again.
+    // Any seed will do: it is shown, and can be typed again.
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seed = now.map_or(1, |t| t.as_secs() % 1_000_000);
     let mut study = Study::new(seed);
-    // With its folder: where an editor was started from is not always known.
+    // An absolute path, independent of the working directory.
     let folder = state.out.clone().or_else(|| std::env::current_dir().ok()).unwrap_or_default();
     study.file = folder.join(&study.file).display().to_string();
     state.study = Some(study);
 }
 
-/// The line at the top while a study is on, and its windows.
+/// The bar during a study, and its windows.
 pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut study) = state.study.take() else { return };
     let mut stays = true;
@@ -39,7 +40,7 @@ pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 study.ask();
             }
         }
-        // What is asked stands below the view.
+        // The questions are below the view.
         Stage::Asking | Stage::Last => {}
         Stage::Over => over(ui, &study, &mut stays),
     }
@@ -50,7 +51,7 @@ pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// The bar while sheets are seen: nothing in it says which one it is.
+/// Bar during a trial; it does not identify the sheet.
 pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut study) = state.study.take() else { return };
     let mut stays = true;
@@ -69,9 +70,9 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             session.pause();
             study.ask();
         }
-        // Far from what is clicked after every sheet, and in one place.
+        // Far from the frequently used buttons, at a fixed place.
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Stop the study").on_hover_text("What was answered so far stays in its file").clicked() {
+            if ui.button("Stop the study").on_hover_text("The answers so far stay in the file").clicked() {
                 stays = false;
             }
         });
@@ -84,27 +85,27 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Ends the study: what was open comes back as it was.
+/// End the study and restore the session before it.
 fn end(session: &mut Session, state: &mut EditorState) {
     session.pause();
     state.display = Display::default();
     if let Some((old, camera)) = state.aside.take() {
-        session.make_way_for(*old);
-        state.display = state.display.of(session);
+        session.replace_by(*old);
+        state.display = state.display.for_session(session);
         state.camera = camera;
     }
 }
 
-/// Shows the next sheet.
+/// Show the next sheet.
 fn show(session: &mut Session, state: &mut EditorState, study: &Study) {
     match study.scene().and_then(|scene| Session::new(&scene)) {
         Ok(fresh) => {
             session.pause();
-            let old = session.make_way_for(fresh);
-            // What was open before the first sheet.
+            let old = session.replace_by(fresh);
+            // The session before the first trial.
             state.aside.get_or_insert_with(|| (Box::new(old), state.camera));
             state.display = blind();
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
             session.play();
         }
         Err(error) => session.fail(error.to_string()),
@@ -117,23 +118,23 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
     window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(ui.ctx(), |ui| {
         ui.set_max_width(470.0);
         ui.label(
-            "A sheet falls on something that is not drawn: a cube, or one of two wedges, each with five kinds of sheet. Their names are not \
-             shown, and their order is one of chance. After each one you say how it looked: 1 to 9, or N/A. It takes about a quarter of an hour. \
-             Nobody is tested but the sheets; you may stop at any time.",
+            "A sheet falls on a hidden body: a cube, or one of two wedges, each with five kinds of sheet. Names are hidden, and the \
+             order is random. After each trial you rate how it looked: 1 to 9, or N/A. It takes about a quarter of an hour. \
+             The sheets are tested, not you; you may stop at any time.",
         );
         ui.add_space(6.0);
         Grid::new("study").num_columns(2).show(ui, |ui| {
-            let label = ui.label("Subject").on_hover_text("A letter or number, to tell the answers of several apart");
+            let label = ui.label("Subject").on_hover_text("A letter or number that identifies the subject");
             ui.add(TextEdit::singleline(&mut study.subject).desired_width(140.0)).labelled_by(label.id);
             ui.end_row();
-            let label = ui.label("Answers").on_hover_text("A CSV file; answers of others that are in it stay");
+            let label = ui.label("Answers").on_hover_text("A CSV file; answers of other subjects in it are kept");
             ui.add(TextEdit::singleline(&mut study.file).desired_width(320.0)).labelled_by(label.id);
             ui.end_row();
-            let label = ui.label("Order").on_hover_text("The same number gives the same order");
+            let label = ui.label("Order").on_hover_text("Seed of the random order");
             ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
             ui.end_row();
         });
-        ui.weak("The scene that is open comes back afterwards, as it is now.");
+        ui.weak("The open scene is restored afterwards.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() {
             match study.begin() {
@@ -145,7 +146,7 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
     *stays = open;
 }
 
-/// What is asked now, below the view so that the sheet can be seen.
+/// Present questions, below the view so that the sheet stays visible.
 pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut study) = state.study.take() else { return };
     let (title, all): (&str, &[Question]) = match study.stage() {
@@ -166,7 +167,7 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
                     let about = format!("{} {title}", question.key);
                     let response =
                         ui.selectable_label(*chosen == Some(value), format!(" {title} ")).on_hover_text(&about);
-                    // Ten answers in eight rows have the same names else.
+                    // Ten answers in eight rows would otherwise have equal names.
                     response.widget_info(|| {
                         WidgetInfo::selected(WidgetType::SelectableLabel, true, *chosen == Some(value), &about)
                     });
@@ -196,7 +197,7 @@ fn over(ui: &mut Ui, study: &Study, stays: &mut bool) {
     window.show(ui.ctx(), |ui| {
         ui.label(format!("The answers are in {}.", study.file));
         ui.monospace(format!("sheetwork study {}", study.file));
-        ui.label("works out what they come to.");
+        ui.label("evaluates them.");
         if ui.button("Close").clicked() {
             *stays = false;
         }

@@ -4,16 +4,16 @@ use bevy_egui::egui::{self, Button, Color32, CornerRadius, RichText, Stroke, The
 
 pub(super) use bevy_sheetwork::inspector::style::{ACCENT, QUIET, quiet, readable};
 
-/// Energy of motion.
+/// Kinetic energy.
 pub(super) const KINETIC: Color32 = Color32::from_rgb(240, 150, 70);
-/// Energy in the springs.
+/// Elastic energy.
 pub(super) const ELASTIC: Color32 = Color32::from_rgb(95, 170, 235);
-/// Energy of height.
+/// Potential energy.
 pub(super) const GRAVITY: Color32 = Color32::from_rgb(140, 200, 120);
-/// All of it.
+/// Total energy.
 pub(super) const TOTAL: Color32 = Color32::from_rgb(170, 170, 178);
 
-/// Gives a context the editor's look, dark until it is chosen otherwise.
+/// Apply the editor's style to a context, dark by default.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(Theme::Dark);
     ctx.style_mut_of(Theme::Dark, |style| {
@@ -29,7 +29,7 @@ pub fn apply(ctx: &egui::Context) {
         style.visuals.weak_text_color = Some(Color32::from_gray(88));
         style.visuals.error_fg_color = Color32::from_rgb(178, 32, 16);
         style.visuals.warn_fg_color = Color32::from_rgb(150, 78, 0);
-        // Boxes and buttons have an edge: their grounds hardly differ from the panel's.
+        // Boxes and buttons have an edge: their background is close to that of the panel.
         style.visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, Color32::from_gray(168));
         style.visuals.widgets.inactive.bg_fill = Color32::from_gray(250);
         style.visuals.widgets.inactive.weak_bg_fill = Color32::from_gray(226);
@@ -58,7 +58,7 @@ pub fn apply(ctx: &egui::Context) {
     });
 }
 
-/// Dark or light, as asked.
+/// Apply the dark or the light theme.
 pub(super) fn choose(ctx: &egui::Context, light: bool) {
     let wanted = if light { Theme::Light } else { Theme::Dark };
     if ctx.theme() != wanted {
@@ -66,7 +66,7 @@ pub(super) fn choose(ctx: &egui::Context, light: bool) {
     }
 }
 
-/// A button for what is done first, in the sheets' own colour.
+/// Button of the main action, in the accent colour.
 pub(super) fn first<'a>(ui: &Ui, text: &str) -> Button<'a> {
     let text = RichText::new(text).strong();
     if ui.visuals().dark_mode {

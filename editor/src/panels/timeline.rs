@@ -1,4 +1,4 @@
-//! The strip of time below the view: where the run is, where it has been, what happened when, and snapshots by number.
+//! Timeline below the view: present time, range of the run, events, and numbered snapshots.
 
 use bevy_egui::egui::{Align2, Color32, FontId, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use sheetwork::islands::event::EventKind;
@@ -11,14 +11,14 @@ use crate::session::Session;
 /// Height of the strip, points.
 const HEIGHT: f32 = 30.0;
 
-/// The strip, and a row of what goes with it.
+/// The strip, and a row of controls.
 pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(3.0);
     strip(ui, session);
     ui.horizontal(|ui| {
         ui.toggle_value(&mut state.plots.shown, "Plots").on_hover_text("Energies, step time, heights and temperatures");
         let mut looped = session.looped();
-        let about = format!("Begin again after {} s, the scene's own duration", session.scene().duration);
+        let about = format!("Restart after {} s, the duration of the scene", session.scene().duration);
         if ui.checkbox(&mut looped, "Loop").on_hover_text(about).changed() {
             session.set_looped(looped);
         }
@@ -26,29 +26,28 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let line = session.timeline();
         if session.playback().is_none() {
             let text = format!("{} moments, {:.1} MB", line.len(), line.bytes() as f64 / 1e6);
-            let about =
-                "Snapshots that can be gone back to. When memory is full, every second one of the older half goes.";
+            let about = "Snapshots for rollback. When memory is full, every second one of the older half is dropped.";
             ui.label(RichText::new(text).color(quiet(ui))).on_hover_text(about);
         }
     });
     ui.add_space(2.0);
 }
 
-/// Snapshots by number: a click keeps one where there is none, and goes back where there is.
+/// Numbered snapshots: a click stores an empty one and restores a stored one.
 fn slots(ui: &mut Ui, session: &mut Session) {
     ui.label(RichText::new("Snapshots").color(quiet(ui)));
     ui.spacing_mut().item_spacing.x = 2.0;
-    for (i, kept) in session.kept().into_iter().enumerate() {
+    for (i, kept) in session.snapshot_times().into_iter().enumerate() {
         let number = i + 1;
         let about = match kept {
-            Some(time) => format!("Back to {time:.3} s ({number}); kept anew by Ctrl+{number} or a right click"),
-            None => format!("Keep this moment (Ctrl+{number})"),
+            Some(time) => format!("Restore {time:.3} s ({number}); Ctrl+{number} or a right click replaces it"),
+            None => format!("Store a snapshot (Ctrl+{number})"),
         };
         let response = ui.selectable_label(kept.is_some(), number.to_string()).on_hover_text(about);
         if response.secondary_clicked() || (response.clicked() && kept.is_none()) {
-            session.keep(number);
+            session.store_snapshot(number);
         } else if response.clicked() {
-            session.recall(number);
+            session.restore_snapshot(number);
         }
     }
     ui.spacing_mut().item_spacing.x = 7.0;
@@ -63,7 +62,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
             (first, last.max(session.world().time()), session.world().time())
         }
     };
-    // A run that has not gone far is shown on a scale that it will fill.
+    // A short run is shown on a longer scale.
     let end = last.max(first + 1.0).max(if session.playing() { last * 1.1 } else { last });
     let end = if session.playback().is_some() { last.max(1e-9) } else { end };
     let inner = rect.shrink2(vec2(10.0, 0.0));
@@ -93,7 +92,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
             under = Some(format!("{:.3} s: {}", event.time_s, describe(event)));
         }
     }
-    for time in session.kept().into_iter().flatten() {
+    for time in session.snapshot_times().into_iter().flatten() {
         painter.line_segment([pos2(x(time), track.top()), pos2(x(time), track.bottom())], Stroke::new(1.5, KINETIC));
     }
     let hand = x(now);
@@ -101,15 +100,15 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         [pos2(hand, rect.top() + 1.0), pos2(hand, track.bottom() + 3.0)],
         Stroke::new(2.0, visuals.strong_text_color()),
     );
-    // Where the mouse lets go counts too: a slow frame may have seen nothing of the way there.
+    // The position at release counts too: a slow frame may have missed the drag.
     if (response.dragged() || response.drag_stopped() || response.clicked())
         && let Some(pointer) = response.interact_pointer_pos()
     {
         let part = f64::from((pointer.x - inner.left()) / inner.width()).clamp(0.0, 1.0);
         session.scrub(first + part * (end - first));
     }
-    let about = "Drag to go back to a moment that was kept, one for each picture that was drawn; the arrow keys go step by step; marks are events";
-    // In the way of the hand while it drags.
+    let about = "Drag to go back to a snapshot, one per drawn frame; the arrow keys go step by step; marks are events";
+    // A tooltip would obstruct the drag.
     if !response.dragged() {
         response.on_hover_text(under.unwrap_or_else(|| about.to_owned()));
     }
@@ -127,7 +126,7 @@ fn ticks(ui: &Ui, first: f64, end: f64, x: &dyn Fn(f64) -> f32, below: f32) {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, near `value` from above.
+/// Smallest 1, 2, 5 or 10 times a power of ten that is not below `value`.
 pub(super) fn nice(value: f64) -> f64 {
     let power = 10.0_f64.powf(value.max(1e-12).log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|n| *n >= 0.999 * value).unwrap_or(power)

@@ -1,4 +1,4 @@
-//! The bar at the top: menus, time, speed, and which scene it is.
+//! Top bar: menus, playback, speed, and name of the scene.
 
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
 use bevy_egui::egui::{self, Button, PopupCloseBehavior, RichText, Slider, Ui};
@@ -9,7 +9,7 @@ use crate::camera::Camera;
 use crate::scenes;
 use crate::session::Session;
 
-/// The bar at the top.
+/// The top bar.
 pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
@@ -25,11 +25,11 @@ pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(2.0);
 }
 
-/// The scene's name, with a mark while it is not saved.
+/// Name of the scene, with a mark while it is unsaved.
 fn title(ui: &mut Ui, session: &Session) {
     let scene = session.scene();
     ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
-    // A scene may be called otherwise than its file.
+    // The name of a scene may differ from that of its file.
     if let Some(file) = session.file()
         && scenes::title(file) != scene.name
     {
@@ -46,7 +46,7 @@ fn title(ui: &mut Ui, session: &Session) {
 }
 
 fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    // A click into its text field does not close it; what is chosen does.
+    // A click into the text field keeps the menu open; a choice closes it.
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     MenuButton::new("File").config(config).ui(ui, |ui| {
         ui.set_min_width(300.0);
@@ -60,12 +60,12 @@ fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.checkbox(&mut state.plots.shown, "Plots");
         ui.checkbox(&mut state.swapped, "Controls on the left").on_hover_text("And the numbers on the right");
         ui.separator();
-        if ui.button("All controls").on_hover_text("Every section at once").clicked() {
+        if ui.button("All controls").on_hover_text("Open every section").clicked() {
             state.open_sections = Section::ALL.iter().map(|s| s.0).collect();
             ui.close();
         }
         if ui.button("Look at the scene").clicked() {
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
             ui.close();
         }
         ui.separator();
@@ -83,16 +83,16 @@ fn transport(ui: &mut Ui, session: &mut Session) {
         session.toggle();
     }
     let stop = ui.add_enabled(session.can_stop(), Button::new("⏹ Stop"));
-    if stop.on_hover_text("Pause, and back to the state before it was played (Shift+Space)").clicked() {
+    if stop.on_hover_text("Pause, and restore the state before playing (Shift+Space)").clicked() {
         session.stop();
     }
-    if ui.button("⏮").on_hover_text("One step of the engine back (left arrow)").clicked() {
+    if ui.button("⏮").on_hover_text("One time step back (left arrow)").clicked() {
         session.step_back();
     }
-    if ui.button("⏭ Step").on_hover_text("Take one step of the engine and pause (right arrow)").clicked() {
+    if ui.button("⏭ Step").on_hover_text("Take one time step and pause (right arrow)").clicked() {
         session.step();
     }
-    if ui.button("⟲ Reset").on_hover_text("Back to the start; changed values stay (Backspace)").clicked() {
+    if ui.button("⟲ Reset").on_hover_text("Reset to the start; changed values stay (Backspace)").clicked() {
         session.reset();
     }
     if let Some((at, duration)) = session.playback().map(|r| (r.at(), r.duration())) {
@@ -107,7 +107,7 @@ fn transport(ui: &mut Ui, session: &mut Session) {
     let label = ui.label("Speed");
     let mut speed = session.speed();
     let slider = Slider::new(&mut speed, 0.01..=64.0).logarithmic(true).suffix("×").update_while_editing(false);
-    let about = "Simulated seconds a real second (+ and -); below 1 it is slow motion";
+    let about = "Simulated seconds per real second (+ and -); below 1 is slow motion";
     if ui.add(slider).labelled_by(label.id).on_hover_text(about).changed() {
         session.set_speed(speed);
     }

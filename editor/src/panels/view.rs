@@ -1,51 +1,40 @@
-//! The part of the window that shows the scene: what the mouse does there with each tool, and what is drawn over the scene.
+//! View of the scene: action of the mouse with each tool, and the overlay.
 
 use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
 use glam::Vec2;
 use sheetwork::scene::SpotSpec;
 
-use super::{EditorState, Tool, keys, legend, overlay};
+use super::tool::handle_of;
+use super::{EditorState, Held, Tool, keys, legend, overlay};
 use crate::camera::Camera;
-use crate::gizmo::{Gizmo, Handle};
+use crate::gizmo::Gizmo;
 use crate::pick;
 use crate::picture::Layer;
 use crate::session::{Item, Session};
 use crate::tiles::tiles;
 
-/// Points of scrolling in a notch of the wheel.
+/// Points of scrolling per notch of the wheel.
 const NOTCH: f32 = 50.0;
 
-/// Halvings with which the edge of a sheet is found, and part of a sheet within which a line that was drawn past an edge is at it.
+/// Bisection steps of the search for the edge of a sheet, and distance in material coordinates
+/// within which a line snaps to the edge.
 const BISECTIONS: u32 = 14;
 const EDGE: f64 = 0.01;
-/// Most touches of the brush in a frame.
-const MOST_DABS: u32 = 40;
+/// Maximum number of dabs of the brush per frame.
+const MAX_DABS: u32 = 40;
 
-/// What the left button holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Held {
-    /// A point of a sheet, m; the mouse moves in the plane through it that faces the eye.
-    Sheet(glam::Vec3),
-    /// A line on a sheet: which sheet, from where, to where, (u, v).
-    Line(usize, (f64, f64), (f64, f64)),
-    /// The brush on a sheet, and where it last touched it, m.
-    Brush(usize, glam::DVec3),
-    /// A handle of the gizmo, the gizmo as it was then, and where the mouse took it.
-    Handle(Handle, Gizmo, Vec2),
-}
-
-/// Turns, slides and nears the camera, and does what the tool does, by what the mouse does in the view; takes the keys. The view itself is
-/// drawn by others, behind this.
+/// Handle mouse and keys in the view: camera and tool. The scene itself is drawn behind it by the
+/// Bevy layer.
 pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let rect = ui.available_rect_before_wrap();
     let response = ui.interact(rect, ui.id().with("view"), Sense::click_and_drag());
     let blind = state.is_blind();
-    // Hands reach the scene itself, not what it is compared with.
+    // Tools act on the scene itself, not on its variants.
     let tiles = tiles(rect, session.shown_count());
     let own = tiles.first().copied().unwrap_or(rect);
     let taken = !blind && use_tool(ui, session, state, &response, own);
     if response.clicked() || response.dragged() {
-        // The keys are the view's again.
+        // The view takes the keyboard focus.
         ui.memory_mut(|m| m.stop_text_input());
         ui.ctx().memory_mut(|m| m.focused().into_iter().for_each(|id| m.surrender_focus(id)));
     }
@@ -59,11 +48,12 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         overlay::paint(ui, (rect, &tiles), session, state);
         keys::keys_and_drops(ui, session, state);
     }
-    // After what is painted over the scene: the scene is drawn as it was seen before, and marks must not run ahead of it.
+    // After the overlay: the scene was drawn with the previous camera, and the overlay must match
+    // it.
     navigate(ui, session, state, &response, (own, taken));
 }
 
-/// Turns, slides and nears the camera by what the mouse does in the view, where no tool has `taken` its left button.
+/// Rotate, pan and zoom the camera by the mouse, unless a tool has `taken` its left button.
 fn navigate(ui: &Ui, session: &Session, state: &mut EditorState, response: &Response, (own, taken): (Rect, bool)) {
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
     if response.dragged_by(PointerButton::Primary) && !taken {
@@ -79,16 +69,16 @@ fn navigate(ui: &Ui, session: &Session, state: &mut EditorState, response: &Resp
         }
     }
     if response.double_clicked() && state.tool == Tool::Look {
-        state.camera = Camera::of_session(session);
+        state.camera = Camera::from_session(session);
     }
 }
 
-/// A place of the window in the picture.
+/// Position in the picture of a position in the window.
 fn within(rect: Rect, at: egui::Pos2) -> Vec2 {
     Vec2::new(at.x - rect.left(), at.y - rect.top())
 }
 
-/// Does what the tool does; whether it has taken the left button.
+/// Apply the tool. Returns whether it has taken the left button.
 fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &Response, rect: Rect) -> bool {
     let size = Vec2::new(rect.width(), rect.height());
     let pressed = ui.input(|i| i.pointer.press_origin()).filter(|p| rect.contains(*p)).map(|p| within(rect, p));
@@ -104,7 +94,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         click(session, state, at, size);
     }
     let Some(held) = state.held else { return false };
-    // Where the mouse lets go counts too: a slow frame may have seen nothing of the way there.
+    // The position at release counts too: a slow frame may have missed the drag.
     if (response.dragged_by(PointerButton::Primary) || response.drag_stopped_by(PointerButton::Primary))
         && let Some(at) = now
     {
@@ -122,7 +112,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
             Held::Sheet(place) => session.pull(state.camera.on_plane(at, size, place).as_dvec3()),
             Held::Handle(handle, gizmo, from) => {
                 if let Some(item) = state.selected {
-                    session.carry(item, gizmo.moved(handle, from, at));
+                    session.move_item(item, gizmo.moved(handle, from, at));
                 }
             }
         }
@@ -137,14 +127,14 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         }
         session.end_stroke();
         session.release();
-        session.put_down();
+        session.release_item();
         session.seal();
         state.held = None;
     }
     true
 }
 
-/// Takes hold of what is under the mouse.
+/// Take hold of the object under the mouse.
 fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> Option<Held> {
     let ray = state.camera.ray(from, size);
     match state.tool {
@@ -201,7 +191,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
     }
 }
 
-/// The nearest of what can be moved that is seen along a ray.
+/// Nearest movable item along a ray.
 fn under(session: &Session, state: &EditorState, ray: pick::Ray) -> Option<Item> {
     let world = session.world();
     let body = pick::body(world, ray).filter(|b| b.0 < session.scene().bodies.len());
@@ -215,14 +205,15 @@ fn under(session: &Session, state: &EditorState, ray: pick::Ray) -> Option<Item>
     all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0)).map(|found| found.1)
 }
 
-/// The point of a sheet that is seen at a place of the view, where no body is before it.
+/// Point of a sheet at a position of the view, unless a body occludes it.
 fn hit(session: &Session, state: &EditorState, at: Vec2, size: Vec2) -> Option<pick::SheetHit> {
     let ray = state.camera.ray(at, size);
     let hit = pick::sheet(session.world(), ray, state.display.layer == Layer::Top)?;
     pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001).then_some(hit)
 }
 
-/// The last point of a sheet on the way from its point `last` to a place of the view that is beside it: a line drawn past an edge ends at it.
+/// Last point of a sheet on the way from its point `last` to a position of the view outside it: a
+/// line drawn past an edge ends at it.
 fn towards(
     session: &Session,
     state: &EditorState,
@@ -252,24 +243,19 @@ fn towards(
     found.map(|(u, v)| (to_edge(u), to_edge(v)))
 }
 
-/// Radius of the brush on a sheet, m.
-pub(super) fn radius(session: &Session, state: &EditorState, sheet: usize) -> f64 {
-    let size = session.world().sheets().get(sheet).map_or((0.1, 0.1), |s| s.rest_size());
-    state.brush.radius_on(size)
-}
-
-/// Draws the brush over a sheet from where it last touched it to a place of the view, however far that is in a frame; where it then touches it.
+/// Paint with the brush from its last dab to a position of the view, in several dabs if far.
+/// Returns the position of the last dab.
 fn stroke(
     session: &mut Session,
     state: &EditorState,
     (sheet, last): (usize, glam::DVec3),
     (at, size): (Vec2, Vec2),
 ) -> Option<glam::DVec3> {
-    // Near enough that there are no waves, and no nearer.
-    let apart = 0.3 * radius(session, state, sheet);
+    // Dabs overlap enough for an even temperature.
+    let apart = 0.3 * state.brush_radius(session, sheet);
     let end = hit(session, state, at, size).filter(|h| h.sheet == sheet && h.place.distance(last) > apart)?;
     let begun = state.camera.project(last.as_vec3(), size)?;
-    let count = ((end.place.distance(last) / apart) as u32).clamp(1, MOST_DABS);
+    let count = ((end.place.distance(last) / apart) as u32).clamp(1, MAX_DABS);
     for k in 1..count {
         let between = hit(session, state, begun.lerp(at, k as f32 / count as f32), size);
         if let Some(hit) = between.filter(|h| h.sheet == sheet) {
@@ -280,13 +266,8 @@ fn stroke(
     Some(end.place)
 }
 
-/// Touches a sheet with the brush.
+/// Heat the sheet under the brush.
 fn dab(session: &mut Session, state: &EditorState, hit: &pick::SheetHit) -> bool {
-    let radius = radius(session, state, hit.sheet);
+    let radius = state.brush_radius(session, hit.sheet);
     session.dab(SpotSpec { at: hit.uv, radius, temperature: state.brush.celsius })
-}
-
-/// Where the handle of an item is, m.
-pub(super) fn handle_of(session: &Session, item: Item) -> Option<glam::Vec3> {
-    session.handle_of(item).map(|at| at.as_vec3())
 }

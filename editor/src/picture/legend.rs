@@ -1,11 +1,11 @@
-//! A legend in a picture: a bar of the colours with numbers beneath, in letters of 5 x 7 dots of our own.
+//! Legend of an image: a colour bar with numbers, in a bitmap font of 5 x 7 dots.
 
 use bevy_sheetwork::render::ColourScale;
 
-use super::{Picture, encode};
+use super::image::{Picture, encode};
 use crate::panels::ticks;
 
-/// Dots of a letter, rows from the top, five bits a row; what is not here is a space.
+/// Dots of a letter, rows from the top, five bits per row; other characters are blank.
 const LETTERS: [(char, [u8; 7]); 15] = [
     ('0', [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110]),
     ('1', [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110]),
@@ -27,7 +27,7 @@ const LETTERS: [(char, [u8; 7]); 15] = [
 /// Width of a letter with the gap to the next, dots.
 const ADVANCE: u32 = 6;
 
-/// Draws the legend of `scale` into the lower left corner; a picture that is too small for one has none.
+/// Draw the legend of `scale` into the lower left corner, if the picture is large enough.
 pub(super) fn draw(picture: &mut Picture, scale: &ColourScale) {
     let dot = (picture.height / 400).max(1);
     let (width, height, margin) = (160 * dot, 8 * dot, 12 * dot);
@@ -78,7 +78,7 @@ mod tests {
     use sheetwork::scene::{OvenSpec, Scene, SheetSpec};
 
     #[test]
-    fn the_bar_goes_from_the_colour_of_the_lowest_to_that_of_the_highest() {
+    fn the_bar_spans_the_colours_of_the_lowest_and_the_highest_value() {
         let scene = Scene { sheets: vec![SheetSpec::default()], oven: Some(OvenSpec::default()), ..Scene::default() };
         let scale = SheetColour::Temperature.scale(&World::new(&scene).expect("valid")).expect("heated");
         let mut picture = Picture { width: 400, height: 300, pixels: vec![255; 3 * 400 * 300] };

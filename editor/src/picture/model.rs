@@ -1,7 +1,8 @@
-//! A world as triangles with paint: sheets' surfaces, bodies, floor and back wall. Metres, world coordinates.
+//! World as triangles with materials: surfaces of sheets, bodies, heaters, floor and back wall.
+//! Metres, world coordinates.
 
 use bevy_sheetwork::SheetColour;
-use bevy_sheetwork::render::{ColourScale, clear_of_bodies, clearing, glow};
+use bevy_sheetwork::render::{ColourScale, clear_of_bodies, display_clearance, glow};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::rigid::Body;
@@ -9,24 +10,24 @@ use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::sheet::surface::Surface;
 
-/// Which layer of a sheet is drawn.
+/// Displayed layer of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layer {
-    /// The uppermost.
+    /// Uppermost layer.
     #[default]
     Top,
-    /// The lowest.
+    /// Lowest layer.
     Bottom,
 }
 
-/// What of the sheets is drawn, and how.
+/// Display settings of the sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
-    /// Which layer the surface goes through.
+    /// Layer of the surface.
     pub layer: Layer,
-    /// Spline pieces between two masses: 1 (flat) to 16.
+    /// Spline segments per cell: 1 (flat) to 16.
     pub parts: u32,
-    /// What sheets are coloured by; none for what shows most of a scene's heat.
+    /// Field that colours the sheets; `None` for the one that displays the scene's heat.
     pub colour: Option<SheetColour>,
 }
 
@@ -37,30 +38,32 @@ impl Default for Look {
 }
 
 impl Look {
-    /// The scale of the colours that sheets of `world` have; `None` where they have the one of their material.
+    /// Colour scale of the sheets of `world`; `None` where they have the colour of their material.
     pub fn scale(&self, world: &World) -> Option<ColourScale> {
         self.colour.unwrap_or_else(|| SheetColour::of_heat(world)).scale(world)
     }
 }
 
-/// How a triangle is painted; colours are linear red, green, blue.
+/// Material of a triangle; colours are linear red, green, blue.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Paint {
-    /// A body's face.
+    /// Face of a body.
     Matt(Vec3),
-    /// A sheet: one colour above, one below, glossy.
+    /// Glossy sheet: colour of the upper and of the lower side.
     Sheet(Vec3, Vec3),
-    /// A sheet: colours at the corners above, and below, glossy.
+    /// Glossy sheet: colours of the corners of the upper and of the lower side.
     Graded([Vec3; 3], [Vec3; 3]),
-    /// A hot face of a heater, in its own light; like the rest of it, it throws no shadow, which would hide what it heats.
+    /// Self-luminous hot face of a heater. Heaters cast no shadow, which would hide the heated
+    /// sheet.
     Glowing(Vec3),
-    /// A cold face of a heater.
+    /// Cold face of a heater.
     Metal(Vec3),
-    /// A plane with a square grid of this spacing, m, seen from its front only; the axes are those the grid runs along.
+    /// Plane with a square grid of this spacing, m, visible from its front only; the indices are
+    /// the axes of the grid.
     Grid(Vec3, f32, [usize; 2]),
 }
 
-/// A triangle, counter-clockwise seen from its front.
+/// Triangle, counter-clockwise seen from its front.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
     pub corners: [Vec3; 3],
@@ -69,24 +72,24 @@ pub(super) struct Triangle {
 }
 
 impl Triangle {
-    /// Normal of its plane, not of unit length.
+    /// Normal of the plane, not normalised.
     pub fn across(&self) -> Vec3 {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a)
     }
 
-    /// Whether it can be seen through from behind.
+    /// Whether it is transparent from behind.
     pub fn one_sided(&self) -> bool {
         !matches!(self.paint, Paint::Sheet(..) | Paint::Graded(..))
     }
 
-    /// Whether it throws a shadow.
+    /// Whether it casts a shadow.
     pub fn throws_shadow(&self) -> bool {
         !matches!(self.paint, Paint::Grid(..) | Paint::Glowing(_) | Paint::Metal(_))
     }
 }
 
-/// Everything there is to draw.
+/// All triangles of a picture.
 pub(super) struct Model {
     pub triangles: Vec<Triangle>,
 }
@@ -98,7 +101,7 @@ const HEATER: Vec3 = Vec3::new(0.16, 0.165, 0.18);
 const FLOOR: Vec3 = Vec3::new(0.66, 0.635, 0.60);
 const WALL: Vec3 = Vec3::new(0.70, 0.69, 0.675);
 
-/// Colours of the vertices of a sheet's surface, of one side.
+/// Vertex colours of one side of a sheet's surface.
 fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &Surface) -> Vec<Vec3> {
     let (mut values, mut colours) = (Vec::new(), Vec::new());
     scale.paint(of, surface, &mut values, &mut colours);
@@ -106,7 +109,7 @@ fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &Surface) -> Vec<Ve
 }
 
 impl Model {
-    pub fn of(world: &World, look: &Look) -> Self {
+    pub fn from_world(world: &World, look: &Look) -> Self {
         let mut model = Self { triangles: Vec::new() };
         if let Some(room) = &world.scene().room {
             model.add_room(room);
@@ -123,7 +126,7 @@ impl Model {
         for sheet in world.sheets() {
             model.add_sheet(world, sheet, look, scale.filter(|_| sheet.heat().is_some()).as_ref());
         }
-        // A number that is none would poison the depth buffer.
+        // A non-finite corner would corrupt the depth buffer.
         model.triangles.retain(|t| t.corners.iter().all(|c| c.is_finite()));
         model
     }
@@ -173,7 +176,7 @@ impl Model {
     fn add_heaters(&mut self, world: &World) {
         let scene = world.scene();
         for spec in &scene.heaters {
-            // They were read when the world was built.
+            // The files were validated when the world was built.
             for heater in spec.resolve(&scene.base).unwrap_or_default() {
                 for (face, heat) in heater.faces.iter().enumerate() {
                     let paint = match heat.temperature.filter(|_| spec.on) {
@@ -203,7 +206,7 @@ impl Model {
         let Some(surface) = sheet.surface(layer, look.parts) else { return };
         let mut mesh = surface.mesh(&sheet.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
-            let (reach, skin) = clearing(sheet, look.parts);
+            let (reach, skin) = display_clearance(sheet, look.parts);
             clear_of_bodies(&view, &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
         }
         let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));
@@ -224,7 +227,7 @@ impl Model {
         }
     }
 
-    /// Box around what throws a shadow, m; the origin when nothing does.
+    /// Bounding box of everything that casts a shadow, m; the origin when nothing does.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let corners = || self.triangles.iter().filter(|t| t.throws_shadow()).flat_map(|t| t.corners);
         (corners().reduce(Vec3::min).unwrap_or_default(), corners().reduce(Vec3::max).unwrap_or_default())

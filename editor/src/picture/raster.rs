@@ -1,17 +1,17 @@
-//! Which triangle is seen at every sample: projection, clipping at the eye, and a depth buffer.
+//! Visibility at every sample: projection, clipping at the eye, and a depth buffer.
 //!
-//! Depth is kept as a number that is linear across the projected triangle and grows towards the eye: 1/z for a
-//! perspective view, -z for a parallel one. The same buffer serves the eye and the light.
+//! Depth is linear across the projected triangle and grows towards the eye: 1/z for a perspective
+//! view, -z for a parallel one. One buffer type serves eye and light.
 
 use glam::{Vec2, Vec3};
 
 use super::model::Model;
 use crate::camera::Camera;
 
-/// Marks a sample at which nothing is seen.
+/// Index of a sample without a triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// A projection onto a grid of samples.
+/// Projection onto a grid of samples.
 pub(super) struct View {
     origin: Vec3,
     right: Vec3,
@@ -31,7 +31,8 @@ impl View {
         Self { origin: camera.eye(), right, up, forward: -camera.back(), scale, perspective: true, columns, rows }
     }
 
-    /// Parallel light that comes from the direction `towards` (unit) and covers `radius` m about `centre`.
+    /// Parallel light from the direction `towards` (unit vector) that covers `radius` m about
+    /// `centre`.
     pub fn parallel(centre: Vec3, towards: Vec3, radius: f32, size: usize) -> Self {
         let right = towards.any_orthonormal_vector();
         let up = towards.cross(right);
@@ -39,7 +40,7 @@ impl View {
         Self { origin: centre, right, up, forward: -towards, scale, perspective: false, columns: size, rows: size }
     }
 
-    /// Sample coordinates and depth; only for points in front of a perspective eye.
+    /// Sample coordinates and depth; in a perspective view only for points in front of the eye.
     pub fn project(&self, point: Vec3) -> Vec3 {
         let p = point - self.origin;
         let z = p.dot(self.forward);
@@ -49,25 +50,25 @@ impl View {
         Vec3::new(x, y, if self.perspective { 1.0 / z } else { -z })
     }
 
-    /// Unit vector from a perspective eye through the middle of sample `at`.
+    /// Unit vector from a perspective eye through the centre of sample `at`.
     pub fn direction(&self, (x, y): (usize, usize)) -> Vec3 {
         let right = (x as f32 + 0.5 - 0.5 * self.columns as f32) / self.scale;
         let up = (0.5 * self.rows as f32 - y as f32 - 0.5) / self.scale;
         (self.forward + self.right * right + self.up * up).normalize()
     }
 
-    /// The point seen at sample `at` with this depth.
+    /// Point at sample `at` with this depth.
     pub fn point(&self, at: (usize, usize), depth: f32) -> Vec3 {
         let direction = self.direction(at);
         self.origin + direction / (depth * direction.dot(self.forward))
     }
 
-    /// A sample's width at a point with this depth, m.
+    /// Width of a sample at a point with this depth, m.
     pub fn sample_width(&self, depth: f32) -> f32 {
         1.0 / (depth * self.scale)
     }
 
-    /// The part of a triangle in front of the eye, as a convex polygon.
+    /// Part of a triangle in front of the eye, as a convex polygon.
     fn clip(&self, corners: [Vec3; 3], near: f32) -> Vec<Vec3> {
         if !self.perspective {
             return corners.to_vec();
@@ -88,16 +89,16 @@ impl View {
     }
 }
 
-/// What is seen: nearest triangle and its depth at every sample.
-pub(super) struct Seen {
+/// Nearest triangle and its depth at every sample.
+pub(super) struct VisibilityBuffer {
     pub triangle: Vec<u32>,
     pub depth: Vec<f32>,
     columns: usize,
     rows: usize,
 }
 
-impl Seen {
-    /// What the eye sees; faces with one side are left out from behind.
+impl VisibilityBuffer {
+    /// Triangles visible from the eye; single-sided faces are culled from behind.
     pub fn find(model: &Model, view: &View) -> Self {
         let mut seen = Self::empty(view);
         for (index, triangle) in model.triangles.iter().enumerate() {
@@ -109,7 +110,7 @@ impl Seen {
         seen
     }
 
-    /// What parallel light meets first; planes of the room throw no shadow.
+    /// First triangles hit by parallel light; planes of the room cast no shadow.
     pub fn by_light(model: &Model, view: &View) -> Self {
         let mut seen = Self::empty(view);
         for (index, triangle) in model.triangles.iter().enumerate().filter(|(_, t)| t.throws_shadow()) {
@@ -125,14 +126,14 @@ impl Seen {
     }
 
     fn add(&mut self, view: &View, corners: [Vec3; 3], index: u32) {
-        // A thousandth of the distance to the scene's nearest corner would do; a micrometre keeps 1/z finite.
+        // A near plane at 1e-6 m keeps 1/z finite.
         let polygon = view.clip(corners, 1e-6);
         for i in 2..polygon.len() {
             self.fill([polygon[0], polygon[i - 1], polygon[i]].map(|p| view.project(p)), index);
         }
     }
 
-    /// Writes the samples whose middle lies in the projected triangle and that nothing nearer covers.
+    /// Write the samples whose centre lies in the projected triangle and that are not occluded.
     fn fill(&mut self, [a, b, c]: [Vec3; 3], index: u32) {
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if !area.is_finite() || area == 0.0 {

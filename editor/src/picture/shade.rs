@@ -1,30 +1,30 @@
-//! The colour of what is seen: a key light with soft shadows, light from the sky and the floor, gloss on the sheet.
+//! Shading: a key light with soft shadows, ambient light from sky and floor, gloss on the sheet.
 
 use glam::Vec3;
 
 use super::model::{Model, Paint, Triangle};
-use super::raster::{NOTHING, Seen, View};
+use super::raster::{NOTHING, View, VisibilityBuffer};
 
 /// Samples along each edge of the shadow map.
 const SHADOW_SIZE: usize = 1024;
 
-/// How far the edge of a shadow is softened to each side, samples of the shadow map a step.
+/// Half-width of the shadow filter, samples of the shadow map.
 const SHADOW_REACH: i32 = 3;
 
-/// Strengths of the lights, linear red, green, blue.
+/// Light intensities, linear red, green, blue.
 const KEY: Vec3 = Vec3::new(0.88, 0.83, 0.76);
 const FILL: Vec3 = Vec3::new(0.50, 0.52, 0.54);
 const SKY: Vec3 = Vec3::new(0.36, 0.40, 0.46);
 const GROUND: Vec3 = Vec3::new(0.25, 0.23, 0.21);
 
-/// Where the light comes from that fills the shadows, unit length.
+/// Direction to the fill light, unit length.
 const FILL_FROM: Vec3 = Vec3::new(-0.414, 0.373, 0.829);
 
-/// The light, with the shadows that the model throws in it.
+/// Lights with the shadow map of the model.
 pub(super) struct Light {
     towards: Vec3,
     view: View,
-    shadow: Seen,
+    shadow: VisibilityBuffer,
     bias: f32,
 }
 
@@ -34,12 +34,12 @@ impl Light {
         let (low, high) = model.bounds();
         let radius = (0.5 * (high - low).length()).max(1e-6);
         let view = View::parallel(0.5 * (low + high), towards, 1.02 * radius, SHADOW_SIZE);
-        let shadow = Seen::by_light(model, &view);
+        let shadow = VisibilityBuffer::by_light(model, &view);
         Self { towards, view, shadow, bias: 6.0 * radius / SHADOW_SIZE as f32 }
     }
 
-    /// Colour seen at sample `at`, linear.
-    pub fn colour(&self, model: &Model, view: &View, seen: &Seen, at: (usize, usize)) -> Vec3 {
+    /// Linear colour at sample `at`.
+    pub fn colour(&self, model: &Model, view: &View, seen: &VisibilityBuffer, at: (usize, usize)) -> Vec3 {
         let index = at.1 * view.columns + at.0;
         let direction = view.direction(at);
         let triangle = match seen.triangle.get(index) {
@@ -69,14 +69,14 @@ impl Light {
         soften(base * (ambient + KEY * shade) + Vec3::splat(highlight))
     }
 
-    /// Share of the key light that reaches a point: the mean over a square of the shadow map.
+    /// Fraction of the key light that reaches a point: a weighted mean over the shadow map.
     fn reaches(&self, point: Vec3) -> f32 {
         let p = self.view.project(point);
         let (mut clear, mut all) = (0.0, 0.0);
         for dy in -SHADOW_REACH..=SHADOW_REACH {
             for dx in -SHADOW_REACH..=SHADOW_REACH {
                 let (x, y) = (p.x + 1.5 * dx as f32, p.y + 1.5 * dy as f32);
-                // A round kernel has no corners to show.
+                // A round kernel avoids corners.
                 let weight = (1.0 - (dx * dx + dy * dy) as f32 / 19.0).max(0.0);
                 let inside = x >= 0.0 && y >= 0.0 && x < SHADOW_SIZE as f32 && y < SHADOW_SIZE as f32;
                 let index = if inside { y as usize * SHADOW_SIZE + x as usize } else { 0 };
@@ -89,14 +89,14 @@ impl Light {
     }
 }
 
-/// Normal at a point of a triangle, between those of its corners.
+/// Interpolated normal at a point of a triangle.
 fn normal_at(triangle: &Triangle, point: Vec3) -> Vec3 {
     let [na, nb, nc] = triangle.normals;
     let Some([wa, wb, wc]) = weights(triangle, point) else { return na };
     (na * wa + nb * wb + nc * wc).normalize_or(na)
 }
 
-/// How much each corner of a triangle counts at a point of it; `None` where it has no area.
+/// Barycentric weights of a point of a triangle; `None` for a degenerate one.
 fn weights(triangle: &Triangle, point: Vec3) -> Option<[f32; 3]> {
     let [a, b, c] = triangle.corners;
     let across = triangle.across();
@@ -109,7 +109,7 @@ fn weights(triangle: &Triangle, point: Vec3) -> Option<[f32; 3]> {
     Some([1.0 - wb - wc, wb, wc])
 }
 
-/// A plane's colour with grid lines drawn on it, every fifth stronger; lines fade where they are finer than a sample.
+/// Colour of a plane with grid lines, every fifth stronger; lines finer than a sample fade.
 fn grid(colour: Vec3, spacing: f32, axes: [usize; 2], point: Vec3, sample: f32) -> Vec3 {
     let mut strength: f32 = 0.0;
     for axis in axes {
@@ -125,12 +125,12 @@ fn grid(colour: Vec3, spacing: f32, axes: [usize; 2], point: Vec3, sample: f32) 
     colour * (1.0 - strength)
 }
 
-/// Behind everything: a quiet sky, `y` 0 at the top and 1 at the bottom of the picture.
+/// Background gradient; `y` is 0 at the top and 1 at the bottom of the picture.
 fn background(y: f32) -> Vec3 {
     Vec3::new(0.60, 0.68, 0.78).lerp(Vec3::new(0.86, 0.86, 0.84), y)
 }
 
-/// Bends bright values so that they do not clip.
+/// Tone mapping of bright values against clipping.
 fn soften(colour: Vec3) -> Vec3 {
     colour.map(|c| if c < 0.7 { c } else { 0.7 + 0.3 * (1.0 - (-(c - 0.7) / 0.3).exp()) })
 }

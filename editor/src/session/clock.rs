@@ -1,8 +1,8 @@
-//! How time passes: by a fixed step with an accumulator.
+//! Advance of time: fixed time steps with an accumulator.
 //!
-//! A frame of real time is turned into whole steps of the engine, and what is left over says where between the last two steps the picture is. A frame
-//! never spends more than [`FRAME_BUDGET`] on stepping; time that could not be made up is dropped and counted, so that a slow scene
-//! runs slowly instead of choking.
+//! The real time of a frame is divided into whole time steps; the remainder interpolates the
+//! display between the last two states. Stepping takes at most [`FRAME_BUDGET`] per frame. Time
+//! beyond that is dropped and counted, so that a slow scene runs in slow motion.
 
 use std::time::{Duration, Instant};
 
@@ -12,38 +12,24 @@ use super::Session;
 use crate::playback::Playback;
 use crate::samples::Sample;
 
-/// Most wall-clock time a frame spends on stepping.
+/// Maximum wall-clock time of stepping per frame.
 pub const FRAME_BUDGET: Duration = Duration::from_millis(30);
 
-/// Longest real time that one frame makes up for, s: after a pause of the whole program the scene goes on, it does not leap.
-const LONGEST_FRAME: f64 = 0.1;
+/// Longest real time of one frame, s: after a suspension of the program the scene continues without
+/// a jump.
+const MAX_FRAME: f64 = 0.1;
 
-/// Speeds that the slower and faster keys walk through: simulated seconds a real second.
+/// Speeds of the slower and faster keys, simulated seconds per real second.
 pub const SPEEDS: [f64; 13] = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 
-/// How many of the last samples the small graph shows, and in how many parts a run at once is watched.
+/// Number of samples in the small graph, and of intervals in which a run at once is sampled.
 pub const HISTORY: usize = 240;
 
-/// How long steps take.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Timing {
-    /// Wall-clock time of a step, smoothed over some frames, s; 0 before the first.
-    pub step_s: f64,
-    /// Wall-clock time spent on stepping since the scene was opened or reset, s.
-    pub spent_s: f64,
-    /// Real time that could not be simulated because stepping was too slow, s.
-    pub lost_s: f64,
-    /// Steps taken in the last frame.
-    pub steps: u32,
-    /// The same of each part of a step ([`sheetwork::profiler::Phase::ALL`]), while that is asked for, s.
-    pub stages: Option<[f64; 5]>,
-}
-
-/// Part of a step that is none: times are sums of steps.
+/// Relative tolerance, in steps, for times that are sums of steps.
 pub(crate) const ROUNDING: f64 = 1e-6;
 
 impl Session {
-    /// Lets `real` s of wall-clock time pass. Does nothing while paused.
+    /// Advance by `real` s of wall-clock time. Does nothing while paused.
     pub fn frame(&mut self, real: f64) {
         self.timing.steps = 0;
         if !self.playing || !real.is_finite() || real <= 0.0 {
@@ -51,26 +37,26 @@ impl Session {
         }
         if let Some(recording) = &self.playback {
             self.playing = !recording.is_over();
-            self.seek(recording.at() + real.min(LONGEST_FRAME) * self.speed);
+            self.seek(recording.at() + real.min(MAX_FRAME) * self.speed);
             return;
         }
         if self.looped && self.world.time() >= self.scene().duration {
-            self.begin_again();
+            self.restart_run();
         }
         let dt = self.world.dt();
-        self.owed += real.min(LONGEST_FRAME) * self.speed;
-        // The slack keeps a frame that is a whole number of steps, but for rounding, at that number.
-        let due = (self.owed / dt + 1e-9).floor();
+        self.unstepped += real.min(MAX_FRAME) * self.speed;
+        // The slack of 1e-9 steps absorbs the rounding of a frame of whole steps.
+        let due = (self.unstepped / dt + 1e-9).floor();
         if due >= 1.0 {
-            self.go_another_way();
+            self.discard_future();
         }
         let start = Instant::now();
         let mut taken = 0.0;
         while taken < due {
             let last = taken + 1.0 >= due || start.elapsed() > FRAME_BUDGET;
             if last {
-                // Only the last step of a frame is shown on its way.
-                self.keep_before();
+                // Only the last step of a frame is interpolated.
+                self.store_previous();
             }
             self.world.step();
             taken += 1.0;
@@ -78,10 +64,10 @@ impl Session {
                 break;
             }
         }
-        self.owed = (self.owed - taken * dt).max(0.0);
+        self.unstepped = (self.unstepped - taken * dt).max(0.0);
         if taken < due {
             let lost = (due - taken) * dt;
-            self.owed = (self.owed - lost).max(0.0);
+            self.unstepped = (self.unstepped - lost).max(0.0);
             self.timing.lost_s += lost / self.speed;
         }
         if taken > 0.0 {
@@ -89,25 +75,25 @@ impl Session {
         }
     }
 
-    /// Takes one step and pauses; shows its result.
+    /// Take one step, pause, and show the result.
     pub fn step(&mut self) {
         self.playing = false;
-        self.owed = 0.0;
+        self.unstepped = 0.0;
         if let Some(recording) = &mut self.playback {
             recording.step(&mut self.world);
-            self.settle_display();
+            self.show_present();
             return;
         }
-        self.go_another_way();
+        self.discard_future();
         let start = Instant::now();
         self.world.step();
-        self.settle_display();
+        self.show_present();
         self.timing.steps = 1;
         self.after_steps(1.0, start.elapsed());
     }
 
-    /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For runs without a window: whole steps, as in a scene that
-    /// plays, and a shorter one for what is left.
+    /// Run `duration` s of simulated time at once, at any speed, and show the result. For runs
+    /// without a window: whole steps, as during playback, and a shorter last step.
     pub fn run(&mut self, duration: f64) {
         if duration <= 0.0 || !duration.is_finite() {
             return;
@@ -116,7 +102,7 @@ impl Session {
             self.seek(recording.at() + duration);
             return;
         }
-        self.go_another_way();
+        self.discard_future();
         let end = self.world.time() + duration;
         let dt = self.world.dt();
         let steps = (duration / dt + ROUNDING).floor() as u64;
@@ -135,11 +121,12 @@ impl Session {
             let steps = self.world.advance(rest);
             self.after_steps(steps as f64, start.elapsed());
         }
-        self.settle_display();
+        self.show_present();
     }
 
-    /// Lets whole steps pass until `time` (s) is reached, and shows that moment: between the last two steps where it lies between them. For pictures of
-    /// a run, and variants, whose steps are their own whatever they are in step with. A moment before the last step is not gone back to.
+    /// Take whole steps until `time` (s) is reached, and show that moment, interpolated between the
+    /// last two states. For pictures of a run and for variants with a step of their own. Does not
+    /// go back in time.
     pub fn run_to(&mut self, time: f64) {
         if !time.is_finite() {
             return;
@@ -154,17 +141,17 @@ impl Session {
             self.run((steps - 1.0) * dt);
         }
         if steps > 0.0 {
-            self.go_another_way();
-            self.keep_before();
+            self.discard_future();
+            self.store_previous();
             let start = Instant::now();
             self.world.step();
             self.after_steps(1.0, start.elapsed());
         }
         let late = self.world.time() - time;
         if late <= ROUNDING * dt {
-            self.settle_display();
+            self.show_present();
         } else {
-            self.owed = (dt - late).max(0.0);
+            self.unstepped = (dt - late).max(0.0);
         }
     }
 
@@ -180,23 +167,23 @@ impl Session {
             self.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
         }
         self.world.watch_penetration(&mut self.penetration);
-        self.samples.push(Sample { stages: self.timing.stages, ..Sample::of(&self.world, self.timing.step_s) });
-        self.timeline.take(&self.world);
-        self.lead();
-        if let Some(sheet) = self.world.unstable().filter(|_| !self.told_unstable)
+        self.samples.push(Sample { stages: self.timing.stages, ..Sample::from_world(&self.world, self.timing.step_s) });
+        self.timeline.record(&self.world);
+        self.advance_variants();
+        if let Some(sheet) = self.world.unstable().filter(|_| !self.instability_reported)
             && let Status::Unstable { time, speed, .. } = sheet.status
         {
-            self.told_unstable = true;
+            self.instability_reported = true;
             let text = format!(
-                "{} went unstable at {time:.4} s (a mass at {speed:.2e} m/s) and was stopped. \
-                 A shorter step, a softer sheet or another engine may hold; Reset starts again.",
+                "{} became unstable at {time:.4} s (a node at {speed:.2e} m/s) and was stopped. \
+                 A shorter step, a softer sheet or another integrator may be stable; Reset restarts.",
                 sheet.name
             );
             self.fail_of_run(text);
         }
     }
 
-    /// Plays.
+    /// Play.
     pub fn play(&mut self) {
         if self.playback.as_ref().is_some_and(Playback::is_over) {
             self.seek(0.0);
@@ -207,51 +194,52 @@ impl Session {
         self.playing = true;
     }
 
-    /// Pauses.
+    /// Pause.
     pub fn pause(&mut self) {
         self.playing = false;
     }
 
-    /// Plays if it was paused, and the other way round.
+    /// Toggle between playing and paused.
     pub fn toggle(&mut self) {
         if self.playing { self.pause() } else { self.play() }
     }
 
-    /// Whether it plays.
+    /// Whether the session plays.
     pub fn playing(&self) -> bool {
         self.playing
     }
 
-    /// Whether it begins again after the scene's own duration.
+    /// Whether the run starts again after the scene's duration.
     pub fn looped(&self) -> bool {
         self.looped
     }
 
-    /// Makes it begin again after the scene's own duration, or not.
+    /// Set whether the run starts again after the scene's duration.
     pub fn set_looped(&mut self, looped: bool) {
         self.looped = looped;
     }
 
-    /// Simulated seconds a real second.
+    /// Simulated seconds per real second.
     pub fn speed(&self) -> f64 {
         self.speed
     }
 
-    /// Sets the speed, simulated seconds a real second; what is not finite is ignored, the rest taken to 0.001 to 1000.
+    /// Set the speed, simulated seconds per real second, clamped to 0.001 to 1000; a value that is
+    /// not finite is ignored.
     pub fn set_speed(&mut self, speed: f64) {
         if speed.is_finite() {
             self.speed = speed.clamp(1e-3, 1e3);
         }
     }
 
-    /// The next faster of [`SPEEDS`].
+    /// Change to the next higher of [`SPEEDS`].
     pub fn faster(&mut self) {
         if let Some(speed) = SPEEDS.iter().find(|s| **s > self.speed * 1.001) {
             self.speed = *speed;
         }
     }
 
-    /// The next slower of [`SPEEDS`].
+    /// Change to the next lower of [`SPEEDS`].
     pub fn slower(&mut self) {
         if let Some(speed) = SPEEDS.iter().rev().find(|s| **s < self.speed * 0.999) {
             self.speed = *speed;

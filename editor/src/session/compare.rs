@@ -1,105 +1,53 @@
-//! Comparing: the same scene with one field different, beside the one that is edited and in step with it.
+//! Comparison: variants of the scene with one field changed, simulated at the same time as the
+//! edited scene.
 //!
-//! Each variant is a session of its own. What is edited here is passed on to it, but for its own field; it goes where this one goes in time, by
-//! steps of its own length. Nothing is pulled, pinned by hand or recorded there.
+//! Each variant is a session of its own. Edits are passed on to it, except for its own field; it
+//! follows the time of the main session by steps of its own length. Grabs, pins by hand and
+//! recordings act on the main session only.
 
 use std::time::Instant;
 
-use sheetwork::InputError;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::Scene;
-
-use super::{ROUNDING, Session};
-use crate::document::path::{numbered, with_value};
+use super::state::VariantSession;
+use super::{ROUNDING, Session, Variant};
 use crate::samples::heights;
-use crate::units::format_si;
 
-/// Wall-clock time that variants may take to come to the present moment, s, and after how many steps it is looked at.
-const PATIENCE: f64 = 2.0;
-const STRIDE: u32 = 4;
+/// Maximum wall-clock time in which variants may reach the present time, s, and number of steps
+/// between checks of that time.
+const CATCH_UP_LIMIT: f64 = 2.0;
+const CHECK_INTERVAL: u32 = 4;
 
-/// Most variants beside the scene.
-pub const MOST_BESIDE: usize = 3;
-
-/// A field and the value it has in place of the scene's: `sheets.0.structure`, `trimm`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Variant {
-    /// The field, by path.
-    pub path: String,
-    /// Its value.
-    pub value: String,
-}
-
-impl Variant {
-    /// What it is called beside the others: the last name of its path and its value, with a unit.
-    pub fn label(&self) -> String {
-        let field = self.path.rsplit('.').next().unwrap_or_default();
-        let (field, unit) = match field {
-            "dt" => ("step", "s"),
-            "young" => ("Young", "Pa"),
-            "thickness" => ("thickness", "m"),
-            other => (other, ""),
-        };
-        match self.value.parse::<f64>() {
-            Ok(number) if !unit.is_empty() => format!("{field} {}", format_si(number, unit)),
-            _ => format!("{field} {}", self.value),
-        }
-    }
-
-    fn of(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
-        let path = numbered(sheets, &self.path);
-        let structure = path.strip_prefix("sheets.").and_then(|p| p.strip_suffix(".structure"));
-        let Some(index) = structure.and_then(|i| i.parse::<usize>().ok()) else {
-            return with_value(scene, &path, &self.value);
-        };
-        // As many layers as it may have: others are not to be compared with.
-        let (kind, mut scene) = (self.value.parse::<StructureKind>()?, scene.clone());
-        if let Some(sheet) = scene.sheets.get_mut(index) {
-            let (low, high) = kind.info().layers;
-            (sheet.structure, sheet.grid.1) = (kind, sheet.grid.1.clamp(low, high));
-        }
-        Ok(scene)
-    }
-}
-
-/// A variant, and its session or why there is none.
-pub(super) struct Beside {
-    variant: Variant,
-    session: Result<Box<Session>, String>,
-}
-
-impl Beside {
-    /// Its session, where it could be made.
-    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
-        self.session.as_deref_mut().ok()
-    }
-}
+/// Maximum number of variants.
+pub const MAX_VARIANTS: usize = 3;
 
 impl Session {
-    /// Compares with these variants, at most [`MOST_BESIDE`]; with none it is alone again. They are taken from the start to the present moment, or, where
-    /// that would take long, the scene begins again with them.
+    /// Set the variants, at most [`MAX_VARIANTS`]; an empty list ends the comparison. Variants are
+    /// simulated from the start to the present time or, where that takes too long, the scene is
+    /// restarted with them.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {
         if self.playback.is_some() {
-            self.fail("a recording is compared with nothing; open its scene for that");
+            self.fail("a recording has no variants; open its scene for that");
             return;
         }
-        let begun = variants.into_iter().take(MOST_BESIDE);
-        self.beside = begun.map(|variant| Beside { variant, session: Err(String::new()) }).collect();
+        let begun = variants.into_iter().take(MAX_VARIANTS);
+        self.variants = begun.map(|variant| VariantSession { variant, session: Err(String::new()) }).collect();
         self.generation += 1;
-        self.begin_beside();
-        if !self.catch_up() && self.reset() {
-            self.note("The run began again, with its variants: to take them to where it was would take too long.");
+        self.rebuild_variants();
+        if !self.simulate_variants() && self.reset() {
+            self.note(
+                "The run was restarted with its variants: simulating them to the present time would take too long.",
+            );
         }
     }
 
-    /// Takes the variants from their start to the present moment; false when that took too long.
-    fn catch_up(&mut self) -> bool {
+    /// Simulate the variants from their start to the present time. Returns false when that takes
+    /// too long.
+    fn simulate_variants(&mut self) -> bool {
         let (now, start) = (self.world.time(), Instant::now());
-        for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
+        for one in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
             while one.world.time() < now - ROUNDING * one.world.dt() {
-                let soon = one.world.time() + f64::from(STRIDE) * one.world.dt();
+                let soon = one.world.time() + f64::from(CHECK_INTERVAL) * one.world.dt();
                 one.run_to(soon.min(now));
-                if start.elapsed().as_secs_f64() > PATIENCE {
+                if start.elapsed().as_secs_f64() > CATCH_UP_LIMIT {
                     return false;
                 }
             }
@@ -107,55 +55,56 @@ impl Session {
         true
     }
 
-    /// The variants, each with its session or why there is none.
-    pub fn beside(&self) -> impl Iterator<Item = (&Variant, Result<&Self, &str>)> {
-        self.beside.iter().map(|b| (&b.variant, b.session.as_deref().map_err(String::as_str)))
+    /// Variants, each with its session or the reason why it is invalid.
+    pub fn variants(&self) -> impl Iterator<Item = (&Variant, Result<&Self, &str>)> {
+        self.variants.iter().map(|b| (&b.variant, b.session.as_deref().map_err(String::as_str)))
     }
 
-    /// Session number `which` of those that are shown: 0 is this one, the others are its variants that could be made.
+    /// Session `which` of those displayed: 0 is this one, the others are its valid variants.
     pub fn shown(&self, which: usize) -> Option<&Self> {
         let Some(index) = which.checked_sub(1) else { return Some(self) };
-        self.beside.iter().filter_map(|b| b.session.as_deref().ok()).nth(index)
+        self.variants.iter().filter_map(|b| b.session.as_deref().ok()).nth(index)
     }
 
-    /// How many are shown: this one and its variants that could be made.
+    /// Number of displayed sessions: this one and its valid variants.
     pub fn shown_count(&self) -> usize {
-        1 + self.beside.iter().filter(|b| b.session.is_ok()).count()
+        1 + self.variants.iter().filter(|b| b.session.is_ok()).count()
     }
 
-    /// Makes the variants anew from the present scene, at its start.
-    pub(super) fn begin_beside(&mut self) {
-        let mut beside = std::mem::take(&mut self.beside);
-        for one in &mut beside {
-            let made = one.variant.of(self.scene(), self.world.sheets()).and_then(|scene| Self::new(&scene));
+    /// Rebuild the variants from the present scene, at its start.
+    pub(super) fn rebuild_variants(&mut self) {
+        let mut variants = std::mem::take(&mut self.variants);
+        for one in &mut variants {
+            let made = one.variant.applied_to(self.scene(), self.world.sheets()).and_then(|scene| Self::new(&scene));
             one.session = made.map(Box::new).map_err(|e| e.to_string());
         }
-        self.beside = beside;
+        self.variants = variants;
     }
 
-    /// Passes an edit of the scene on.
-    pub(super) fn pass_on(&mut self) {
-        if self.beside.is_empty() {
+    /// Apply an edit of the scene to the variants.
+    pub(super) fn edit_variants(&mut self) {
+        if self.variants.is_empty() {
             return;
         }
-        let mut beside = std::mem::take(&mut self.beside);
-        for one in &mut beside {
-            let scene = one.variant.of(self.scene(), self.world.sheets());
+        let mut variants = std::mem::take(&mut self.variants);
+        for one in &mut variants {
+            let scene = one.variant.applied_to(self.scene(), self.world.sheets());
             match (&mut one.session, scene) {
                 (Ok(session), Ok(scene)) => _ = session.edit("", "", |s| *s = scene),
                 (_, Ok(scene)) => one.session = Self::new(&scene).map(Box::new).map_err(|e| e.to_string()),
                 (_, Err(error)) => one.session = Err(error.to_string()),
             }
         }
-        self.beside = beside;
+        self.variants = variants;
         self.generation += 1;
-        self.lead();
+        self.advance_variants();
     }
 
-    /// Brings the variants to the present time, each by steps of its own: its last may end a little later.
-    pub(super) fn lead(&mut self) {
+    /// Bring the variants to the present time, each by steps of its own length; the last step may
+    /// end a little later.
+    pub(super) fn advance_variants(&mut self) {
         let now = self.world.time();
-        for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
+        for one in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
             let slack = ROUNDING * one.world.dt();
             if one.world.time() > now + slack && one.shown_from > now + slack {
                 one.scrub(now);
@@ -165,7 +114,8 @@ impl Session {
         }
     }
 
-    /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at other moments than those of the scene.
+    /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at
+    /// other times than those of the scene.
     pub fn height_at(&self, time: f64) -> Option<f64> {
         if (time - self.world.time()).abs() <= ROUNDING * self.world.dt() {
             return heights(&self.world).next();

@@ -1,4 +1,4 @@
-//! Edits of the scene, undone and redone, and the world brought after them.
+//! Edits of the scene, undo and redo, and updates of the world.
 
 use glam::DVec3;
 use sheetwork::scene::{MaterialChoice, PathKey, PinSpec, Region, Scene};
@@ -9,15 +9,16 @@ use super::Session;
 use crate::document::{change, change::Change, path, value};
 
 impl Session {
-    /// Edits the scene: `change` changes it, and the world goes on, or begins anew where its state would mean nothing. A refusal becomes a
-    /// message and changes nothing. Edits in a row with one `key` are undone together. Returns whether it was taken.
+    /// Edit the scene by `change`. The world continues, or restarts where its state does not fit
+    /// the new scene. A rejection becomes a message and changes nothing. Consecutive edits with the
+    /// same `key` are one undo step. Returns whether the edit was accepted.
     pub fn edit(&mut self, label: &str, key: &str, change: impl FnOnce(&mut Scene)) -> bool {
         let mut scene = self.scene().clone();
         change(&mut scene);
         self.take(label, key, scene, Change::Nothing)
     }
 
-    /// Takes up an edited scene; the world is changed by no less than `least`.
+    /// Accept an edited scene; the world is updated at least by `least`.
     fn take(&mut self, label: &str, key: &str, scene: Scene, least: Change) -> bool {
         let taken = self.may_edit().and_then(|()| self.bring(&scene, least));
         match taken {
@@ -33,10 +34,10 @@ impl Session {
         }
     }
 
-    /// Brings what goes with the scene after it.
+    /// Update everything that depends on the scene.
     fn after_edit(&mut self) {
-        self.find_heaters();
-        self.pass_on();
+        self.update_heater_centres();
+        self.edit_variants();
     }
 
     fn may_edit(&self) -> Result<(), InputError> {
@@ -46,8 +47,8 @@ impl Session {
         Ok(())
     }
 
-    /// Changes a parameter of the world by path; kept through [`Session::reset`]. A refusal becomes a message and changes
-    /// nothing. Returns whether it was taken.
+    /// Set a parameter of the world by path; it persists through [`Session::reset`]. A rejection
+    /// becomes a message and changes nothing. Returns whether the value was accepted.
     pub fn set(&mut self, path: &str, value: &str) -> bool {
         match self.try_set(path, value) {
             Ok(_) => true,
@@ -58,7 +59,7 @@ impl Session {
         }
     }
 
-    /// Sets a parameter as [`Session::set`] does, but returns the old value, or why not.
+    /// Set a parameter like [`Session::set`]; returns the old value or the reason of a rejection.
     pub(crate) fn try_set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         if self.playback.is_some() {
             return Err(InputError::new(path, "cannot be changed in a recording; open its scene for that"));
@@ -67,14 +68,14 @@ impl Session {
         let field = path::numbered(self.world.sheets(), path);
         let known = self.world.parameters().into_iter().find(|p| path::numbered(self.world.sheets(), &p.path) == field);
         let scene = path::with_value(self.scene(), &field, value);
-        // The mass follows the thickness where a sheet is made, not where a number of it is set.
+        // The node mass follows the thickness only when a sheet is built.
         let live = known.is_some() && !field.ends_with("material.thickness");
         let old = match (live, known) {
             (true, _) => self.world.set(path, value)?,
             (_, Some(known)) => known.value,
-            // The world says what there is.
+            // The world reports the error.
             _ if scene.is_err() => return self.world.set(path, value),
-            _ => value::of(self.scene(), &field).unwrap_or_default(),
+            _ => value::at(self.scene(), &field).unwrap_or_default(),
         };
         let scene = scene?;
         if !live {
@@ -86,20 +87,21 @@ impl Session {
             self.find_largest_step();
         }
         if field.starts_with("heaters.") || field.starts_with("heat_gun.") {
-            // They glow otherwise.
+            // Their displayed glow changes.
             self.generation += 1;
         }
         Ok(old)
     }
 
-    /// The value that a double click brings back: of the material's preset, or of the scene as it was opened.
+    /// Default value of a parameter: of the material's preset, or of the scene as it was opened.
     pub fn default_of(&self, path: &str) -> Option<String> {
         let field = path::numbered(self.world.sheets(), path);
         let preset = value::of_preset(self.scene(), &field);
-        preset.or_else(|| value::of(self.document.opened(), &field)).filter(|v| v != "none")
+        preset.or_else(|| value::at(self.document.opened(), &field)).filter(|v| v != "none")
     }
 
-    /// Sets the parameter at `path` to its default. Returns whether there was one that was taken.
+    /// Set the parameter at `path` to its default. Returns whether there is one and it was
+    /// accepted.
     pub fn set_default(&mut self, path: &str) -> bool {
         self.default_of(path).is_some_and(|value| self.set(path, &value))
     }
@@ -109,24 +111,25 @@ impl Session {
         value::changed(self.document.saved(), self.scene())
     }
 
-    /// Makes sheet `index` of another material of the library, and starts the scene anew with it; what else was changed
-    /// stays. A refusal becomes a message and changes nothing. Returns whether it was taken.
+    /// Set the material of sheet `index` to one of the library, and restart the scene; other
+    /// changes are kept. A rejection becomes a message and changes nothing. Returns whether the
+    /// material was accepted.
     pub fn choose_material(&mut self, index: usize, name: &str) -> bool {
         self.take_material(index, name.into())
     }
 
-    /// Makes sheet `index` of `material` and starts the scene anew.
+    /// Set the material of sheet `index`, and restart the scene.
     pub fn take_material(&mut self, index: usize, material: MaterialChoice) -> bool {
         let mut scene = self.scene().clone();
         let Some(sheet) = scene.sheets.get_mut(index) else { return false };
         let label = format!("material {}", material.name());
         sheet.material = material;
-        // Its own damping is the material's now.
+        // The damping ratio of the material replaces the sheet's own.
         sheet.damping_ratio = None;
         self.take(&label, "material", scene, Change::Anew)
     }
 
-    /// Goes one edit back. Returns whether there was one.
+    /// Undo the last edit. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some(scene) = self.document.before().cloned() else { return false };
         let then = self.document.state_before().cloned();
@@ -139,13 +142,13 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_undone(now);
             self.go_to(&then);
-            self.timeline.renew(&self.world);
+            self.timeline.replace_present(&self.world);
         }
         self.after_edit();
         undone
     }
 
-    /// Takes up an undone edit again. Returns whether there was one.
+    /// Redo the last undone edit. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
         let Some(scene) = self.document.after().cloned() else { return false };
         let then = self.document.state_after().cloned();
@@ -158,18 +161,18 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_redone(now);
             self.go_to(&then);
-            self.timeline.renew(&self.world);
+            self.timeline.replace_present(&self.world);
         }
         self.after_edit();
         redone
     }
 
-    /// Ends a row of edits: the next is undone apart.
+    /// End a sequence of edits: the next one is an undo step of its own.
     pub fn seal(&mut self) {
         self.document.seal();
     }
 
-    /// Puts everything back to the start and keeps what was changed. Returns whether it could.
+    /// Return to the start with all changes kept. Returns whether it succeeded.
     pub fn reset(&mut self) -> bool {
         if self.playback.is_some() {
             self.seek(0.0);
@@ -185,7 +188,7 @@ impl Session {
         }
     }
 
-    /// Changes the world from the present scene's to `scene`'s.
+    /// Update the world from the present scene to `scene`.
     fn bring(&mut self, scene: &Scene, least: Change) -> Result<(), InputError> {
         match change::between(self.scene(), scene).max(least) {
             Change::Nothing => Ok(()),
@@ -195,7 +198,7 @@ impl Session {
         }
     }
 
-    /// Sets the parameters that differ from those of a world of `scene`.
+    /// Set the parameters that differ from those of a world of `scene`.
     fn turn(&mut self, scene: &Scene) -> Result<(), InputError> {
         let wanted = World::new(scene)?.parameters();
         let now = self.world.parameters();
@@ -213,12 +216,12 @@ impl Session {
         Ok(())
     }
 
-    /// Makes a world of `scene`, which goes on from the present state if it can, or else begins.
+    /// Build a world of `scene`, which continues from the present state if possible and requested.
     pub(super) fn rebuild(&mut self, scene: &Scene, goes_on: bool) -> Result<(), InputError> {
         let mut fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
         let continued = fresh.is_some();
         if goes_on && !continued && self.world.steps() > 0 {
-            self.note("The run began again: it could not go on with other bodies that move freely.");
+            self.note("The run was restarted: its state does not fit the changed dynamic bodies.");
         }
         if fresh.is_none() {
             fresh = Some(World::new(scene)?);
@@ -231,9 +234,9 @@ impl Session {
         self.link.look_again();
         if continued {
             self.hand = None;
-            self.carried = None;
-            self.timeline.went(&self.world);
-            self.settle_display();
+            self.moved_item = None;
+            self.timeline.follow_rollback(&self.world);
+            self.show_present();
             self.find_largest_step();
         } else {
             self.begin();
@@ -241,7 +244,7 @@ impl Session {
         Ok(())
     }
 
-    /// A world of `scene` in the present state; none where that cannot be.
+    /// World of `scene` in the present state; `None` where the state does not fit.
     fn continued(&mut self, scene: &Scene) -> Result<Option<World>, InputError> {
         if !change::same_free_bodies(self.scene(), scene) {
             return Ok(None);
@@ -255,18 +258,18 @@ impl Session {
         Ok(Some(fresh))
     }
 
-    /// The world once more, as it is now: what becomes of it leaves this one alone.
+    /// Copy of the world in its present state, independent of it.
     ///
     /// # Errors
-    /// When the scene cannot be built any more: a file that it names has gone.
+    /// When the scene cannot be built: one of its files is missing.
     pub fn world_again(&self) -> Result<World, InputError> {
         let mut world = World::new(&with_pins(self.scene(), &self.pinned_here))?;
         world.restore(&self.world.snapshot())?;
         Ok(world)
     }
 
-    /// Masses that `scene` pins one by one, and how far from their places at the start they are held: those that were held go on so, the
-    /// others are held where they are.
+    /// Nodes that `scene` pins singly, and the displacements from their initial positions at which
+    /// they are fixed: earlier pins keep theirs, new ones take the present displacement.
     fn pinned_where_they_are(&self, scene: &Scene) -> Result<Vec<(usize, u32, DVec3)>, InputError> {
         let mut all = Vec::new();
         for (index, (spec, sheet)) in scene.sheets.iter().zip(self.world.sheets()).enumerate() {
@@ -291,7 +294,7 @@ impl Session {
     }
 }
 
-/// Masses of pins that hold masses by number and nothing else of them.
+/// Nodes of pins that fix nodes by number and nothing else.
 fn single_masses(pins: &[PinSpec]) -> Vec<u32> {
     let lists = pins.iter().filter(|p| is_plain(p)).filter_map(|p| match &p.region {
         Region::Masses(list) => Some(list.iter().copied()),
@@ -300,12 +303,12 @@ fn single_masses(pins: &[PinSpec]) -> Vec<u32> {
     lists.flatten().collect()
 }
 
-/// Whether a pin holds its masses still and no more.
+/// Whether a pin fixes positions only.
 fn is_plain(pin: &PinSpec) -> bool {
     pin.path.is_empty() && !pin.clamp && pin.body.is_none() && pin.until.is_none() && pin.axes == (true, true, true)
 }
 
-/// The scene with single masses held so far from where they start.
+/// The scene with single nodes fixed at these displacements from their initial positions.
 fn with_pins(scene: &Scene, pinned: &[(usize, u32, DVec3)]) -> Scene {
     let mut scene = scene.clone();
     for (index, sheet) in scene.sheets.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Opening and saving: scenes, recordings, and the parts of a scene that have files of their own.
+//! Opening and saving: scenes, recordings, and files of parts of a scene.
 
 use std::path::Path;
 
@@ -14,17 +14,17 @@ use super::Session;
 use crate::document::files;
 use crate::{pick, playback};
 
-/// Between what is put on the floor and what is there, m.
-const OVER: f64 = 0.01;
+/// Clearance between an added object and the floor, m.
+const CLEARANCE: f64 = 0.01;
 
-/// What a file is, by the end of its name.
+/// Kind of a file, by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A scene, or a material: both are `.ron`.
+    /// Scene or material, both `.ron`.
     Ron,
-    /// A recording.
+    /// Recording.
     Recording,
-    /// A sheet.
+    /// Sheet.
     Sheet,
     /// Polyhedra.
     Polyhedra,
@@ -32,7 +32,7 @@ pub enum Kind {
     Heaters,
 }
 
-/// What the file is; none for one that nothing here reads.
+/// Kind of the file; `None` for one that the editor does not read.
 pub fn kind_of(file: &Path) -> Option<Kind> {
     let ending = file.extension()?.to_string_lossy().to_lowercase();
     Some(match ending.as_str() {
@@ -46,7 +46,7 @@ pub fn kind_of(file: &Path) -> Option<Kind> {
 }
 
 impl Session {
-    /// A session with the scene in `file`, or with the recording there.
+    /// Session with the scene or recording in `file`.
     ///
     /// # Errors
     /// When the file cannot be read, or the scene or recording is not valid.
@@ -58,17 +58,18 @@ impl Session {
         Ok(Self::new(&Scene::load(file)?)?.read_from(file))
     }
 
-    /// The session, remembering the file its scene came from: [`Session::reload`] reads it again.
+    /// The session with the file of its scene, which [`Session::reload`] reads again.
     pub fn read_from(self, file: &Path) -> Self {
         Self { file: Some(file.to_path_buf()), ..self }
     }
 
-    /// Replaces the world by the scene in `file`; keeps speed and whether it plays. When the file is refused the old
-    /// world goes on and the refusal becomes a message. Returns whether it was opened.
+    /// Replace the world by the scene in `file`; speed and play state are kept. When the file is
+    /// invalid the old world continues and the error becomes a message. Returns whether the file
+    /// was opened.
     pub fn load(&mut self, file: &Path) -> bool {
         match Self::open(file) {
             Ok(fresh) => {
-                self.make_way_for(fresh);
+                self.replace_by(fresh);
                 true
             }
             Err(error) => {
@@ -78,13 +79,14 @@ impl Session {
         }
     }
 
-    /// Begins a scene that no file has, and in which there is no work yet. A refusal becomes a message. Returns whether it was taken.
+    /// Start a scene without a file and without unsaved work. A rejection becomes a message.
+    /// Returns whether the scene was accepted.
     pub fn begin_scene(&mut self, scene: &Scene) -> bool {
         match Self::new(scene) {
             Ok(mut fresh) => {
                 fresh.playing = false;
                 self.pause();
-                self.make_way_for(fresh);
+                self.replace_by(fresh);
                 true
             }
             Err(error) => {
@@ -94,7 +96,7 @@ impl Session {
         }
     }
 
-    /// The same with work that was left behind: it is not saved until it is in a file.
+    /// Start a recovered scene, which is unsaved. Returns whether the scene was accepted.
     pub fn recover_scene(&mut self, scene: &Scene) -> bool {
         let begun = self.begin_scene(scene);
         if begun {
@@ -103,11 +105,12 @@ impl Session {
         begun
     }
 
-    /// Makes room for `fresh`, which takes over speed, messages, the live link and whether it plays; what was here is given back as it was.
-    pub fn make_way_for(&mut self, fresh: Self) -> Self {
+    /// Replace this session by `fresh`, which keeps speed, messages, live link and play state.
+    /// Returns the old session.
+    pub fn replace_by(&mut self, fresh: Self) -> Self {
         let (playing, looped, speed) = (self.playing, self.looped, self.speed);
         let (generation, revision) = (self.generation + 1, self.revision + 1);
-        // What went wrong stays until it is read, unless it was the run that is no more.
+        // Error messages stay until dismissed, except those of the replaced run.
         let mut messages = std::mem::take(&mut self.messages);
         messages.retain(|m| m.error && !m.of_run);
         let link = std::mem::take(&mut self.link);
@@ -123,7 +126,7 @@ impl Session {
         old
     }
 
-    /// Reads the scene's file again and starts it with the file's own values.
+    /// Read the scene's file again and start with its values.
     pub fn reload(&mut self) -> bool {
         match self.file.clone() {
             Some(file) => self.load(&file),
@@ -134,7 +137,8 @@ impl Session {
         }
     }
 
-    /// Writes the scene to `file`, which is its own from then on. A refusal becomes a message. Returns whether it was written.
+    /// Write the scene to `file`, which becomes its file. An error becomes a message. Returns
+    /// whether it was written.
     pub fn save_as(&mut self, file: &Path) -> bool {
         let file = if file.extension().is_none() { file.with_extension("ron") } else { file.to_path_buf() };
         match files::save(self.scene(), &file) {
@@ -150,7 +154,7 @@ impl Session {
         }
     }
 
-    /// Writes the scene to its own file. Returns false where it has none, or could not be written.
+    /// Write the scene to its own file. Returns false without a file or after an error.
     pub fn save(&mut self) -> bool {
         match self.file.clone().filter(|f| kind_of(f) == Some(Kind::Ron)) {
             Some(file) => self.save_as(&file),
@@ -158,8 +162,10 @@ impl Session {
         }
     }
 
-    /// Adds what is in a sheet, polyhedra or heater file to the scene, as one edit; a material file is given to sheet `sheet`. It is put where
-    /// its file has it, or where there is room: on the floor, above bodies, beside the sheets. Returns whether it was taken; a refusal becomes a message.
+    /// Add the contents of a sheet, polyhedra or heater file to the scene as one edit; a material
+    /// file sets the material of sheet `sheet`. The object is placed as its file has it, or where
+    /// there is room: on the floor, above bodies, beside sheets. An error becomes a message.
+    /// Returns whether the file was added.
     pub fn add_file(&mut self, file: &Path, sheet: usize) -> bool {
         let path = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
@@ -193,15 +199,16 @@ impl Session {
         }
     }
 
-    /// Where to put what is in `file`, whose coordinates are those of another room: higher than this one's floor, a sheet above the bodies that it
-    /// would be in, and then beside the sheets; anything else beside what it would be in.
+    /// Placement of the contents of `file`, whose coordinates belong to another room: above this
+    /// room's floor; a sheet above the bodies that it intersects, then beside the sheets; other
+    /// objects beside those that they intersect.
     fn place_for(&self, file: &Path) -> Placement {
         let mut position = DVec3::ZERO;
-        // A file that cannot be read is refused by the edit, with its reason.
+        // The edit reports an unreadable file.
         if let Some((low, high)) = bounds(file).unwrap_or_default() {
             let is_sheet = kind_of(file) == Some(Kind::Sheet);
             if let Some(room) = self.scene().room.as_ref().filter(|room| low.y < room.y.0) {
-                position.y = room.y.0 - low.y + if is_sheet { OVER } else { 0.0 };
+                position.y = room.y.0 - low.y + if is_sheet { CLEARANCE } else { 0.0 };
             }
             let meets = |position: DVec3, (l, h): (DVec3, DVec3)| {
                 (low + position).cmple(h).all() && (high + position).cmpge(l).all()
@@ -213,14 +220,14 @@ impl Session {
             above.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
             for one in above {
                 if meets(position, one) {
-                    position.y = one.1.y - low.y + OVER;
+                    position.y = one.1.y - low.y + CLEARANCE;
                 }
             }
             beside.extend(self.world().sheets().iter().filter_map(|s| s.x.bounds()));
             beside.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
             for one in beside {
                 if meets(position, one) {
-                    position.x = one.1.x - low.x + OVER;
+                    position.x = one.1.x - low.x + CLEARANCE;
                 }
             }
         }
@@ -228,7 +235,7 @@ impl Session {
     }
 }
 
-/// Corners of the box around what is in a file of a sheet, polyhedra or heaters, m; none of any other.
+/// Bounding box of the contents of a sheet, polyhedra or heater file, m; `None` for other files.
 fn bounds(file: &Path) -> Result<Option<(DVec3, DVec3)>, InputError> {
     let points: Vec<DVec3> = match kind_of(file) {
         Some(Kind::Sheet) => read_sht_file(file)?.masses.iter().map(|m| m.position).collect(),

@@ -1,4 +1,4 @@
-//! Hands on a sheet: a spring from a point of it to the mouse, pins of single masses.
+//! Interaction by hand: a spring from a point of a sheet to the mouse, and pins of single nodes.
 
 use glam::DVec3;
 use sheetwork::InputError;
@@ -6,58 +6,54 @@ use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::{Sheet, select};
 
 use super::Session;
+use super::state::GrabHandle;
 
-/// Times its own weight that a sheet is pulled with when the hand is a sheet's length away.
-const STRENGTH: f64 = 30.0;
-/// Largest part of what an explicit engine can bear that a hand takes: k dt²/m.
-const BEARABLE: f64 = 0.2;
+/// Force of a grab at a distance of one sheet length, in multiples of the sheet's weight.
+const GRAB_STRENGTH: f64 = 30.0;
+/// Stability limit of the grab's spring with an explicit integrator: k dt²/m.
+const STABILITY_FRACTION: f64 = 0.2;
 
-/// What a hand holds.
-#[derive(Clone, Debug)]
-pub(super) struct Holding {
-    sheet: String,
-    index: usize,
-}
-
-/// A hand that pulls, as it is now.
+/// Grab of a sheet in its present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// The point of the sheet, m.
+    /// Point of the sheet, m.
     pub point: DVec3,
-    /// Where it pulls to, m.
+    /// Target position, m.
     pub target: DVec3,
-    /// The force that it feels, N.
+    /// Force on the sheet, N.
     pub force: DVec3,
-    /// Its spring, N/m.
+    /// Stiffness of the spring, N/m.
     pub stiffness: f64,
 }
 
 impl Session {
-    /// A spring (N/m) with which a hand pulls at `sheet` so that it follows without being torn along, and that the engine bears.
+    /// Stiffness (N/m) of a grab of `sheet`: strong enough to move it, and within the stability
+    /// limit of the integrator.
     pub fn hand_stiffness(&self, sheet: &Sheet) -> f64 {
         let (low, high) = sheet.x.bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));
         let length = (high - low).max_element().max(1e-6);
         let weight = sheet.total_mass() * self.world.gravity().length().max(1.0);
-        let wanted = (STRENGTH * weight / length).clamp(1e-6, 1e6);
+        let wanted = (GRAB_STRENGTH * weight / length).clamp(1e-6, 1e6);
         if self.world.engine().info().implicit {
             return wanted;
         }
         let lightest = (0..sheet.masses()).map(|i| sheet.mass(i)).fold(f64::INFINITY, f64::min);
-        wanted.min(BEARABLE * lightest / self.world.dt().powi(2)).max(1e-9)
+        wanted.min(STABILITY_FRACTION * lightest / self.world.dt().powi(2)).max(1e-9)
     }
 
-    /// Takes hold of sheet `sheet` at the material point (u, v), each 0 to 1. A refusal becomes a message. Returns whether it holds.
+    /// Grab sheet `sheet` at the material point (u, v), each 0 to 1. An error becomes a message.
+    /// Returns whether the grab holds.
     pub fn grab(&mut self, sheet: usize, (u, v): (f64, f64)) -> bool {
         self.release();
         if self.playback.is_some() {
-            self.fail("a recording cannot be pulled at; open its scene for that");
+            self.fail("a recording cannot be grabbed; open its scene for that");
             return false;
         }
         let Some(stiffness) = self.world.sheets().get(sheet).map(|s| self.hand_stiffness(s)) else { return false };
         let Some(held) = self.world.sheets_mut().get_mut(sheet) else { return false };
         match held.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), stiffness) {
             Ok(index) => {
-                self.hand = Some(Holding { sheet: held.name.clone(), index });
+                self.hand = Some(GrabHandle { sheet: held.name.clone(), index });
                 true
             }
             Err(error) => {
@@ -67,17 +63,17 @@ impl Session {
         }
     }
 
-    /// Pulls what is held towards `target`, m.
+    /// Move the target of the grab, m.
     pub fn pull(&mut self, target: DVec3) {
         let Some(hand) = &self.hand else { return };
         let held = self.world.sheet_mut(&hand.sheet).is_some_and(|sheet| sheet.pull(hand.index, target).is_ok());
         if !held {
-            // Others let go of theirs, and the numbers moved up.
+            // Other grabs were released, and the indices changed.
             self.hand = None;
         }
     }
 
-    /// Lets go.
+    /// Release the grab.
     pub fn release(&mut self) {
         if let Some(hand) = self.hand.take()
             && let Some(sheet) = self.world.sheet_mut(&hand.sheet)
@@ -86,7 +82,7 @@ impl Session {
         }
     }
 
-    /// The hand, while it holds something.
+    /// Present grab, if any.
     pub fn hand(&self) -> Option<Hand> {
         let holding = self.hand.as_ref()?;
         let sheet = self.world.sheet(&holding.sheet)?;
@@ -95,7 +91,8 @@ impl Session {
         Some(Hand { point, target, force: pull.force(&sheet.x), stiffness: pull.stiffness })
     }
 
-    /// Pins mass `mass` of sheet `sheet` where it is, or lets it go; from a reset on it is held where it starts. Returns whether it was taken.
+    /// Pin node `mass` of sheet `sheet` at its present position, or unpin it; after a reset the pin
+    /// is at its initial position. Returns whether the edit was accepted.
     pub fn toggle_pin(&mut self, sheet: usize, mass: u32) -> bool {
         let Some(held) = self.world.sheets().get(sheet) else { return false };
         if mass as usize >= held.masses() {
@@ -103,14 +100,14 @@ impl Session {
         }
         let is_held = held.is_held(mass as usize);
         if !is_held {
-            return self.edit(&format!("pin of mass {mass}"), &format!("pin {sheet} {mass}"), |scene| {
+            return self.edit(&format!("pin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
                 if let Some(spec) = scene.sheets.get_mut(sheet) {
                     spec.pins.push(PinSpec::held(Region::Masses(vec![mass])));
                 }
             });
         }
         match self.without_pin(sheet, mass) {
-            Ok(pins) => self.edit(&format!("unpin of mass {mass}"), &format!("pin {sheet} {mass}"), |scene| {
+            Ok(pins) => self.edit(&format!("unpin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
                 if let Some(spec) = scene.sheets.get_mut(sheet) {
                     spec.pins = pins;
                 }
@@ -122,7 +119,7 @@ impl Session {
         }
     }
 
-    /// The pins of sheet `sheet` with `mass` in none of them.
+    /// Pins of sheet `sheet` without node `mass`.
     fn without_pin(&self, sheet: usize, mass: u32) -> Result<Vec<PinSpec>, InputError> {
         let (Some(spec), Some(held)) = (self.scene().sheets.get(sheet), self.world.sheets().get(sheet)) else {
             return Ok(Vec::new());

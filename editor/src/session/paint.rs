@@ -1,23 +1,17 @@
-//! Work with a hand on a sheet that becomes part of the scene: creases, slits, and warmth painted on.
+//! Edits by hand on a sheet: creases, slits, and painted heat.
 //!
-//! Creases and slits are fields of the scene, and the world follows. RecordedTemperature is put on the sheet as it is now and kept as spots of the scene, so that it is
-//! there again after a reset; undo brings the world back to the moment before the stroke.
+//! Creases and slits are fields of the scene. Painted heat acts on the present state and is stored
+//! as spots of the scene, which a reset applies again; undo restores the state before the stroke.
 
-use sheetwork::Snapshot;
 use sheetwork::mesh::slits::Slit;
 use sheetwork::scene::{CreaseSpec, SpotSpec};
 
 use super::Session;
-
-/// A stroke of warmth that is being painted.
-pub(super) struct Stroke {
-    sheet: usize,
-    before: Snapshot,
-    spots: Vec<SpotSpec>,
-}
+use super::state::HeatStroke;
 
 impl Session {
-    /// Folds sheet `sheet` along a line in it by `angle` degrees. Returns whether it was taken; a refusal becomes a message.
+    /// Crease sheet `sheet` along a line by `angle` degrees. A rejection becomes a message. Returns
+    /// whether the edit was accepted.
     pub fn crease(&mut self, sheet: usize, (from, to): Slit, angle: f64) -> bool {
         if is_short(from, to) {
             return false;
@@ -31,7 +25,8 @@ impl Session {
         made
     }
 
-    /// Opens the cells of sheet `sheet` along a line in it. Returns whether it was taken; a refusal becomes a message.
+    /// Open the cells of sheet `sheet` along a line. A rejection becomes a message. Returns whether
+    /// the edit was accepted.
     pub fn cut(&mut self, sheet: usize, line: Slit) -> bool {
         if is_short(line.0, line.1) {
             return false;
@@ -45,18 +40,19 @@ impl Session {
         cut
     }
 
-    /// Begins to paint warmth on sheet `sheet`. Returns whether that can be done; why not becomes a message.
+    /// Start to paint heat on sheet `sheet`. An error becomes a message. Returns whether painting
+    /// is possible.
     pub fn begin_stroke(&mut self, sheet: usize) -> bool {
         self.end_stroke();
         if self.playback.is_some() {
             self.fail("a recording cannot be painted on; open its scene for that");
             return false;
         }
-        // It begins to have temperatures before what is gone back to is kept.
+        // Temperatures are created before the snapshot for undo.
         match self.world.warm(sheet, &[]) {
             Ok(true) => {
                 let before = self.world.snapshot();
-                self.stroke = Some(Stroke { sheet, before, spots: Vec::new() });
+                self.stroke = Some(HeatStroke { sheet, before, spots: Vec::new() });
                 true
             }
             Ok(false) => false,
@@ -67,14 +63,15 @@ impl Session {
         }
     }
 
-    /// Puts a spot on the sheet whose stroke has begun. Returns whether it was taken; a refusal becomes a message.
+    /// Heat a spot of the sheet of the present stroke. A rejection becomes a message. Returns
+    /// whether the spot was accepted.
     pub fn dab(&mut self, spot: SpotSpec) -> bool {
         let Some(mut stroke) = self.stroke.take() else { return false };
         let done = self.world.warm(stroke.sheet, &[spot]);
         if done.is_ok() {
             stroke.spots.push(spot);
-            for other in self.beside.iter_mut().filter_map(|b| b.session_mut()) {
-                // One that has no such sheet is not warmed.
+            for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+                // A variant without this sheet is unchanged.
                 let _ = other.world.warm(stroke.sheet, &[spot]);
                 other.revision += 1;
             }
@@ -92,20 +89,20 @@ impl Session {
         self.stroke.is_some()
     }
 
-    /// Ends the stroke: it is one step of undo.
+    /// End the stroke, as one undo step.
     pub fn end_stroke(&mut self) {
         let Some(stroke) = self.stroke.take().filter(|s| !s.spots.is_empty()) else { return };
         let mut scene = self.scene().clone();
         let Some(spec) = scene.sheets.get_mut(stroke.sheet) else { return };
         spec.spots.extend(stroke.spots);
         self.document.seal();
-        self.document.commit_with("painted warmth", "paint", scene, stroke.before);
+        self.document.commit_with("painted heat", "paint", scene, stroke.before);
         self.document.seal();
-        self.timeline.renew(&self.world);
+        self.timeline.replace_present(&self.world);
     }
 }
 
-/// Whether a line is too short to be meant.
+/// Whether a line is too short to be intended.
 fn is_short(from: (f64, f64), to: (f64, f64)) -> bool {
     (to.0 - from.0).hypot(to.1 - from.1) < 1e-3
 }

@@ -1,7 +1,7 @@
-//! Going back in time: stop, step back, the timeline, snapshots by number.
+//! Rollback: stop, step back, timeline, numbered snapshots.
 //!
-//! What came after the moment that was gone back to stays on the timeline until time passes again. Parameters are not taken back: another value
-//! can be tried from an earlier moment.
+//! Moments after the present one stay on the timeline until time advances again. Parameters are not
+//! rolled back: another value can be tried from an earlier moment.
 
 use sheetwork::Snapshot;
 
@@ -9,7 +9,7 @@ use super::Session;
 use crate::timeline::Timeline;
 
 impl Session {
-    /// Pauses and puts everything back to where it was before it was played. Returns whether it was.
+    /// Pause and return to the state before playing. Returns whether there was one.
     pub fn stop(&mut self) -> bool {
         self.playing = false;
         if self.playback.is_some() {
@@ -20,12 +20,13 @@ impl Session {
         self.go_to(&before)
     }
 
-    /// Whether there is a state before playing to stop to.
+    /// Whether there is a state before playing.
     pub fn can_stop(&self) -> bool {
         self.before_play.is_some() || (self.playback.is_some() && self.playing)
     }
 
-    /// Goes one step of the engine back and pauses: from the last snapshot before it on again. Returns whether there was one.
+    /// Go back by one time step and pause: the last earlier snapshot is restored and stepped.
+    /// Returns whether there was one.
     pub fn step_back(&mut self) -> bool {
         self.playing = false;
         if let Some(recording) = &self.playback {
@@ -41,13 +42,14 @@ impl Session {
         for _ in from..wanted {
             self.world.step();
         }
-        self.timeline.went(&self.world);
-        self.settle_display();
-        self.lead();
+        self.timeline.follow_rollback(&self.world);
+        self.show_present();
+        self.advance_variants();
         true
     }
 
-    /// Goes to the moment of the timeline nearest to `time` (s) and pauses. Returns whether there was one.
+    /// Go to the moment of the timeline nearest to `time` (s) and pause. Returns whether there was
+    /// one.
     pub fn scrub(&mut self, time: f64) -> bool {
         self.playing = false;
         if self.playback.is_some() {
@@ -62,10 +64,10 @@ impl Session {
         self.go_to(&snapshot)
     }
 
-    /// Keeps the world as it is now under a number from 1 to 9.
-    pub fn keep(&mut self, number: usize) {
+    /// Store a snapshot of the world under a number from 1 to 9.
+    pub fn store_snapshot(&mut self, number: usize) {
         if self.playback.is_some() {
-            self.fail("a recording keeps all its moments by itself");
+            self.fail("a recording needs no snapshots");
             return;
         }
         if let Some(slot) = number.checked_sub(1).and_then(|i| self.slots.get_mut(i)) {
@@ -73,27 +75,27 @@ impl Session {
         }
     }
 
-    /// Goes back to what was kept under a number. Returns whether there was something.
-    pub fn recall(&mut self, number: usize) -> bool {
+    /// Restore the snapshot of a number. Returns whether there was one.
+    pub fn restore_snapshot(&mut self, number: usize) -> bool {
         let slot = number.checked_sub(1).and_then(|i| self.slots.get(i));
         let Some(snapshot) = slot.cloned().flatten() else { return false };
         self.playing = false;
-        // Where it is not on the timeline any more it becomes a beginning of its own.
+        // A snapshot that is not on the timeline starts a new one.
         self.go_to(&snapshot)
     }
 
-    /// The times of what is kept under the numbers 1 to 9, s.
-    pub fn kept(&self) -> [Option<f64>; 9] {
+    /// Times of the snapshots 1 to 9, s.
+    pub fn snapshot_times(&self) -> [Option<f64>; 9] {
         std::array::from_fn(|i| self.slots[i].as_ref().map(Snapshot::time))
     }
 
-    /// Where the run has been.
+    /// Timeline of the run.
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
-    /// Begins again from the first moment, still playing.
-    pub(super) fn begin_again(&mut self) {
+    /// Restart from the first moment while playing.
+    pub(super) fn restart_run(&mut self) {
         let first = self.timeline.at_steps(0).map(|m| m.snapshot.clone());
         match first {
             Some(snapshot) => _ = self.go_to(&snapshot),
@@ -106,20 +108,20 @@ impl Session {
             self.fail(error.to_string());
             return false;
         }
-        self.owed = 0.0;
-        self.told_unstable = self.world.unstable().is_some();
-        self.timeline.went(&self.world);
-        self.settle_display();
-        self.lead();
+        self.unstepped = 0.0;
+        self.instability_reported = self.world.unstable().is_some();
+        self.timeline.follow_rollback(&self.world);
+        self.show_present();
+        self.advance_variants();
         true
     }
 
-    /// Time is about to pass: what came after the present moment, if it was gone back to, is no more.
-    pub(super) fn go_another_way(&mut self) {
+    /// Before time advances: discard the moments after the present one.
+    pub(super) fn discard_future(&mut self) {
         let later = |(_, last): (f64, f64)| last > self.world.time() + 1e-12;
         if self.timeline.span().is_some_and(later) {
-            self.timeline.forget_after(&self.world);
-            self.samples.forget_after(self.world.time());
+            self.timeline.discard_after(&self.world);
+            self.samples.discard_after(self.world.time());
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Keys for the panels, each with the modifiers that were down when it was pressed.
+//! Key events for the panels, each with the modifiers at the time of the event.
 //!
-//! bevy_egui gives every key of a frame the modifiers that are down at its end. A quick Ctrl+Z, or any in a slow frame, is over by then: the panels
-//! saw a plain Z, and nothing was undone. Here the messages of a frame are gone through in their order.
+//! bevy_egui gives all keys of a frame the modifiers at its end. After a quick Ctrl+Z, or in a slow
+//! frame, the panels would see a plain Z. This system processes the messages of a frame in order.
 
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardFocusLost, KeyboardInput};
@@ -10,14 +10,14 @@ use bevy_egui::helpers::{bevy_to_egui_key, bevy_to_egui_physical_key};
 use bevy_egui::input::{EguiInputEvent, ModifierKeysState};
 use bevy_egui::{EguiGlobalSettings, EguiInputSet, PrimaryEguiContext, egui};
 
-/// Puts [`write`] in place of bevy_egui's own.
+/// Replace the keyboard system of bevy_egui by [`write`].
 pub(super) fn add(app: &mut App) {
     let mut settings = app.world_mut().resource_mut::<EguiGlobalSettings>();
     settings.input_system_settings.run_write_keyboard_input_messages_system = false;
     app.add_systems(PreUpdate, write.in_set(EguiInputSet::ReadBevyMessages));
 }
 
-/// Tells the panels of keys and text, in order.
+/// Pass keys and text to the panels, in order.
 fn write(
     mut keys: MessageReader<KeyboardInput>,
     mut lost: MessageReader<KeyboardFocusLost>,
@@ -26,7 +26,7 @@ fn write(
     mut events: MessageWriter<EguiInputEvent>,
 ) {
     if lost.read().count() > 0 {
-        // What was down when the window lost the keyboard is let go of elsewhere.
+        // Keys down when the window loses the focus are released elsewhere.
         *down = ModifierKeysState::default();
     }
     for key in keys.read() {
@@ -37,7 +37,7 @@ fn write(
     }
 }
 
-/// What egui is told of a key; takes up which modifiers are down.
+/// Events for egui of a key message; updates the modifiers.
 fn told(key: &KeyboardInput, down: &mut ModifierKeysState) -> Vec<egui::Event> {
     let pressed = key.state == ButtonState::Pressed;
     match key.logical_key {
@@ -56,7 +56,7 @@ fn told(key: &KeyboardInput, down: &mut ModifierKeysState) -> Vec<egui::Event> {
         }
     }
     let physical_key = bevy_to_egui_physical_key(&key.key_code);
-    // Layouts without Latin letters have only the place of a key.
+    // Layouts without Latin letters have only the physical key.
     if let Some(logical) = bevy_to_egui_key(&key.logical_key).or(physical_key) {
         let modifiers = down.to_egui_modifiers();
         all.push(egui::Event::Key { key: logical, physical_key, pressed, repeat: key.repeat, modifiers });
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chord_that_is_over_within_a_frame_has_its_modifiers() {
+    fn a_chord_within_one_frame_keeps_its_modifiers() {
         let mut app = App::new();
         app.add_message::<KeyboardInput>().add_message::<KeyboardFocusLost>().add_message::<EguiInputEvent>();
         app.add_systems(Update, write);

@@ -1,7 +1,7 @@
-//! The thin Bevy layer: a window or an image with the scene in it, and the panels around.
+//! Bevy layer: a window or an image with the scene and the panels.
 //!
-//! `probe` asks whether there can be a window; `window` and `offscreen` are the two apps; `stage` is what they share: lights,
-//! camera, backdrop; `scenery` shows the session's world.
+//! `probe` tests whether a window is possible; `window` and `offscreen` are the two apps; `stage`
+//! holds their lights, cameras and backdrop; `scenery` displays the session's world.
 
 mod keyboard;
 pub mod offscreen;
@@ -12,15 +12,26 @@ mod stage;
 pub mod window;
 
 use bevy::prelude::Resource;
+use bevy_egui::egui::{self, UiBuilder};
 
-use crate::panels::EditorState;
+use crate::panels::{self, EditorState};
 use crate::session::Session;
 
-/// The session and what the editor remembers, as Bevy holds them.
+/// Session and state of the panels as a resource.
 #[derive(Resource)]
 pub struct Editor {
-    /// The world and its clock.
+    /// Session: the world and its clock.
     pub session: Session,
-    /// The rest.
+    /// State of the panels.
     pub state: EditorState,
+}
+
+impl Editor {
+    /// Lay out the panels over the whole of an egui context.
+    fn draw_panels(&mut self, ctx: &egui::Context) {
+        let Self { session, state } = self;
+        let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
+        let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);
+        panels::show(&mut ui, session, state);
+    }
 }

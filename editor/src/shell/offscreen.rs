@@ -1,4 +1,4 @@
-//! One picture of a scene, drawn by the graphics driver into an image, without any window.
+//! Pictures of a scene by the graphics driver, without a window.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,16 +17,13 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
-use bevy_egui::{
-    EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
-};
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 use bevy_sheetwork::SheetColour;
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
-use super::scenery::{self, Shown};
-use super::stage::{self, Quality, Scale, SceneCamera};
-use super::{Editor, probe, window};
+use super::stage::{self, Quality, SceneCamera};
+use super::{Editor, probe, scenery};
 use crate::cli::Arguments;
 use crate::export::Film;
 use crate::panels::{self, Display, EditorState};
@@ -34,17 +31,17 @@ use crate::picture::{LARGEST, Look, Picture};
 use crate::playback::is_recording;
 use crate::session::Session;
 
-/// Size of a picture unless told otherwise, pixels.
+/// Default size of a picture, pixels.
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
-/// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
-const WARM_UP: u32 = 4;
+/// Frames before the picture: lights, shadows and textures need several.
+const WARM_UP_FRAMES: u32 = 4;
 
-/// How long a picture may take.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Maximum time of a picture.
+const PICTURE_TIMEOUT: Duration = Duration::from_secs(120);
 
-/// Simulates to the asked times, draws, writes the file: `scenes` side by side, a row for each time. Without a graphics driver the
-/// pictures are our own rasteriser's.
+/// Simulate to the requested times, draw, and write the file: `scenes` side by side, one row per
+/// time. Without a graphics driver the software rasteriser draws.
 ///
 /// # Errors
 /// When a scene is not valid or the file cannot be written.
@@ -76,12 +73,12 @@ pub fn screenshot(
         let drawn = match &adapter {
             Ok(_) if arguments.with_ui => {
                 let mut state = arguments.state(&session);
-                state.display.colour = display.of(&session).colour;
+                state.display.colour = display.for_session(&session).colour;
                 draw_panels(session, state, size)
             }
             Ok(_) => draw(session, size, display),
             Err(_) => {
-                let camera = crate::camera::Camera::of(session.world());
+                let camera = crate::camera::Camera::from_world(session.world());
                 let look = Look { colour, ..Look::default() };
                 Ok(Picture::draw(session.world(), &camera, &look, size))
             }
@@ -94,11 +91,11 @@ pub fn screenshot(
     Ok(status)
 }
 
-/// Runs the session and writes `count` pictures of it, 1/rate apart, into `folder`. Whether everything held. Without a graphics driver they are our
-/// own rasteriser's.
+/// Run the session and write `count` pictures of it, 1/rate apart, to `folder`. Returns whether all
+/// sheets stayed stable. Without a graphics driver the software rasteriser draws.
 ///
 /// # Errors
-/// When a file cannot be written, or the driver gives no picture back.
+/// When a file cannot be written, or the driver returns no picture.
 pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: usize) -> Result<bool, InputError> {
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
     let size = arguments.size.unwrap_or(PICTURE_SIZE);
@@ -112,7 +109,7 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
         }
         Err(reason) => {
             eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
-            Drawn::Own(Box::new((Film::of(&session)?, state)))
+            Drawn::Own(Box::new((Film::from_session(&session)?, state)))
         }
     };
     let progress = indicatif::ProgressBar::new(count as u64);
@@ -128,7 +125,7 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
     Ok(drawn.world().unstable().is_none())
 }
 
-/// What draws a sequence.
+/// Renderer of a sequence.
 enum Drawn {
     Driver(Box<Offscreen>),
     Own(Box<(Film, EditorState)>),
@@ -142,13 +139,13 @@ impl Drawn {
         }
     }
 
-    /// What is seen `after` s after the start of the sequence, which is at `start` s.
+    /// Picture `after` s after the start of the sequence, which is at `start` s.
     fn picture(&mut self, size: (u32, u32), after: f64, start: f64) -> Result<Picture, String> {
         match self {
             Self::Driver(offscreen) => {
                 offscreen.parts().0.run_to(start + after);
-                // Meshes are a frame behind what is drawn of them.
-                for _ in 0..if after > 0.0 { 1 } else { WARM_UP } {
+                // Meshes lag the display by one frame.
+                for _ in 0..if after > 0.0 { 1 } else { WARM_UP_FRAMES } {
                     offscreen.frame();
                 }
                 offscreen.picture()
@@ -162,7 +159,7 @@ impl Drawn {
     }
 }
 
-/// A session of `scene`, or of the recording in `file`, at `time` (s), with what it is compared with.
+/// Session of `scene`, or of the recording in `file`, at `time` (s), with its variants.
 fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Result<Session, InputError> {
     let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
     arguments.compare(&mut session)?;
@@ -174,7 +171,7 @@ fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Re
     Ok(session)
 }
 
-/// What sheets are coloured by in several pictures: temperatures on one scale, so that the same colour is as warm in all.
+/// Field that colours the sheets of several pictures, with one temperature scale for all.
 fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Session>) -> Option<SheetColour> {
     let asked = arguments.sheet_colour();
     if !matches!(asked, None | Some(SheetColour::Temperature)) {
@@ -182,7 +179,7 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
     }
     let mut ends: Option<(f32, f32)> = None;
     for session in all {
-        let display = Display { colour: asked, ..arguments.display() }.of(session);
+        let display = Display { colour: asked, ..arguments.display() }.for_session(session);
         match display.colour.unwrap_or_else(|| SheetColour::of_heat(session.world())) {
             SheetColour::Temperature => {
                 let Some(scale) = SheetColour::Temperature.scale(session.world()) else { continue };
@@ -195,79 +192,79 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
     ends.map(|(low, high)| SheetColour::TemperatureBetween { low, high }).or(asked)
 }
 
-/// Draws what `display` says of the session's world as it is, without panels. Needs a graphics driver: ask [`probe::adapter`] first. `size` in
-/// pixels, taken to 16 to [`LARGEST`].
+/// Draw the present state of the session's world by `display`, without panels. Needs a graphics
+/// driver ([`probe::adapter`]). `size` in pixels, clamped to 16 to [`LARGEST`].
 ///
 /// # Errors
-/// What went wrong, when no picture came back.
+/// The reason when no picture was returned.
 pub fn draw(session: Session, size: (u32, u32), display: Display) -> Result<Picture, String> {
-    let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
+    let state = EditorState { display: display.for_session(&session), ..EditorState::new(&session) };
     Offscreen::scene(session, state, size).warm_picture()
 }
 
-/// Draws the whole editor as a window of `size` shows it.
+/// Draw the whole editor in a window of `size`.
 ///
 /// # Errors
-/// What went wrong, when no picture came back.
+/// The reason when no picture was returned.
 pub fn draw_panels(session: Session, state: EditorState, size: (u32, u32)) -> Result<Picture, String> {
     Offscreen::editor(session, state, size).warm_picture()
 }
 
-/// The editor without a window, driven frame by frame. Needs a graphics driver: ask [`probe::adapter`] first. Sizes are in pixels, taken to 16 to
-/// [`LARGEST`].
+/// Editor without a window, driven frame by frame. Needs a graphics driver ([`probe::adapter`]).
+/// Sizes are in pixels, clamped to 16 to [`LARGEST`].
 pub struct Offscreen {
     app: App,
     target: Handle<Image>,
     size: (u32, u32),
-    /// How many times larger it is drawn than it will be seen.
-    finer: u32,
+    /// Supersampling factor.
+    factor: u32,
 }
 
 impl Offscreen {
-    /// The scene alone.
+    /// The scene without panels.
     pub fn scene(session: Session, state: EditorState, size: (u32, u32)) -> Self {
         let (width, height) = in_range(size);
-        let finer = finer((width, height));
-        let (drawn, mut app) = ((finer * width, finer * height), app(session, state));
+        let factor = supersampling((width, height));
+        let (drawn, mut app) = ((factor * width, factor * height), app(session, state));
         let target = picture_of(&mut app, drawn.0, drawn.1);
-        without_panels(&mut app, &target, drawn, finer);
-        Self { app, target, size: drawn, finer }
+        without_panels(&mut app, &target, drawn, factor);
+        Self { app, target, size: drawn, factor }
     }
 
-    /// The editor as a window shows it.
+    /// The editor with panels.
     pub fn editor(session: Session, state: EditorState, size: (u32, u32)) -> Self {
         let (size, mut app) = (in_range(size), app(session, state));
         let target = picture_of(&mut app, size.0, size.1);
         with_panels(&mut app, &target, size);
-        Self { app, target, size, finer: 1 }
+        Self { app, target, size, factor: 1 }
     }
 
-    /// What is shown and how: panels may have changed both.
+    /// Session and state, which the panels may have changed.
     pub fn parts(&mut self) -> (&mut Session, &mut EditorState) {
         let Editor { session, state } = self.app.world_mut().resource_mut::<Editor>().into_inner();
         (session, state)
     }
 
-    /// Draws a frame.
+    /// Draw a frame.
     pub fn frame(&mut self) {
         self.app.update();
     }
 
-    /// What it draws next.
+    /// Picture of the next frame.
     ///
     /// # Errors
-    /// When no picture came back.
+    /// When no picture was returned.
     pub fn picture(&mut self) -> Result<Picture, String> {
         let picture = captured(&mut self.app, self.target.clone(), self.size)?;
-        Ok(if self.finer == 2 { picture.halved() } else { picture })
+        Ok(if self.factor == 2 { picture.halved() } else { picture })
     }
 
-    /// What it draws once it has warmed up.
+    /// Picture after the warm-up frames.
     ///
     /// # Errors
-    /// When no picture came back.
+    /// When no picture was returned.
     pub fn warm_picture(&mut self) -> Result<Picture, String> {
-        (0..WARM_UP).for_each(|_| self.frame());
+        (0..WARM_UP_FRAMES).for_each(|_| self.frame());
         self.picture()
     }
 }
@@ -276,13 +273,13 @@ fn in_range((width, height): (u32, u32)) -> (u32, u32) {
     (width.clamp(16, LARGEST), height.clamp(16, LARGEST))
 }
 
-/// How many times larger a picture is drawn to be averaged: lines and highlights come out finer.
-fn finer((width, height): (u32, u32)) -> u32 {
+/// Supersampling factor, for finer lines and highlights.
+fn supersampling((width, height): (u32, u32)) -> u32 {
     if width.max(height) > LARGEST / 2 { 1 } else { 2 }
 }
 
-/// Lets the scene alone be drawn into `target`, which has this many pixels.
-fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), finer: u32) {
+/// Draw the scene without panels into `target`, which has this number of pixels.
+fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), factor: u32) {
     let whole = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width as f32, height as f32));
     app.world_mut().resource_mut::<Editor>().state.viewport = whole;
     scene_cameras(app, target, (width, height));
@@ -290,33 +287,33 @@ fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, 
     if let Some(entity) = first {
         app.world_mut().entity_mut(entity).insert(PrimaryEguiContext);
     }
-    app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+    app.insert_resource(Supersampling(factor)).add_systems(EguiPrimaryContextPass, show_legend);
     app.add_systems(Update, share_alone);
 }
 
-/// A camera for each world that may be seen.
+/// Spawn a camera for each world that may be displayed.
 fn scene_cameras(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
-    for which in 0..stage::MOST_SEEN {
+    for which in 0..stage::MAX_WORLDS {
         app.world_mut().spawn((stage::camera(&Quality::BEST, which), RenderTarget::Image(target.clone().into())));
     }
-    app.insert_resource(Whole(UVec2::new(width, height)));
+    app.insert_resource(PictureSize(UVec2::new(width, height)));
 }
 
-/// Lets the whole editor be drawn into `target`.
+/// Draw the whole editor into `target`.
 fn with_panels(app: &mut App, target: &Handle<Image>, size: (u32, u32)) {
     scene_cameras(app, target, size);
     app.world_mut().spawn((stage::panel_camera(), RenderTarget::Image(target.clone().into())));
     app.add_systems(EguiPrimaryContextPass, show_panels);
 }
 
-/// A picture to draw into.
+/// Create an image as render target.
 fn picture_of(app: &mut App, width: u32, height: u32) -> Handle<Image> {
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
     app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
 
-/// What the app draws into `target` next.
+/// Read back the next frame of `target`.
 fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -> Result<Picture, String> {
     let received: Arc<Mutex<Option<Image>>> = Arc::default();
     let slot = Arc::clone(&received);
@@ -324,7 +321,7 @@ fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -
         *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(captured.image.clone());
     });
     let start = Instant::now();
-    while start.elapsed() < PATIENCE {
+    while start.elapsed() < PICTURE_TIMEOUT {
         app.update();
         if let Some(image) = received.lock().unwrap_or_else(PoisonError::into_inner).take() {
             return convert(&image, width, height);
@@ -333,7 +330,7 @@ fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -
     Err("the graphics driver gave no picture back".to_owned())
 }
 
-/// An app without a window that is driven frame by frame.
+/// App without a window, driven frame by frame.
 fn app(session: Session, state: EditorState) -> App {
     let mut app = App::new();
     let plugins = DefaultPlugins
@@ -341,7 +338,7 @@ fn app(session: Session, state: EditorState) -> App {
         .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>();
-    // A process has one logger, however many pictures it draws.
+    // A process has one logger, however many apps it creates.
     static LOGGED: AtomicBool = AtomicBool::new(false);
     let plugins = if LOGGED.swap(true, Ordering::Relaxed) {
         plugins.disable::<LogPlugin>()
@@ -351,7 +348,7 @@ fn app(session: Session, state: EditorState) -> App {
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     app.insert_resource(Editor { session, state });
-    add_scene(&mut app, Quality::BEST);
+    scenery::add(&mut app, Quality::BEST);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
@@ -360,25 +357,14 @@ fn app(session: Session, state: EditorState) -> App {
     app
 }
 
-/// What shows the session's world, in the window as in a picture.
-pub(super) fn add_scene(app: &mut App, quality: Quality) {
-    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
-    app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
-    let show =
-        (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
-    // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
-    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
-    app.add_systems(PostUpdate, order);
-}
-
 /// Size of the picture, pixels.
 #[derive(Resource, Clone, Copy)]
-struct Whole(UVec2);
+struct PictureSize(UVec2);
 
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
-    whole: Res<Whole>,
+    whole: Res<PictureSize>,
     mut styled: Local<bool>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
 ) -> Result {
@@ -386,37 +372,37 @@ fn show_panels(
     if !std::mem::replace(&mut *styled, true) {
         panels::apply_style(context);
     }
-    window::draw_panels(context, &mut editor);
+    editor.draw_panels(context);
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (context.pixels_per_point(), whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);
     Ok(())
 }
 
-/// The worlds that are compared share the whole picture.
-fn share_alone(editor: Res<Editor>, whole: Res<Whole>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
+/// Divide the whole picture among the compared worlds.
+fn share_alone(editor: Res<Editor>, whole: Res<PictureSize>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (1.0, whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);
 }
 
-/// How many times larger than it will be seen the picture is drawn.
+/// Supersampling factor of the picture.
 #[derive(Resource, Clone, Copy)]
-struct Finer(u32);
+struct Supersampling(u32);
 
-/// What the sheets' colours stand for, alone.
-fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, finer: Res<Finer>) -> Result {
+/// Draw the legend of the colours.
+fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, factor: Res<Supersampling>) -> Result {
     let Some(scale) = editor.state.display.scale_of(&editor.session) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let rect = context.viewport_rect();
-    // A picture of the usual size has letters of the usual size.
-    let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * finer.0 as f32)).clamp(0.75, 4.0);
-    context.set_zoom_factor(zoom * finer.0 as f32);
+    // Text is scaled with the size of the picture.
+    let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * factor.0 as f32)).clamp(0.75, 4.0);
+    context.set_zoom_factor(zoom * factor.0 as f32);
     panels::legend(&context.layer_painter(egui::LayerId::background()), context.viewport_rect(), &scale);
     Ok(())
 }
 
-/// Drops the alpha channel.
+/// Drop the alpha channel.
 fn convert(image: &Image, width: u32, height: u32) -> Result<Picture, String> {
     let data = image.data.as_deref().unwrap_or_default();
     let pixels: Vec<u8> = data.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();

@@ -1,24 +1,24 @@
-//! Whether a window can be opened: asked before anything that would end the program if it cannot.
+//! Test whether a window can be opened, before anything that would end the program otherwise.
 
 use bevy::tasks::block_on;
 
-/// A graphics adapter that was found.
+/// Graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Adapter {
-    /// Its name.
+    /// Name of the adapter.
     pub name: String,
-    /// Whether it draws with the processor alone, and slowly.
+    /// Whether it renders in software.
     pub software: bool,
 }
 
-/// The adapter that drawing would use.
+/// Adapter that drawing would use.
 ///
 /// # Errors
-/// Why there is none, as part of a sentence.
+/// The reason why there is none, as part of a sentence.
 pub fn adapter() -> Result<Adapter, String> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
-    // A missing driver is the answer to the question, not a matter for the log.
+    // A missing driver is the result here, not a log message.
     descriptor.flags = wgpu::InstanceFlags::empty();
     let instance = wgpu::Instance::new(descriptor);
     let found = block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
@@ -31,10 +31,10 @@ pub fn adapter() -> Result<Adapter, String> {
     }
 }
 
-/// The adapter, where there is a display too.
+/// Adapter, if there is a display as well.
 ///
 /// # Errors
-/// Why there can be no window, as part of a sentence.
+/// The reason why a window is impossible, as part of a sentence.
 pub fn window_possible() -> Result<Adapter, String> {
     display()?;
     adapter()
@@ -45,7 +45,7 @@ fn display() -> Result<(), String> {
     Ok(())
 }
 
-/// Whether an X server answers where DISPLAY says. Windows come by X here, under Wayland by its XWayland.
+/// Check that an X server answers at DISPLAY. Windows use X11 here, under Wayland through XWayland.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn display() -> Result<(), String> {
     let display = std::env::var("DISPLAY").unwrap_or_default();
@@ -55,7 +55,8 @@ fn display() -> Result<(), String> {
     if answers(&display) { Ok(()) } else { Err(format!("no display answers at DISPLAY={display}")) }
 }
 
-/// Whether the display `host:number.screen` takes a connection. Names of another form are left for the window to try.
+/// Whether the display `host:number.screen` accepts a connection. A number of another form counts
+/// as accepted.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn answers(display: &str) -> bool {
     use std::net::{TcpStream, ToSocketAddrs};

@@ -1,16 +1,18 @@
-//! Shows the session's world: room, bodies, heaters, sheets as meshes, coloured by their heat where there is any; springs as lines and masses as dots where asked for.
+//! Display of the session's world: room, bodies, heaters, sheets as meshes coloured by a field;
+//! springs as lines and nodes as dots on request.
 
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
+use bevy_egui::EguiPostUpdateSet;
 use bevy_sheetwork::render::{
-    ColourScale, SheetRoom, clear_of_bodies, clearing, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
-    sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
+    ColourScale, SheetRoom, clear_of_bodies, display_clearance, glow, grid_picture, heater_meshes, polyhedra_mesh,
+    room_mesh, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
 
-use super::stage::{self, Scale};
+use super::stage::{self, Quality, Scale};
 use super::{Editor, shapes};
 use crate::camera::Camera as View;
 use crate::gap::PARTS;
@@ -28,55 +30,65 @@ const SHEET_COLOURS: [(f32, f32, f32); 6] = [
     (0.72, 0.22, 0.42),
 ];
 
-/// How dark the sheets of one material are in turn, of 1: those that lie on one another can be told apart.
+/// Brightness factors of sheets of one material in turn, to distinguish stacked sheets.
 const SHADES: [f32; 4] = [1.0, 0.80, 0.90, 0.70];
 
-/// Everything that belongs to a world hangs on this; it carries the scale and how far aside the world is shown. `0` says which of those that are
-/// compared.
+/// Add the systems that display the session's world, for window and pictures.
+pub(super) fn add(app: &mut App, quality: Quality) {
+    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<DisplayedScene>();
+    app.add_systems(Startup, (stage::set_up, mix_paints));
+    let show = (rebuild, choose, animate, dots, springs, stage::move_camera);
+    // Before the panels, which may replace the session's world: the displayed entities would belong
+    // to the old one.
+    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
+    app.add_systems(PostUpdate, order);
+}
+
+/// Parent of all entities of world `0` of the comparison, with its scale and offset.
 #[derive(Component)]
 pub struct Root(usize);
 
-/// A part of the room.
+/// Part of the room.
 #[derive(Component)]
 pub struct RoomPart;
 
-/// Shows body `index` of world `world` of those that are compared.
+/// Body `index` of world `world` of the comparison.
 #[derive(Component)]
 pub struct BodyPart {
     world: usize,
     index: usize,
 }
 
-/// Shows a part of heater `index`.
+/// Part of heater `index`.
 #[derive(Component)]
 pub struct HeaterPart {
     world: usize,
     index: usize,
 }
 
-/// Shows a part of the heat gun of world `0`.
+/// Part of the heat gun of world `0`.
 #[derive(Component)]
 pub struct GunPart(usize);
 
-/// Shows a sheet's surface.
+/// Surface of a sheet.
 #[derive(Component)]
 pub struct SheetPart {
     world: usize,
     index: usize,
     surface: Surface,
-    /// Its triangles, and how deep and how near to bodies it may come: what keeps it drawn out of them.
+    /// Triangles, for depenetration from bodies with largest penetration and distance.
     triangles: Vec<[u32; 3]>,
-    clearing: (f32, f32),
+    display_clearance: (f32, f32),
     layer: Layer,
     smooth: bool,
-    /// What was open of it when its mesh was made.
+    /// Revision of the open cells in the mesh.
     opening: u64,
-    /// Whether its mesh has colours, and room to work them out.
+    /// Whether the mesh has vertex colours.
     coloured: bool,
     values: Vec<f32>,
 }
 
-/// Shows mass `mass` of sheet `sheet`.
+/// Dot of node `mass` of sheet `sheet`.
 #[derive(Component)]
 pub struct Dot {
     world: usize,
@@ -84,30 +96,30 @@ pub struct Dot {
     mass: usize,
 }
 
-/// What the entities were made for.
+/// State for which the entities were made.
 #[derive(Resource, Default)]
-pub struct Shown {
+pub struct DisplayedScene {
     generation: Option<u64>,
     masses: bool,
     moment: Option<(u64, u64, u64, f64, Option<ColourScale>)>,
 }
 
-/// Materials, made once.
+/// Shared materials.
 #[derive(Resource)]
 pub struct Paints {
     room: Handle<StandardMaterial>,
     body: Handle<StandardMaterial>,
     heater: Handle<StandardMaterial>,
-    /// Sheets of the first material of a scene, of the second and so on, in turn.
+    /// Materials of sheets of the scene's first material, the second and so on, in turn.
     sheets: Vec<Handle<StandardMaterial>>,
-    /// The sheet's in white, for colours of its own.
+    /// White sheet material for vertex colours.
     coloured: Handle<StandardMaterial>,
     dot: Handle<StandardMaterial>,
     touching: Handle<StandardMaterial>,
     round: Handle<Mesh>,
 }
 
-/// Makes the materials.
+/// Create the materials.
 pub fn mix_paints(
     mut commands: Commands,
     mut materials: ResMut<Assets<StandardMaterial>>,
@@ -123,7 +135,7 @@ pub fn mix_paints(
         reflectance: 0.45,
         double_sided: true,
         cull_mode: None,
-        // A sheet that lies on a face is in its plane: it wins.
+        // Draws a sheet in front of a coplanar face.
         depth_bias: 40.0,
         ..default()
     };
@@ -146,12 +158,12 @@ pub fn mix_paints(
     });
 }
 
-/// Makes the entities of a newly opened scene.
+/// Create the entities of a newly opened scene.
 pub fn rebuild(
     mut commands: Commands,
     editor: Res<Editor>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     mut scale: ResMut<Scale>,
     (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
     roots: Query<Entity, With<Root>>,
@@ -159,7 +171,7 @@ pub fn rebuild(
     if shown.generation == Some(editor.session.generation()) {
         return;
     }
-    *shown = Shown { generation: Some(editor.session.generation()), ..default() };
+    *shown = DisplayedScene { generation: Some(editor.session.generation()), ..default() };
     roots.iter().for_each(|root| commands.entity(root).despawn());
     scale.0 = 2.0 / View::fitted(editor.session.world()).distance.max(1e-6);
     let assets = &mut (&mut *meshes, &mut *materials);
@@ -176,7 +188,7 @@ pub fn rebuild(
     }
 }
 
-/// Makes the room, the bodies and the heaters of a world.
+/// Create the room, the bodies and the heaters of a world.
 fn furnish(
     commands: &mut Commands,
     (session, world, root): (&Session, usize, Entity),
@@ -200,7 +212,7 @@ fn furnish(
     }
     let mut hot = Vec::new();
     for (index, spec) in session.scene().heaters.iter().enumerate() {
-        // They were read when the world was built.
+        // The files were validated when the world was built.
         let heaters = spec.resolve(&session.scene().base).unwrap_or_default();
         let (cold, faces) = heater_meshes(&heaters);
         let at = Transform::from_translation(spec.placement.position.as_vec3())
@@ -227,7 +239,7 @@ fn furnish(
         commands.entity(entity).insert((GunPart(world), NotShadowCaster));
     }
     for (entity, at, index) in hot {
-        // Its shadow would hide what it heats.
+        // A shadow would hide the heated sheet.
         commands.entity(entity).insert((at, HeaterPart { world, index }, NotShadowCaster));
     }
     if let Some(entity) = room {
@@ -247,19 +259,22 @@ fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display)
     let parts = if display.smooth && sheet.triangles.is_none() { PARTS } else { 1 };
     let surface = sheet.surface(layer, parts)?;
     let mut mesh = sheet_mesh(&surface, &sheet.x);
-    let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
+    let (triangles, display_clearance) = (triangles_of(&mesh), display_clearance(sheet, parts));
     let coloured = is_coloured(editor, world, index);
     if coloured {
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
     }
     let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
-    Some((SheetPart { world, index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
+    Some((
+        SheetPart { world, index, surface, triangles, display_clearance, layer, smooth, opening, coloured, values },
+        mesh,
+    ))
 }
 
-/// What sheet `index` is painted with: white for colours of its own, else a colour for each material of the scene, in the shades of which its
-/// sheets take turns.
+/// Material of sheet `index`: white for vertex colours, otherwise a colour per material of the
+/// scene, in shades for its sheets in turn.
 fn paint_of(paints: &Paints, session: &Session, index: usize, coloured: bool) -> Handle<StandardMaterial> {
-    // Materials, and how many sheets of each there are so far.
+    // Materials, and the number of sheets of each so far.
     let mut kinds = Vec::new();
     let numbers = session.scene().sheets.iter().map(|spec| {
         let number = kinds.iter().position(|(kind, _)| *kind == &spec.material).unwrap_or_else(|| {
@@ -275,14 +290,14 @@ fn paint_of(paints: &Paints, session: &Session, index: usize, coloured: bool) ->
     paint.cloned().unwrap_or_default()
 }
 
-/// Whether sheet `index` has colours of its own. Worlds that are compared have one scale.
+/// Whether sheet `index` has vertex colours. Compared worlds share one scale.
 fn is_coloured(editor: &Editor, world: usize, index: usize) -> bool {
     let scale = editor.state.display.scale_of(&editor.session);
     let sheet = editor.session.shown(world).and_then(|s| s.world().sheets().get(index));
     scale.zip(sheet).is_some_and(|(scale, sheet)| scale.applies_to(sheet))
 }
 
-/// Shows or hides parts as the display asks.
+/// Show or hide parts by the display settings.
 pub fn choose(
     editor: Res<Editor>,
     mut rooms: Query<&mut Visibility, (With<RoomPart>, Without<SheetPart>)>,
@@ -290,7 +305,7 @@ pub fn choose(
     mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d, &mut MeshMaterial3d<StandardMaterial>)>,
     mut meshes: ResMut<Assets<Mesh>>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
 ) {
     let display = editor.state.display;
     let seen = |yes: bool| if yes { Visibility::Inherited } else { Visibility::Hidden };
@@ -318,10 +333,10 @@ pub fn choose(
     }
 }
 
-/// Moves bodies, surfaces and dots to where the session has them at this moment.
+/// Update bodies, surfaces and dots to the session's present state.
 pub fn animate(
     editor: Res<Editor>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     mut bodies: Query<(&BodyPart, &mut Transform), (Without<Dot>, Without<HeaterPart>, Without<GunPart>)>,
     mut heaters: Query<(&HeaterPart, &mut Transform), (Without<Dot>, Without<GunPart>)>,
     mut guns: Query<(&GunPart, &mut Transform), Without<Dot>>,
@@ -332,7 +347,7 @@ pub fn animate(
     let scale = editor.state.display.scale_of(session);
     let at = session.playback().map_or(0.0, |recording| recording.at());
     let moment = Some((session.generation(), session.revision(), session.world().steps(), session.alpha() + at, scale));
-    // A scene that stands still is not sent to the graphics card again.
+    // The meshes of a static scene are not uploaded again.
     if shown.moment == moment {
         return;
     }
@@ -344,7 +359,7 @@ pub fn animate(
         }
     }
     for (part, mut transform) in &mut heaters {
-        let place = session.shown(part.world).and_then(|s| s.shown_at(Item::Heater(part.index)));
+        let place = session.shown(part.world).and_then(|s| s.displayed_position(Item::Heater(part.index)));
         if let Some(place) = place {
             transform.translation = place.as_vec3();
         }
@@ -365,16 +380,16 @@ pub fn animate(
         let alpha = session.alpha() as f32;
         update_sheet_mesh(&mut mesh, |positions, normals| {
             part.surface.update(before, &sheet.x, alpha, positions, normals);
-            if let Some((_, by)) = session.carried().filter(|c| c.0 == Item::Sheet(part.index)) {
+            if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
                 let by = by.as_vec3();
                 positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
                 return;
             }
-            // A sheet that sleeps touches what it touched when it was last stepped.
+            // A sleeping sheet keeps its contacts of the last step.
             let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
             if let Some(view) = bodies.map(|rigid| rigid.view()) {
-                let (reach, skin) = part.clearing;
-                clear_of_bodies(&view, &part.triangles, reach, skin, positions, normals);
+                let (reach, clearance) = part.display_clearance;
+                clear_of_bodies(&view, &part.triangles, reach, clearance, positions, normals);
             }
         });
         if let Some(scale) = scale.filter(|_| part.coloured) {
@@ -385,17 +400,17 @@ pub fn animate(
     }
 }
 
-/// Makes, moves and removes the dots of the masses.
+/// Create, move and remove the dots of the nodes.
 pub fn dots(
     mut commands: Commands,
     editor: Res<Editor>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     roots: Query<(Entity, &Root)>,
     mut dots: Query<(Entity, &Dot, &mut Transform, &mut MeshMaterial3d<StandardMaterial>)>,
 ) {
     let session = &editor.session;
-    let wanted = editor.state.display.masses;
+    let wanted = editor.state.display.nodes;
     if shown.masses != wanted {
         shown.masses = wanted;
         dots.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());
@@ -404,7 +419,7 @@ pub fn dots(
         let sheets =
             worlds.flat_map(|(root, world, s)| s.world().sheets().iter().enumerate().map(move |p| (root, world, p)));
         for (root, world, (index, sheet)) in sheets {
-            // A quarter of the shortest distance across.
+            // A dot is about a third as wide as the shortest spacing.
             let radius = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.16 * shortest) as f32;
             for mass in 0..sheet.masses() {
                 let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
@@ -432,8 +447,8 @@ pub fn dots(
     }
 }
 
-/// Draws the springs as lines: blue where compressed, red where stretched, full colour at the sheet's largest strain. A
-/// sheet without springs is drawn as the net of its masses.
+/// Draw the springs as lines: blue in compression, red in tension, full colour at the sheet's
+/// largest strain. For a sheet without springs its mesh edges are drawn.
 pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
     if !editor.state.display.springs {
         return;

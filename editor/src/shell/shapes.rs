@@ -1,13 +1,14 @@
-//! Meshes that only the editor has: dots for masses, the heat gun, the backdrop.
+//! Meshes of the editor: dots of nodes, heat gun, backdrop.
 
 use bevy::prelude::*;
 
-/// A round dot of radius 1, for a mass.
+/// Dot of radius 1 for a node.
 pub fn dot() -> Mesh {
     Sphere::new(1.0).mesh().ico(2).unwrap_or_else(|_| Sphere::new(1.0).mesh().uv(12, 8))
 }
 
-/// A heat gun of reach 1 that blows along +y, its nozzle in the origin: a nozzle and a barrel that narrows to it.
+/// Heat gun of reach 1 that blows along +y, with its nozzle at the origin: a nozzle and a tapered
+/// barrel.
 pub fn barrel() -> Mesh {
     let frustum = |radius_top: f32, radius_bottom: f32, from: f32, to: f32| {
         let height = to - from;
@@ -16,13 +17,14 @@ pub fn barrel() -> Mesh {
     };
     let mut all = frustum(0.07, 0.07, -0.22, 0.0);
     for part in [frustum(0.075, 0.15, -0.36, -0.22), frustum(0.15, 0.15, -1.0, -0.36)] {
-        // All have the same attributes.
+        // All parts have the same attributes.
         let _ = all.merge(&part);
     }
     all
 }
 
-/// The jet of a heat gun of reach 1 that blows along +y, as far as half of it is left, as wide as its half angle (radians) says.
+/// Jet of a heat gun of reach 1 along +y, up to half of its convection, as wide as its half angle
+/// (radians).
 pub fn jet(half_angle: f32) -> Mesh {
     let wide = half_angle.clamp(0.01, 1.4).tan();
     ConicalFrustum { radius_top: wide, radius_bottom: 0.02, height: 1.0 }
@@ -32,7 +34,7 @@ pub fn jet(half_angle: f32) -> Mesh {
         .translated_by(0.5 * Vec3::Y)
 }
 
-/// The inside of a large ball, darker above than below: what lies behind the room.
+/// Inside of a large ball behind the room, darker above than below.
 pub fn backdrop() -> Mesh {
     let mut mesh = Sphere::new(1.0).mesh().uv(48, 32);
     let colours: Vec<[f32; 4]> = match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {

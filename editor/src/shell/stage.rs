@@ -1,7 +1,7 @@
-//! Lights, camera and backdrop: the same for the window and for pictures.
+//! Lights, cameras and backdrop of window and pictures.
 //!
-//! The scene is drawn at a scale at which its content is about one unit across, because shadow biases and cascades have
-//! lengths of their own: a sheet of centimetres and one of metres then look alike.
+//! The scene is scaled so that its content is about one unit wide, because shadow biases and
+//! cascades have absolute lengths: sheets of centimetres and of metres then look alike.
 
 use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
 use bevy::camera::{CameraMainTextureUsages, CameraOutputMode, Viewport};
@@ -15,76 +15,78 @@ use bevy::render::render_resource::{BlendState, TextureUsages};
 use bevy_egui::{PrimaryEguiContext, egui};
 
 use super::{Editor, shapes};
-use crate::session::MOST_BESIDE;
+use crate::session::MAX_VARIANTS;
 use crate::tiles::tiles;
 
-/// How much is spent on the picture.
+/// Rendering quality.
 #[derive(Resource, Clone, Copy, Debug)]
 pub struct Quality {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub msaa: Msaa,
     /// Texels along the edge of the shadow map; 0 for no shadows.
     pub shadows: usize,
 }
 
 impl Quality {
-    /// For pictures to be shown.
+    /// Quality of pictures.
     pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 4096 };
-    /// For a window with a graphics processor.
+    /// Quality of a window with a graphics processor.
     pub const WINDOW: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
-    /// For a window drawn by the processor.
+    /// Quality of a window with software rendering.
     pub const SOFTWARE: Self = Self { msaa: Msaa::Off, shadows: 1024 };
 }
 
-/// Drawn units a metre.
+/// Displayed units per metre.
 #[derive(Resource, Clone, Copy, Debug)]
 pub struct Scale(pub f32);
 
-/// The camera that sees world `0` of those that are compared; the first is the scene's own.
+/// Camera of world `0` of the comparison; index 0 is the scene itself.
 #[derive(Component, Clone, Copy)]
 pub struct SceneCamera(pub usize);
 
-/// Most worlds that are seen at once.
-pub const MOST_SEEN: usize = MOST_BESIDE + 1;
+/// Maximum number of displayed worlds.
+pub const MAX_WORLDS: usize = MAX_VARIANTS + 1;
 
-/// How far apart worlds are that are compared, drawn units along x: each is behind the others' backdrops.
+/// Distance between compared worlds, displayed units along x: each is behind the backdrops of the
+/// others.
 const APART: f32 = 1.05 * BACKDROP;
 
-/// How far from the target shadows are drawn, drawn units: the content is about one across.
+/// Range of shadows around the target, displayed units: the content is about one unit wide.
 const SHADOWED: f32 = 1.5;
 
-/// Radius of the ball behind everything, drawn units.
+/// Radius of the backdrop, displayed units.
 const BACKDROP: f32 = 400.0;
 
-/// Where world `which` of those that are compared is drawn.
+/// Offset of world `which` of the comparison.
 pub fn aside(which: usize) -> Vec3 {
     Vec3::X * (APART * which as f32)
 }
 
-/// What of world `which` only its own camera sees.
+/// Render layer of the entities that only the camera of world `which` sees.
 pub fn layer(which: usize) -> RenderLayers {
     RenderLayers::layer(which)
 }
 
-/// What every camera sees.
+/// Render layers of every camera.
 fn all_layers() -> RenderLayers {
-    (0..MOST_SEEN).collect()
+    (0..MAX_WORLDS).collect()
 }
 
-/// The light that throws the shadows.
+/// Light that casts shadows.
 #[derive(Component)]
 pub struct KeyLight;
 
-/// The ball behind everything that camera `0` sees.
+/// Backdrop of camera `0`.
 #[derive(Component)]
 pub struct Backdrop(usize);
 
-/// What the camera of world `which` needs, whatever it draws into. Those of variants rest until there are some.
+/// Components of the camera of world `which`, for any target. Cameras of variants are inactive
+/// until there are some.
 pub fn camera(quality: &Quality, which: usize) -> impl Bundle {
-    // They share one picture, which the first clears.
+    // All cameras share one picture, which the first clears.
     let clear_color =
         if which == 0 { ClearColorConfig::Custom(Color::srgb(0.16, 0.17, 0.19)) } else { ClearColorConfig::None };
-    let order = which as isize - MOST_SEEN as isize;
+    let order = which as isize - MAX_WORLDS as isize;
     (
         SceneCamera(which),
         layer(which),
@@ -98,13 +100,14 @@ pub fn camera(quality: &Quality, which: usize) -> impl Bundle {
     )
 }
 
-/// The camera of the panels, above the scene's, whatever both draw into.
+/// Components of the camera of the panels, above those of the scene, for any target.
 pub fn panel_camera() -> impl Bundle {
     (
         PrimaryEguiContext,
         Camera2d,
         Msaa::Off,
-        // Cameras that agree in all of this share one picture, and clearing the panels' would wipe the scene's.
+        // Cameras with equal settings share one texture, and clearing that of the panels would
+        // erase the scene.
         CameraMainTextureUsages::default().with(TextureUsages::COPY_DST),
         RenderLayers::none(),
         Camera {
@@ -119,8 +122,8 @@ pub fn panel_camera() -> impl Bundle {
     )
 }
 
-/// Lets the cameras of the worlds that are compared draw into their parts of `rect`; `scale` is pixels a point, `whole` the size of the picture,
-/// pixels.
+/// Assign parts of `rect` to the cameras of the compared worlds; `scale` is pixels per point,
+/// `whole` the size of the picture, pixels.
 pub fn share<'a>(
     cameras: impl Iterator<Item = (&'a SceneCamera, Mut<'a, Camera>)>,
     (rect, count): (egui::Rect, usize),
@@ -134,7 +137,7 @@ pub fn share<'a>(
     }
 }
 
-/// Lets the cameras of `count` worlds draw, or all of them rest.
+/// Activate the cameras of `count` worlds, or deactivate all.
 pub fn wake<'a>(cameras: impl Iterator<Item = (&'a SceneCamera, Mut<'a, Camera>)>, count: usize, awake: bool) {
     for (which, mut camera) in cameras {
         let awake = awake && which.0 < count;
@@ -144,7 +147,7 @@ pub fn wake<'a>(cameras: impl Iterator<Item = (&'a SceneCamera, Mut<'a, Camera>)
     }
 }
 
-/// Lets a scene's camera draw into a part of the picture.
+/// Set the viewport of a camera.
 fn fit(camera: &mut Mut<'_, Camera>, rect: egui::Rect, scale: f32, whole: UVec2) {
     let pixel = |p: egui::Pos2| UVec2::new((p.x * scale).round() as u32, (p.y * scale).round() as u32).min(whole);
     let (low, high) = (pixel(rect.min), pixel(rect.max));
@@ -157,7 +160,7 @@ fn fit(camera: &mut Mut<'_, Camera>, rect: egui::Rect, scale: f32, whole: UVec2)
     }
 }
 
-/// Puts up the lights and the backdrop.
+/// Spawn the lights and the backdrop.
 pub fn set_up(
     mut commands: Commands,
     quality: Res<Quality>,
@@ -187,7 +190,7 @@ pub fn set_up(
             all_layers(),
         )
     };
-    // From behind and to the right, so that shadows fall towards the viewer and gloss shows.
+    // From behind and the right: shadows fall towards the viewer, and gloss is visible.
     commands.spawn((KeyLight, light(Color::srgb(1.0, 0.955, 0.88), 6_600.0, Vec3::new(0.66, 1.0, -0.30), shadows)));
     commands.spawn(light(Color::srgb(0.92, 0.95, 1.0), 3_000.0, Vec3::new(-0.50, 0.45, 1.0), false));
     commands.spawn(light(Color::srgb(1.0, 0.93, 0.85), 900.0, Vec3::new(1.0, 0.35, 0.5), false));
@@ -195,7 +198,7 @@ pub fn set_up(
         meshes.add(shapes::backdrop()),
         materials.add(StandardMaterial { unlit: true, cull_mode: None, fog_enabled: false, ..default() }),
     );
-    for which in 0..MOST_SEEN {
+    for which in 0..MAX_WORLDS {
         commands.spawn((
             (Backdrop(which), layer(which)),
             (Mesh3d(ball.clone()), MeshMaterial3d(paint.clone())),
@@ -205,7 +208,7 @@ pub fn set_up(
     }
 }
 
-/// Puts the cameras where the editor's state has them: they go together.
+/// Move all cameras to the pose of the editor's camera.
 pub fn move_camera(
     editor: Res<Editor>,
     scale: Res<Scale>,
@@ -229,8 +232,8 @@ pub fn move_camera(
     for (which, mut transform) in &mut backdrops {
         transform.translation = moved(which.0).translation;
     }
-    // The shadow map covers what is near the target, at whatever distance that is looked at, and little else: texels that show the room are not
-    // there for the outline of a shadow.
+    // The shadow map covers the neighbourhood of the target at every viewing distance, so that its
+    // texels are not spent on the room.
     let distance = camera.distance * scale.0;
     if (distance / *shadowed - 1.0).abs() > 0.05 || !(distance / *shadowed).is_finite() {
         *shadowed = distance;

@@ -1,4 +1,4 @@
-//! The window: scene in the middle, panels around, redrawn as long as something moves.
+//! The window: scene in the middle, panels around it, redrawn while something moves.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -13,44 +13,43 @@ use bevy::render::render_resource::PipelineCache;
 use bevy::render::{Render, RenderApp, RenderSystems};
 use bevy::window::{PrimaryWindow, RequestRedraw, WindowEvent, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
-use bevy_egui::egui::{self, UiBuilder};
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass};
 use sheetwork::scene::Scene;
 
 use super::stage::{self, Quality, SceneCamera};
-use super::{Editor, keyboard, offscreen, probe};
+use super::{Editor, keyboard, probe, scenery};
 use crate::cli::Arguments;
-use crate::keeping::{self, Keeper};
 use crate::panels;
+use crate::persistence::{self, Persistence};
 use crate::playback::is_recording;
 use crate::session::Session;
 
-/// How long the scene waits to be seen before it plays all the same.
-const LONGEST_WAIT: Duration = Duration::from_secs(20);
+/// Maximum wait for the first complete frame before playback starts.
+const MAX_WAIT: Duration = Duration::from_secs(20);
 
-/// Whether a frame has been shown: until then a failure means that there can be no window.
+/// Whether a frame has been shown. A failure before that means that no window is possible.
 static SHOWN: AtomicBool = AtomicBool::new(false);
 
-/// Whether everything the scene is drawn with is ready; set from where it is drawn.
+/// Whether all pipelines are compiled; set by the render world.
 #[derive(Resource, Clone, Default)]
 struct Ready(Arc<AtomicBool>);
 
-/// When the program asked for the window, and how many frames to show where that was limited.
+/// Start time of the program, and optional limit of frames.
 #[derive(Resource)]
-struct Watch {
+struct StartupState {
     start: Instant,
     frames: Option<u32>,
-    /// Whether it does not play by itself.
+    /// Whether playback does not start by itself.
     paused: bool,
     seen: u32,
-    /// Whether the scene has been seen, and with it the wait is over.
+    /// Whether the first complete frame was shown, which ends the wait.
     begun: bool,
 }
 
-/// Opens the window on `scene`, which came from `file`, and stays until it is closed.
+/// Open the window on `scene` of `file`, and run until it is closed.
 ///
 /// # Errors
-/// Why no window could be opened, as part of a sentence.
+/// The reason why no window could be opened, as part of a sentence.
 pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode, String> {
     let start = Instant::now();
     let adapter = probe::adapter()?;
@@ -59,13 +58,13 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     arguments.compare(&mut session).map_err(|e| e.to_string())?;
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.
+        // Bevy panics without a window; a headless run follows instead of a backtrace.
         if SHOWN.load(Ordering::Relaxed) {
             hook(info);
         }
     }));
     let (frames, paused) = (arguments.frames, arguments.paused || arguments.study.is_some());
-    let watch = Watch { start, frames, paused, seen: 0, begun: false };
+    let watch = StartupState { start, frames, paused, seen: 0, begun: false };
     let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments, watch).run()));
     match result {
         Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
@@ -75,8 +74,8 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     }
 }
 
-fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
-    // Drawn by the processor, a large window would be too slow to turn by mouse.
+fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: StartupState) -> App {
+    // With software rendering a large window is too slow for mouse interaction.
     let usual = if adapter.software { (1280, 800) } else { (1480, 900) };
     let (width, height) = arguments.size.unwrap_or(usual);
     let window = Window {
@@ -94,13 +93,13 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     keyboard::add(&mut app);
     let mut state = arguments.state(&session);
-    state.keeper = Keeper::new(keeping::usual_folder());
+    state.persistence = Persistence::new(persistence::usual_folder());
     session.set_link(true);
     if let Some(file) = session.file().map(Path::to_path_buf) {
-        state.keeper.note(&file);
+        state.persistence.note(&file);
         state.path = file.display().to_string();
     }
-    if let Some((copy, scene)) = state.keeper.left_behind() {
+    if let Some((copy, scene)) = state.persistence.find_backup() {
         session.note(format!(
             "\"{}\" was not saved when the editor last ended: File, Recover brings it back.",
             scene.name
@@ -109,7 +108,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     }
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
-    offscreen::add_scene(&mut app, quality);
+    scenery::add(&mut app, quality);
     app.add_systems(Startup, cameras);
     app.add_systems(Update, (pass_time, title, pace, rest).chain());
     app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
@@ -122,9 +121,9 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     app
 }
 
-/// A camera for each world that may be seen, one above them for the panels.
+/// Spawn a camera for each world that may be displayed, and one above them for the panels.
 fn cameras(mut commands: Commands, quality: Res<Quality>) {
-    for which in 0..stage::MOST_SEEN {
+    for which in 0..stage::MAX_WORLDS {
         commands.spawn(stage::camera(&quality, which));
     }
     commands.spawn(stage::panel_camera());
@@ -143,14 +142,6 @@ fn style(mut contexts: EguiContexts, mut done: Local<bool>) -> Result {
     Ok(())
 }
 
-/// Lays the panels over the whole of an egui context.
-pub(super) fn draw_panels(ctx: &egui::Context, editor: &mut Editor) {
-    let Editor { session, state } = editor;
-    let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
-    let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);
-    panels::show(&mut ui, session, state);
-}
-
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
@@ -159,7 +150,7 @@ fn show_panels(
     mut exit: MessageWriter<AppExit>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
-    draw_panels(ctx, &mut editor);
+    editor.draw_panels(ctx);
     if editor.state.quit {
         exit.write(AppExit::Success);
     }
@@ -186,10 +177,10 @@ fn title(
     }
 }
 
-/// Draws all the time while the scene plays, and only when something happens while it is paused.
+/// Redraw continuously while the scene plays, and on events while it is paused.
 fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
     let playing = editor.session.playing();
-    // Whoever is attached wants answers while nothing moves, too.
+    // Clients of the link need answers while the scene is paused, too.
     let pause = Duration::from_millis(if editor.session.link().is_attached() { 15 } else { 250 });
     let mode = if playing { UpdateMode::Continuous } else { UpdateMode::reactive(pause) };
     if settings.focused_mode != mode {
@@ -198,14 +189,14 @@ fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
     }
 }
 
-/// Frames that are drawn after something has happened: panels settle in some.
-const SETTLE: u32 = 6;
+/// Frames drawn after an event: panels need several to settle.
+const SETTLE_FRAMES: u32 = 6;
 
-/// Lets the cameras rest while there is nothing new to be seen: the window keeps its last picture, and an idle editor costs next to nothing even
-/// where the processor draws.
+/// Deactivate the cameras while nothing changes: the window keeps its last picture, and an idle
+/// editor costs little even with software rendering.
 fn rest(
     editor: Res<Editor>,
-    watch: Res<Watch>,
+    watch: Res<StartupState>,
     mut events: MessageReader<WindowEvent>,
     mut redraws: MessageReader<RequestRedraw>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
@@ -218,7 +209,7 @@ fn rest(
     let now = Some([session.generation(), session.revision(), session.document().revision(), steps, messages]);
     let told = events.read().count() + redraws.read().count() > 0;
     if told || session.playing() || !watch.begun || *known != now {
-        *left = SETTLE;
+        *left = SETTLE_FRAMES;
     }
     *known = now;
     let active = *left > 0;
@@ -231,39 +222,39 @@ fn rest(
     }
 }
 
-/// Copies unsaved work every few seconds, and when the editor ends.
+/// Back up unsaved work every few seconds, and when the editor ends.
 fn keep_work(mut editor: ResMut<Editor>, mut ends: MessageReader<AppExit>) {
     let Editor { session, state } = editor.bypass_change_detection();
-    // What a study shows is nobody's work; what waits behind it may be.
+    // The scenes of a study are not user work; the session behind it may be.
     let work = state.aside.as_ref().map_or(&*session, |(old, _)| &**old);
     if ends.read().next().is_some() {
-        state.keeper.copy(work);
+        state.persistence.back_up(work);
     } else {
-        state.keeper.look_after(work);
+        state.persistence.back_up_periodically(work);
     }
 }
 
-/// Shaders are compiled while the first frames are drawn without what needs them.
+/// The first frames are drawn without pipelines that are still being compiled.
 fn see_whether_ready(pipelines: Res<PipelineCache>, ready: Res<Ready>) {
     let waiting = pipelines.waiting_pipelines().next().is_some();
     ready.0.store(!waiting, Ordering::Relaxed);
 }
 
-/// Starts playing when the scene can be seen, so that its beginning is not missed.
+/// Start playing when the scene is visible, so that its beginning is not missed.
 fn count_frames(
-    mut watch: ResMut<Watch>,
+    mut watch: ResMut<StartupState>,
     ready: Res<Ready>,
     mut editor: ResMut<Editor>,
     mut exit: MessageWriter<AppExit>,
 ) {
     watch.seen += 1;
     if watch.seen == 2 {
-        // The first frame is on its way to the screen while the second is made.
+        // The first frame reaches the screen while the second is prepared.
         SHOWN.store(true, Ordering::Relaxed);
     }
     let elapsed = watch.start.elapsed();
     let begin = watch.seen > 3 && ready.0.load(Ordering::Relaxed);
-    if !watch.begun && (begin || elapsed > LONGEST_WAIT) {
+    if !watch.begun && (begin || elapsed > MAX_WAIT) {
         watch.begun = true;
         if !watch.paused {
             editor.session.play();

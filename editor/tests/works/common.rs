@@ -10,10 +10,10 @@ use sheetwork::scene::Scene;
 use sheetwork_editor::panels::{self, EditorState};
 use sheetwork_editor::session::Session;
 
-/// What panels change.
+/// Session and state, which the panels change.
 pub type Both = (Session, EditorState);
 
-/// A shell of polystyrene that is held at one edge, in the open.
+/// A shell of polystyrene that is clamped at one edge, without other bodies.
 pub fn strip() -> Session {
     let scene = Scene::parse(
         r#"(name: "strip", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2), duration: 0.5,
@@ -25,7 +25,7 @@ pub fn strip() -> Session {
     Session::new(&scene.expect("valid")).expect("valid")
 }
 
-/// The editor.
+/// Harness of the editor.
 pub fn whole(session: Session) -> Harness<'static, Both> {
     let state = EditorState::new(&session);
     let builder = Harness::builder().with_size(Vec2::new(1300.0, 860.0));
@@ -35,7 +35,7 @@ pub fn whole(session: Session) -> Harness<'static, Both> {
     harness
 }
 
-/// A folder of the test's own.
+/// Folder of the test.
 pub fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("sheetwork-works-{name}-{}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
@@ -43,7 +43,7 @@ pub fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Where the material point (u, v) of the first sheet is in the window.
+/// Position of the material point (u, v) of the first sheet in the window.
 pub fn seen(harness: &Harness<'_, Both>, uv: (f64, f64)) -> Pos2 {
     let (session, state) = harness.state();
     let sheet = &session.world().sheets()[0];
@@ -53,7 +53,7 @@ pub fn seen(harness: &Harness<'_, Both>, uv: (f64, f64)) -> Pos2 {
     state.viewport.min + Vec2::new(at.x, at.y)
 }
 
-/// Presses at a place, moves in parts and lets go.
+/// Press at a position, move in parts and release.
 pub fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     let button = |pos: Pos2, pressed: bool| Event::PointerButton {
         pos,
@@ -73,14 +73,14 @@ pub fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     harness.run_steps(2);
 }
 
-/// Types `text` into the number labelled `label`.
+/// Type `text` into the number with this label.
 pub fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
     harness.get_by_role_and_label(Role::SpinButton, label).click();
     harness.run_steps(2);
     type_over(harness, text);
 }
 
-/// Types `text` in place of what is in the field that has the focus, and Enter.
+/// Replace the contents of the field with the focus by `text`, and press Enter.
 pub fn type_over(harness: &mut Harness<'_, Both>, text: &str) {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
     harness.run_steps(1);

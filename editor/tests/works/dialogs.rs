@@ -1,4 +1,4 @@
-//! What is typed into the newer panels reaches what it is for, and bad text is refused: export, brush, compare, study.
+//! Text typed into export, brush, comparison and study is applied, and invalid text is rejected.
 
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -16,22 +16,22 @@ fn told(harness: &Harness<'_, Both>, text: &str) {
 }
 
 #[test]
-fn an_export_takes_its_numbers_and_says_where_it_is() {
+fn an_export_accepts_its_settings_and_reports_its_files() {
     let (folder, mut harness) = (folder("dialogs"), whole(strip()));
     let file = folder.join("strip.glb");
     harness.state_mut().1.export = Some(Job::new(Kind::Gltf, &file, 0.5));
     harness.run_steps(2);
-    type_number(&mut harness, "A second", "20");
+    type_number(&mut harness, "Per second", "20");
     type_number(&mut harness, "Duration", "soon");
     assert!(harness.query_by_label("11 moments").is_some(), "what is no number changes nothing");
     type_number(&mut harness, "Duration", "200 ms");
     assert!(harness.query_by_label("5 moments").is_some());
-    type_number(&mut harness, "A second", "9000");
+    type_number(&mut harness, "Per second", "9000");
     harness.get_by_label("Write").click();
     harness.run_steps(3);
     told(&harness, "1801 moments are more than the 1000");
     assert!(!file.exists());
-    type_number(&mut harness, "A second", "20");
+    type_number(&mut harness, "Per second", "20");
     harness.get_by_label("Write").click();
     harness.run_steps(12);
     assert!(harness.state().1.export.is_none() && file.exists());
@@ -40,7 +40,7 @@ fn an_export_takes_its_numbers_and_says_where_it_is() {
 }
 
 #[test]
-fn the_brush_takes_units_and_refuses_what_is_none() {
+fn the_brush_accepts_units_and_rejects_other_text() {
     let mut harness = whole(strip());
     harness.state_mut().1.tool = Tool::Heat;
     harness.run_steps(2);
@@ -59,7 +59,7 @@ fn the_brush_takes_units_and_refuses_what_is_none() {
 }
 
 #[test]
-fn a_variant_takes_what_is_typed_and_says_why_not() {
+fn a_variant_accepts_typed_values_and_reports_invalid_ones() {
     let mut session = strip();
     session.compare_with(vec![Variant { path: "sheets.0.material.thickness".into(), value: "0.001".into() }]);
     let mut harness = whole(session);

@@ -1,4 +1,4 @@
-//! A run is written as pictures and as glTF, and what is written can be read.
+//! A run is written as pictures and as glTF, and the files can be read.
 
 use glam::Vec3;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use sheetwork_editor::picture::Look;
 
 use super::common::{folder, strip};
 
-/// The two chunks of a GLB file, its lengths checked.
+/// The two chunks of a GLB file, with checked lengths.
 fn chunks(file: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("four bytes")) as usize;
     assert_eq!((&file[..4], word(4), word(8)), (b"glTF".as_slice(), 2, file.len()));
@@ -26,7 +26,7 @@ fn number(value: &Value) -> usize {
     value.as_u64().unwrap_or_else(|| panic!("{value} is no number")) as usize
 }
 
-/// The numbers of an accessor, its view and kind checked.
+/// Numbers of an accessor, with checked view and type.
 fn read(json: &Value, binary: &[u8], index: &Value) -> (Vec<f32>, usize) {
     let accessor = &json["accessors"][number(index)];
     let view = &json["bufferViews"][number(&accessor["bufferView"])];
@@ -65,7 +65,7 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
     let file = folder.join("strip.glb");
     let mut job = Job::new(Kind::Gltf, &file, 0.2);
     job.rate = 20.0;
-    let camera = sheetwork_editor::camera::Camera::of_session(&session);
+    let camera = sheetwork_editor::camera::Camera::from_session(&session);
     job.begin(&session, &camera).expect("in range");
     while !job.step().expect("written") {}
     assert_eq!(session.world().steps(), 0, "the session stays where it was");
@@ -80,7 +80,7 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
     assert!(indices.iter().all(|i| (*i as usize) < first.len() / 3));
     let targets = primitive["targets"].as_array().expect("targets");
     assert_eq!((targets.len(), json["meshes"][0]["weights"].as_array().map(Vec::len)), (4, Some(4)));
-    // The last target added to the first moment is where the sheet is now.
+    // The last target added to the first moment gives the present positions.
     let (last, _) = read(&json, &binary, &targets[3]["POSITION"]);
     let sheet = &session.world().sheets()[0];
     for (mass, (a, d)) in vectors(&first).into_iter().zip(vectors(&last)).enumerate() {
@@ -113,7 +113,7 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
 }
 
 #[test]
-fn what_opens_on_the_way_is_shut_to_points() {
+fn triangles_that_open_during_the_run_collapse_to_points() {
     let mut scene = strip().scene().clone();
     scene.sheets[0].tearing = true;
     scene.sheets[0].material = sheetwork::scene::MaterialChoice::Inline(sheetwork::scene::Material {
@@ -121,13 +121,13 @@ fn what_opens_on_the_way_is_shut_to_points() {
         ..sheetwork::scene::material::by_name("hips").expect("known")
     });
     let mut world = World::new(&scene).expect("valid");
-    let mut track = Track::of(&world);
-    track.take(&world, 0.0);
+    let mut track = Track::from_world(&world);
+    track.record(&world, 0.0);
     world.sheets_mut()[0].set_temperatures(|i| if i == 40 { 900.0 } else { 20.0 }).expect("in range");
     world.step();
     let open = world.sheets()[0].open_count();
     assert!(open > 0 && open < 8, "{open}");
-    track.take(&world, 0.1);
+    track.record(&world, 0.1);
     let shapes = track.sheets[0].shapes();
     assert_eq!(shapes.moments[0].0.len(), 13 * 9 + 6 * open, "its triangles have corners of their own");
     let area = |moment: usize, t: &[u32; 3]| {
@@ -140,12 +140,12 @@ fn what_opens_on_the_way_is_shut_to_points() {
 }
 
 #[test]
-fn pictures_of_a_run_differ_and_too_many_are_refused() {
+fn pictures_of_a_run_differ_and_too_many_are_rejected() {
     let (folder, session) = (folder("sequence"), strip());
     let file = folder.join("run.png");
     let mut job = Job::new(Kind::Sequence(Look::default(), (96, 64)), &file, 0.2);
     job.rate = 10.0;
-    let camera = sheetwork_editor::camera::Camera::of_session(&session);
+    let camera = sheetwork_editor::camera::Camera::from_session(&session);
     job.begin(&session, &camera).expect("in range");
     while !job.step().expect("written") {}
     let read = |i: usize| std::fs::read(picture_file(&file, i)).expect("a picture");
@@ -162,11 +162,11 @@ fn pictures_of_a_run_differ_and_too_many_are_refused() {
 }
 
 #[test]
-fn a_moment_between_two_steps_is_shown_between_them_and_the_run_is_that_of_whole_steps() {
+fn a_moment_between_two_steps_is_interpolated_and_the_run_has_whole_steps() {
     let mut session = strip();
     session.run(0.1);
     let (start, dt) = (session.world().time(), session.world().dt());
-    let mut film = Film::of(&session).expect("valid");
+    let mut film = Film::from_session(&session).expect("valid");
     let places =
         |world: &World| (0..world.sheets()[0].masses()).map(|i| world.sheets()[0].x.get(i)).collect::<Vec<_>>();
     let shown = places(film.at(2.25 * dt).expect("valid"));

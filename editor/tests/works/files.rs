@@ -1,4 +1,5 @@
-//! Files: scenes are saved and opened by the dialog and begun from templates, the view is exported, what is dropped is added to the scene.
+//! Files: scenes saved, opened and started from templates, the view exported, dropped files added
+//! to the scene.
 
 use std::path::{Path, PathBuf};
 
@@ -7,8 +8,8 @@ use bevy_egui::egui::{self, Event, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use sheetwork::scene::Scene;
-use sheetwork_editor::keeping::Keeper;
 use sheetwork_editor::panels::{Section, Tool};
+use sheetwork_editor::persistence::Persistence;
 use sheetwork_editor::session::{Item, Session};
 
 use super::common::{Both, folder, whole};
@@ -27,7 +28,7 @@ fn a_scene_is_saved_by_the_dialog_and_not_over_another_unasked() {
     let own = folder.join("own.ron");
     std::fs::copy(wedge(), &own).expect("copied");
     let mut harness = whole(Session::open(&own).expect("valid"));
-    harness.state_mut().1.keeper = Keeper::new(Some(folder.join("state")));
+    harness.state_mut().1.persistence = Persistence::new(Some(folder.join("state")));
     assert!(harness.state_mut().0.set("dt", "0.001"));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     harness.run_steps(2);
@@ -45,7 +46,7 @@ fn a_scene_is_saved_by_the_dialog_and_not_over_another_unasked() {
     harness.run_steps(3);
     assert_eq!(Scene::load(&folder.join("other.ron")).expect("valid").dt, 1e-3);
     assert_eq!(harness.state().0.file().and_then(Path::file_name), Some("other.ron".as_ref()));
-    assert_eq!(harness.state().1.keeper.recent().len(), 2);
+    assert_eq!(harness.state().1.persistence.recent().len(), 2);
     std::fs::remove_dir_all(&folder).expect("removed");
 }
 
@@ -109,7 +110,7 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
     let state = &harness.state().1;
     assert_eq!((state.sheet, state.selected, state.tool), (1, Some(Item::Heater(0)), Tool::Move));
     assert_eq!(state.open_sections, [Section::Material].into(), "of what came last");
-    // Its handle is where it is seen: the file has the panel far from its origin.
+    // The handle is at the displayed panel: the file has it far from its origin.
     let handle = session.handle_of(Item::Heater(0)).expect("there");
     assert!(handle.distance(scene.heaters[0].placement.position) > 0.01, "{handle}");
     let size = glam::Vec2::new(state.viewport.width(), state.viewport.height());
@@ -118,7 +119,7 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
 }
 
 #[test]
-fn the_dialog_stays_when_a_file_cannot_be_opened_and_remembers_its_folder() {
+fn the_dialog_stays_open_after_an_error_and_remembers_its_folder() {
     let (mut harness, folder) = (opened(), folder("folder"));
     std::fs::copy(wedge(), folder.join("mine.ron")).expect("copied");
     let open = |harness: &mut Harness<'_, Both>, text: &str| {

@@ -1,5 +1,5 @@
-//! The smoothed surface of a sheet on bodies: nothing drawn of it is in one, neither corners nor what is between them, and the gap that is
-//! shown is what going through all triangles gives.
+//! Smoothed surface of a sheet on bodies: neither vertices nor sides penetrate a body, and the
+//! displayed gap equals that over all triangles.
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
@@ -8,13 +8,13 @@ use sheetwork_editor::gap;
 use sheetwork_editor::picture::Layer;
 use sheetwork_editor::scenes;
 
-/// How deep anything drawn may be in a body, m.
-const DEEPEST: f64 = 5e-5;
+/// Largest penetration of the displayed surface, m.
+const MAX_PENETRATION: f64 = 5e-5;
 
-/// Parts that a side of a drawn triangle is looked at in.
+/// Sample intervals per side of a displayed triangle.
 const PARTS_OF_SIDE: u32 = 6;
 
-/// How deep `p` is in the bodies, by the planes of their faces, which are convex here; below 0 outside.
+/// Penetration of `p` into the bodies, by the planes of their convex faces; negative outside.
 fn depth(world: &World, p: DVec3) -> f64 {
     let rigid = world.rigid().expect("bodies");
     let of_body = |(index, body): (usize, &sheetwork::rigid::Body)| {
@@ -38,7 +38,7 @@ fn depth(world: &World, p: DVec3) -> f64 {
     rigid.bodies().iter().enumerate().map(of_body).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Distance of `p` to a triangle, by its own minimum: interior, else the nearest of three edges.
+/// Distance of `p` to a triangle: interior, otherwise the nearest of three edges.
 fn away(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let edge = |from: DVec3, to: DVec3| {
         let s = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
@@ -51,7 +51,8 @@ fn away(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     if side(a, b) && side(b, c) && side(c, a) { p.distance(foot) } else { on_edges }
 }
 
-/// Runs a scene; the deepest that anything is drawn, how deep the smoothed surface would be, and the gap, m: as it is shown and by brute force.
+/// Run a scene. Returns the penetration of the displayed surface, that of the smoothed surface, and
+/// the gap, m: as displayed and by brute force.
 fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
     let mut world = World::new(scene).expect("valid");
     world.advance(seconds);
@@ -59,7 +60,7 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
     assert!(sheet.touching().contains(&true), "it lies on something");
     let mesh = gap::drawn(&world, sheet, Layer::Top).expect("a layer");
     let (layer, last) = (sheet.layers.last().expect("a layer"), sheet.layers.len() - 1);
-    // Of the triangles, at corners, along sides and inside.
+    // Triangles sampled at corners, along sides and inside.
     let deepest = |places: &[[f32; 3]]| {
         let of_triangle = |corners: &[u32; 3]| {
             let [a, b, c] = corners.map(|i| Vec3::from(places[i as usize]).as_dvec3());
@@ -92,7 +93,7 @@ fn check(name: &str, scene: &Scene, seconds: f64) -> f64 {
         um(shown),
         um(brute)
     );
-    assert!(deepest < DEEPEST, "{name}: {deepest} m inside");
+    assert!(deepest < MAX_PENETRATION, "{name}: {deepest} m inside");
     assert!((shown - brute).abs() < 1e-8 + 1e-3 * brute, "{name}: shown {shown}, brute force {brute}");
     unkept
 }
@@ -112,5 +113,5 @@ fn on_a_box_and_on_balls_nothing_drawn_is_inside_and_the_gap_is_true() {
     deep = deep.max(check("film on a ball", &film, 3.0));
     deep = deep.max(check("soft lattice on a dome", &shipped("hemisphere"), 4.0));
     deep = deep.max(check("lattice drawn out over a ridge", &shipped("wedge"), 0.3));
-    assert!(deep > DEEPEST, "without care something would be inside: {deep}");
+    assert!(deep > MAX_PENETRATION, "without care something would be inside: {deep}");
 }

@@ -1,4 +1,4 @@
-//! Creases, cuts and warmth are drawn on a sheet, reach the world, and are undone.
+//! Creases, cuts and heat drawn on a sheet reach the world and can be undone.
 
 use bevy_egui::egui::{self, Key, Modifiers};
 use sheetwork::World;
@@ -13,7 +13,7 @@ fn temperature(session: &Session) -> (f64, f64) {
 }
 
 #[test]
-fn warmth_is_painted_where_the_mouse_goes_and_a_stroke_is_undone() {
+fn heat_is_painted_under_the_mouse_and_a_stroke_can_be_undone() {
     let mut harness = whole(strip());
     harness.state_mut().0.run(0.1);
     harness.state_mut().1.tool = Tool::Heat;
@@ -96,11 +96,12 @@ fn a_cut_opens_the_cells_under_the_line_while_it_runs() {
 }
 
 #[test]
-fn a_cut_that_is_drawn_past_an_edge_goes_through_it() {
+fn a_cut_drawn_past_an_edge_reaches_the_edge() {
     let mut harness = whole(strip());
     harness.state_mut().1.tool = Tool::Cut;
     let (inside, edge) = (seen(&harness, (0.55, 0.4)), seen(&harness, (0.55, 0.98)));
-    // As far beyond the edge again as it is from the middle: in few frames the mouse is never near the edge.
+    // As far beyond the edge as the edge is from the middle: with few frames the mouse is never
+    // close to the edge.
     drag(&mut harness, inside, inside + (edge - inside) * 2.0);
     let slits = &harness.state().0.scene().sheets[0].slits;
     assert_eq!(slits.len(), 1);
@@ -108,7 +109,7 @@ fn a_cut_that_is_drawn_past_an_edge_goes_through_it() {
 }
 
 #[test]
-fn a_stroke_of_a_fast_hand_has_no_gaps() {
+fn a_fast_stroke_has_no_gaps() {
     let mut harness = whole(strip());
     harness.state_mut().1.tool = Tool::Heat;
     harness.state_mut().1.brush.radius = Some(0.01);
@@ -140,7 +141,7 @@ fn a_stroke_of_a_fast_hand_has_no_gaps() {
 }
 
 #[test]
-fn warmth_that_is_painted_on_the_way_is_there_when_it_is_gone_back_to() {
+fn painted_heat_is_restored_by_a_rollback() {
     let mut session = strip();
     session.run(0.1);
     let painted = session.world().time();

@@ -1,4 +1,4 @@
-//! What a step spends on each of its parts is measured when it is asked for, variants that fail are marked, and differences are drawn.
+//! The profiler measures on request, variants that fail are marked, and differences are plotted.
 
 use egui_kittest::kittest::Queryable;
 use sheetwork::scene::Scene;
@@ -6,7 +6,7 @@ use sheetwork_editor::session::{Session, Variant};
 
 use super::common::{strip, whole};
 
-/// A sheet that lies on a box, with heat.
+/// A heated sheet on a box.
 fn on_a_box() -> Session {
     let scene = Scene::parse(
         r#"(name: "on a box", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
@@ -41,7 +41,7 @@ fn stages_are_timed_while_their_plot_is_shown_and_results_do_not_change() {
             .expect("a head")
             .contains("motion_s,detection_s,contact_s,heat_s,bodies_s")
     );
-    // A world that is made anew is timed too.
+    // A rebuilt world is profiled too.
     assert!(harness.state_mut().0.reset());
     harness.state_mut().0.run(0.1);
     assert!(harness.state().0.history().last().and_then(|s| s.stages).is_some());
@@ -52,7 +52,7 @@ fn stages_are_timed_while_their_plot_is_shown_and_results_do_not_change() {
 }
 
 #[test]
-fn a_variant_that_fails_is_marked_and_differences_are_of_the_same_times() {
+fn an_unstable_variant_is_marked_and_differences_are_at_equal_times() {
     let mut session = strip();
     let variant = |path: &str, value: &str| Variant { path: path.into(), value: value.into() };
     session.compare_with(vec![variant("engine", "rk4"), variant("sheets.0.material.young", "1e9")]);

@@ -1,4 +1,5 @@
-//! A study: nothing says what is shown, answers are in the file after every sheet, the scene comes back.
+//! A study: trials are anonymous, answers are in the file after every sheet, and the scene comes
+//! back.
 
 use bevy_egui::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
@@ -18,7 +19,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     let mut harness = whole(session);
     let mut study = Study::new(5);
     (study.file, study.subject) = (file.display().to_string(), "a".to_owned());
-    let first = study.showing().expect("something");
+    let first = study.trial().expect("something");
     harness.state_mut().1.study = Some(study);
     harness.run_steps(2);
     harness.get_by_label("Begin").click();
@@ -26,7 +27,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     let scene = harness.state().0.scene().clone();
     assert_eq!((scene.name.as_str(), harness.state().0.playing()), ("Sheet 1 of 15", true));
     assert_eq!(scene.sheets[0].structure.name(), first.sheet);
-    for telling in [first.sheet, "Material", "masses", "springs"] {
+    for telling in [first.sheet, "Material", "nodes", "springs"] {
         assert!(harness.query_by_label_contains(telling).is_none(), "{telling} says what it is");
     }
     assert_eq!(harness.query_all_by_label_contains("Sheet ").count(), 1, "only its number");

@@ -1,4 +1,5 @@
-//! Every template, begun as the menu begins it: played, edited, undone, reset and saved, with every section and plot open.
+//! Every template, started as by the menu: played, edited, undone, reset and saved, with every
+//! section and plot open.
 
 use egui_kittest::kittest::Queryable;
 use sheetwork_editor::panels::Section;
@@ -7,7 +8,7 @@ use sheetwork_editor::templates;
 
 use super::common::{folder, strip, whole};
 
-/// A session that is at work: with variants, played for a while, its sheet warm.
+/// A session at work: with variants, played for a while, with a warm sheet.
 fn at_work() -> Session {
     let mut session = strip();
     let variant = |path: &str, value: &str| Variant { path: path.into(), value: value.into() };
@@ -18,7 +19,7 @@ fn at_work() -> Session {
 }
 
 #[test]
-fn every_template_of_the_menu_is_begun_played_edited_and_saved() {
+fn every_template_can_be_started_played_edited_and_saved() {
     let (folder, mut harness) = (folder("templates"), whole(at_work()));
     harness.state_mut().1.open_sections = Section::ALL.iter().map(|s| s.0).collect();
     harness.state_mut().1.plots.shown = true;
@@ -33,7 +34,7 @@ fn every_template_of_the_menu_is_begun_played_edited_and_saved() {
         harness.get_by_label(name).click();
         harness.run_steps(3);
         assert_eq!(harness.state().0.scene(), &template.scene(), "{name}");
-        assert!(!harness.state().0.playing() && harness.state().0.beside().next().is_none(), "{name}");
+        assert!(!harness.state().0.playing() && harness.state().0.variants().next().is_none(), "{name}");
         harness.state_mut().0.play();
         for _ in 0..6 {
             harness.state_mut().0.frame(1.0 / 30.0);

@@ -1,6 +1,7 @@
-//! One rigid world for a game and its sheets: bevy_rapier3d owns the ramp and the ball, and the sheet meets them.
+//! One rigid world for a game and its sheets: bevy_rapier3d owns the ramp and the ball; the sheet
+//! is in contact with them.
 //!
-//! bevy_rapier3d steps in `FixedUpdate`; the sheets step after it, against the sets it keeps.
+//! bevy_rapier3d steps in `FixedUpdate`. The sheets step after it, against its sets.
 
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::*;
@@ -19,7 +20,7 @@ fn main() {
         .run();
 }
 
-/// Steps the sheets against bevy_rapier3d's world as its own step has left it.
+/// Step the sheets against the world of bevy_rapier3d after its own step.
 fn step_sheets(
     rapier: Single<(&RapierContextSimulation, &RapierContextColliders, &RapierRigidBodySet)>,
     mut sheets: ResMut<SheetWorld>,

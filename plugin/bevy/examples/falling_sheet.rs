@@ -1,8 +1,8 @@
-//! A scene from a file: the thesis's sheet falls on a wedge.
+//! Scene from a file: the thesis's sheet falls on a wedge.
 //!
-//! S springs, M masses, L the layer that is drawn, space pause, arrow right one step, R from the start, up and down speed.
-//! Run it from a checkout: `cargo run -p bevy_sheetwork --example falling_sheet [SCENE]`, with SCENE the name of a file in
-//! `assets/scenes`, `wedge` if none.
+//! Keys: S springs, M nodes, L displayed layer, space pause, right arrow one step, R reset, up and
+//! down speed. Run from a checkout: `cargo run -p bevy_sheetwork --example falling_sheet [SCENE]`,
+//! where SCENE is the name of a file in `assets/scenes`, `wedge` by default.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
 fn main() {
-    let assets = AssetPlugin { file_path: "../assets".into(), ..default() };
+    let assets = AssetPlugin { file_path: "../../assets".into(), ..default() };
     App::new()
         .add_plugins((DefaultPlugins.set(assets), SheetworkPlugins, SheetworkDebugPlugin))
         .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))
@@ -24,7 +24,7 @@ fn main() {
 fn setup(mut commands: Commands, server: Res<AssetServer>) {
     let name = std::env::args().nth(1).unwrap_or_else(|| "wedge".into());
     commands.spawn(SheetSceneRoot(server.load(format!("scenes/{name}.ron"))));
-    // The thesis's scenes are centimetres large: shadows and the near plane have to be finer than usual.
+    // The thesis's scenes are centimetres large and need finer shadows and a closer near plane.
     let shadows = CascadeShadowConfigBuilder {
         num_cascades: 2,
         minimum_distance: 0.01,
@@ -53,7 +53,7 @@ fn setup(mut commands: Commands, server: Res<AssetServer>) {
     ));
 }
 
-/// Puts the camera where the scene wants it, and lets ticks be whole engine steps.
+/// Place the camera of the scene, and make a tick a whole number of time steps.
 fn look(
     mut spawned: MessageReader<SheetSceneSpawned>,
     world: Res<SheetWorld>,
@@ -103,7 +103,7 @@ fn keys(
     }
 }
 
-/// Tells of touching, sliding off, coming to rest.
+/// Print events.
 fn say(mut events: MessageReader<SheetEvent>) {
     for event in events.read() {
         let body = event.body.as_deref().unwrap_or("-");

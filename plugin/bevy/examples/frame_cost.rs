@@ -1,8 +1,9 @@
-//! What a frame costs the game, without window or graphics: sheets that are seen, hidden or asleep, and none at all.
+//! Cost of a frame without window or graphics: with visible, hidden, sleeping, and without sheets.
 //!
-//! A hundred sheets of 21x21 masses fall, in the thesis' springs, whose steps are cheap: what is seen is written into its mesh, what is
-//! hidden is stepped and not written, what sleeps is neither. The four games take turns, frame by frame, so that what else the machine does
-//! falls on all alike.
+//! A hundred sheets of 21 x 21 nodes fall, with the thesis's springs, whose steps are cheap.
+//! Visible sheets are stepped and written into their meshes, hidden ones are stepped, sleeping ones
+//! are neither. The four games take turns frame by frame, so that other load on the machine affects
+//! all alike.
 //!
 //! `cargo run --release -p bevy_sheetwork --example frame_cost`
 
@@ -15,7 +16,8 @@ use bevy_sheetwork::prelude::*;
 
 /// Sheets in a row.
 const ROW: u32 = 10;
-/// Frames before the first that counts, long enough for what lies to fall asleep, and those that count.
+/// Frames before the measurement, long enough for resting sheets to fall asleep, and measured
+/// frames.
 const BEFORE: u32 = 300;
 const FRAMES: u32 = 600;
 

@@ -1,4 +1,4 @@
-//! The inspector over a game: one line more, and what sheets are can be seen and turned while it runs. F10 hides it.
+//! Inspector over a game, added by one line. F10 hides it.
 //!
 //! `cargo run -p bevy_sheetwork --features inspector --example inspector`
 
@@ -23,7 +23,7 @@ fn setup(mut commands: Commands) {
         Transform::from_xyz(1.0, 3.0, 2.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     commands.spawn(SheetBody::floor());
-    // A strip that hangs: turn Young or Thickness and see it rise and fall.
+    // A hanging strip: a change of Young's modulus or thickness raises or lowers it.
     let strip = Sheet::new("hips").named("strip").size(0.35, 0.12).clamp(Region::Left);
     commands.spawn((strip, Transform::from_xyz(0.0, 0.45, 0.0)));
     commands.spawn((SheetBody::ball(0.12), Transform::from_xyz(0.35, 0.12, 0.0)));

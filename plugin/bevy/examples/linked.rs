@@ -1,8 +1,9 @@
-//! A game that other processes watch and command.
+//! Game that other processes observe and command.
 //!
-//! From a checkout: `cargo run -p bevy_sheetwork --features link --example linked`, with `-- --no-window` where there is no screen. Then, in other
-//! terminals, `sheetwork watch`, `sheetwork set gravity "(0, -1.6, 0)"`, `sheetwork set sheets.card.material.young 1e8`, `sheetwork tell reset`,
-//! `python runtime/link/python/examples/tip_height.py`. The game says who comes and goes.
+//! Run from a checkout: `cargo run -p bevy_sheetwork --features link --example linked`, with `--
+//! --no-window` without a screen. Then, in other terminals, `sheetwork watch`, `sheetwork set
+//! gravity "(0, -1.6, 0)"`, `sheetwork set sheets.card.material.young 1e8`, `sheetwork tell reset`,
+//! `python runtime/link/python/examples/tip_height.py`. The game prints the attached clients.
 
 use std::time::Duration;
 
@@ -24,7 +25,7 @@ fn main() {
     } else {
         app.add_plugins((DefaultPlugins, SheetworkPlugins));
     }
-    // After the plugin whose world it shows.
+    // After the plugin that creates the world.
     app.add_plugins(SheetLinkPlugin::default()).add_systems(Startup, setup).add_systems(Update, say).run();
 }
 
@@ -41,7 +42,7 @@ fn setup(mut commands: Commands) {
     }
 }
 
-/// Who is attached, once a second, where that has changed.
+/// Print the attached clients, at most once a second, after a change.
 fn say(link: Res<SheetLink>, time: Res<Time<Real>>, mut last: Local<(f32, String)>) {
     if time.elapsed_secs() < last.0 {
         return;

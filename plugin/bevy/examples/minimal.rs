@@ -1,11 +1,11 @@
-//! The least there is to write: a camera, a light, something to fall on, a sheet. With the name of a file in `assets/scenes` that scene in their place:
-//! `cargo run -p bevy_sheetwork --example minimal [SCENE]`.
+//! Minimal program: a camera, a light, a body, a sheet. With the name of a file in `assets/scenes`,
+//! that scene instead: `cargo run -p bevy_sheetwork --example minimal [SCENE]`.
 
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
 fn main() {
-    let assets = AssetPlugin { file_path: "../assets".into(), ..default() };
+    let assets = AssetPlugin { file_path: "../../assets".into(), ..default() };
     App::new()
         .add_plugins((DefaultPlugins.set(assets), SheetworkPlugins))
         .add_systems(Startup, setup)
@@ -28,7 +28,7 @@ fn setup(mut commands: Commands, server: Res<AssetServer>) {
     commands.spawn((Sheet::new("rubber").size(0.5, 0.5), Transform::from_xyz(0.05, 0.5, 0.0)));
 }
 
-/// Puts the camera where a scene wants it; one that says nothing is seen from above and in front, near enough for its sheets.
+/// Place the camera of a scene; by default above and in front, at a distance that fits its sheets.
 fn look(
     mut spawned: MessageReader<SheetSceneSpawned>,
     world: Res<SheetWorld>,

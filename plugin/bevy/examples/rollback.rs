@@ -1,9 +1,11 @@
-//! Rollback: the inputs of a second player come eight ticks late, so that the game goes back eight ticks and runs them again.
+//! Rollback: the inputs of a second player arrive eight ticks late; the game restores the world of
+//! that tick and repeats the ticks since.
 //!
-//! Two hands blow at a sheet that hangs by its upper edge: yours by the arrow keys, at once, and another's, which this program plays, and
-//! which arrives late. Every tick the world is saved (bytes of some tens of kilobytes); when a late input comes, the world of
-//! then is taken up and the ticks since are stepped again with all that is known by now. What comes of it is, to the bit, what would
-//! have come of inputs in time. The title says what it costs, beside the time there is for a frame.
+//! Two players blow at a sheet that hangs by its upper edge: one by the arrow keys, at once, the
+//! other simulated and late. Every tick the world is saved (some tens of kilobytes). When a late
+//! input arrives, the world of its tick is restored and the later ticks are stepped again with all
+//! known inputs. The result equals, bit for bit, that of inputs in time. The title shows the cost
+//! beside the duration of a frame.
 //!
 //! `cargo run -p bevy_sheetwork --example rollback`
 
@@ -18,12 +20,12 @@ mod history;
 
 use history::{History, LATE, blow};
 
-/// What the last rollback took, ms.
+/// Duration of the last rollback, ms.
 #[derive(Resource, Default)]
 struct Cost(f64);
 
 fn main() -> ExitCode {
-    // Windows come by X here, as Bevy is built for it.
+    // Bevy is built with X11 windows here.
     if cfg!(target_os = "linux") && std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
         eprintln!("there is no display (DISPLAY is not set): the example wants a window");
         return ExitCode::from(2);
@@ -49,7 +51,7 @@ fn setup(mut commands: Commands) {
     commands.spawn((Sheet::new("pet").size(0.25, 0.25).clamp(Region::Back), hangs));
 }
 
-/// Before a tick: what is late is made good, then the tick's own input is given.
+/// Before a tick: apply late inputs, then the input of this tick.
 fn play(
     keys: Res<ButtonInput<KeyCode>>,
     mut world: ResMut<SheetWorld>,
@@ -62,7 +64,7 @@ fn play(
     let (left, right) = (keys.pressed(KeyCode::ArrowLeft), keys.pressed(KeyCode::ArrowRight));
     history.begin(&world, [f64::from(i8::from(right) - i8::from(left)), 0.0]);
     let tick = history.tick();
-    // The other's hand of eight ticks ago has arrived; every half second it is another.
+    // The other player's input of eight ticks ago arrives; it changes every half second.
     if let Some(then) = tick.checked_sub(LATE) {
         let start = Instant::now();
         let theirs = if (then / 32) % 2 == 0 { 1.0 } else { -1.0 };

@@ -1,4 +1,4 @@
-//! Springs and masses drawn over the sheets.
+//! Gizmos of springs and nodes.
 
 use bevy::math::Isometry3d;
 use bevy::prelude::*;
@@ -7,17 +7,18 @@ use sheetwork::sheet::Sheet as SheetInWorld;
 
 use crate::core::{SheetMotion, SheetWorld, SheetworkDisplay};
 
-/// What is drawn of all sheets; the colour of a spring is its strain, blue for pressed, white for at rest, yellow for drawn out.
+/// Debug drawing of all sheets. The colour of a spring is its strain: blue in compression, white at
+/// rest, yellow in tension.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Clone, Debug, Default, PartialEq)]
 pub struct SheetDebug {
     /// Whether springs are drawn.
     pub springs: bool,
-    /// Whether masses are drawn; those that touch a body stand out.
+    /// Whether nodes are drawn; nodes in contact with a body are highlighted.
     pub masses: bool,
-    /// Strain at which the colour of a spring is full; more than 0.
+    /// Strain of the full colour of a spring; more than 0.
     pub full_strain: f32,
-    /// Size of a mass as a fraction of the length of the sheet's springs.
+    /// Size of a node as a fraction of the length of the sheet's springs.
     pub mass_size: f32,
 }
 
@@ -27,11 +28,12 @@ impl Default for SheetDebug {
     }
 }
 
-/// The gizmo group of the debug drawing: line width, depth bias and so on are in `GizmoConfigStore`.
+/// Gizmo group of the debug drawing; line width and depth bias are set in `GizmoConfigStore`.
 #[derive(Default, Reflect, GizmoConfigGroup)]
 pub struct SheetGizmos;
 
-/// Draws springs and masses as [`SheetDebug`] says. Not part of [`SheetworkPlugins`](crate::SheetworkPlugins).
+/// Plugin that draws springs and nodes by [`SheetDebug`]. Not part of
+/// [`SheetworkPlugins`](crate::SheetworkPlugins).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkDebugPlugin;
 
@@ -75,7 +77,7 @@ fn draw_springs(
 ) {
     let springs = sheet.springs();
     if springs.is_empty() {
-        // A shell has none: its net, as unstrained.
+        // A shell has no springs: its mesh edges are drawn as unstrained.
         for [a, b] in sheet.edges() {
             let (Some(a), Some(b)) = (at(a as usize), at(b as usize)) else { continue };
             gizmos.line(a, b, strain_colour(0.0));
@@ -89,7 +91,7 @@ fn draw_springs(
     }
 }
 
-/// Blue at -1, white at 0, yellow at 1: all three stand out on the sheet's own colour.
+/// Blue at -1, white at 0, yellow at 1: each differs from the default colour of a sheet.
 fn strain_colour(s: f32) -> Color {
     let s = s.clamp(-1.0, 1.0);
     let faded = 1.0 - s.abs();

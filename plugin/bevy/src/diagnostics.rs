@@ -1,17 +1,18 @@
-//! Numbers of the simulation in Bevy's `DiagnosticsStore`, for its log, its overlay or a panel of your own.
+//! Measurements of the simulation in Bevy's `DiagnosticsStore`.
 
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
 use crate::core::{SheetClock, SheetState, SheetWorld, SheetworkSet};
 
-/// Measures the simulation every tick.
+/// Plugin that measures the simulation in every tick.
 ///
 /// ```
 /// # use bevy::{diagnostic::DiagnosticsStore, prelude::*};
 /// # use bevy_sheetwork::prelude::*;
 /// fn show(diagnostics: Res<DiagnosticsStore>) {
-///     let time = diagnostics.get(&SheetworkDiagnosticsPlugin::STEP_TIME).and_then(|d| d.smoothed());
+///     let time = diagnostics.get(&SheetworkDiagnosticsPlugin::STEP_TIME);
+///     let time = time.and_then(|d| d.smoothed());
 ///     println!("the sheets take {time:?} ms a tick");
 /// }
 /// ```
@@ -19,20 +20,21 @@ use crate::core::{SheetClock, SheetState, SheetWorld, SheetworkSet};
 pub struct SheetworkDiagnosticsPlugin;
 
 impl SheetworkDiagnosticsPlugin {
-    /// Wall-clock time of the sheets' step in a tick, ms.
+    /// Wall-clock time of the world's steps in a tick, ms.
     pub const STEP_TIME: DiagnosticPath = DiagnosticPath::const_new("sheetwork/step_time");
-    /// Masses of all sheets.
+    /// Number of nodes of all sheets.
     pub const MASSES: DiagnosticPath = DiagnosticPath::const_new("sheetwork/masses");
-    /// Masses that touched a body in the last step.
+    /// Number of nodes that touched a body in the last step.
     pub const CONTACTS: DiagnosticPath = DiagnosticPath::const_new("sheetwork/contacts");
-    /// Sheets that are not asleep.
+    /// Number of sheets that do not sleep.
     pub const AWAKE: DiagnosticPath = DiagnosticPath::const_new("sheetwork/awake");
-    /// Kinetic, elastic and gravitational energy of all sheets, J.
+    /// Kinetic, elastic and potential energy of all sheets, J.
     pub const ENERGY: DiagnosticPath = DiagnosticPath::const_new("sheetwork/energy");
-    /// Smallest fraction of the stiffness asked for that a sheet bends with now, %: what structure, grid and step leave of it
-    /// ([`Sheet::delivered_stiffness`](sheetwork::sheet::Sheet::delivered_stiffness)). Nothing while no sheet aims at any.
+    /// Smallest delivered bending stiffness of a sheet, % of the requested one
+    /// ([`Sheet::delivered_stiffness`](sheetwork::sheet::Sheet::delivered_stiffness)). Absent while
+    /// no sheet requests a stiffness.
     pub const STIFFNESS: DiagnosticPath = DiagnosticPath::const_new("sheetwork/stiffness");
-    /// Time not simulated because frames took too long, s since the start.
+    /// Time since the start that was not simulated because frames took too long, s.
     pub const TIME_LOST: DiagnosticPath = DiagnosticPath::const_new("sheetwork/time_lost");
 }
 

@@ -5,7 +5,10 @@
 //! use bevy_sheetwork::prelude::*;
 //!
 //! fn main() {
-//!     App::new().add_plugins((DefaultPlugins, SheetworkPlugins)).add_systems(Startup, setup).run();
+//!     App::new()
+//!         .add_plugins((DefaultPlugins, SheetworkPlugins))
+//!         .add_systems(Startup, setup)
+//!         .run();
 //! }
 //!
 //! fn setup(mut commands: Commands) {
@@ -13,33 +16,38 @@
 //! }
 //! ```
 //!
-//! The sheets live in one [`sheetwork::World`], the resource [`SheetWorld`]; entities describe what is in it and show it.
-//! Lengths are metres, one Bevy unit each; +y is up.
+//! All sheets live in one [`sheetwork::World`], the resource [`SheetWorld`]. Entities describe and
+//! display its contents. Lengths are in metres; one Bevy unit is one metre; +y is up.
 //!
-//! | Plugin | What it does | Needs |
+//! | Plugin | Purpose | Needs |
 //! |---|---|---|
-//! | [`SheetworkCorePlugin`] | puts [`Sheet`], [`SheetBody`], [`SheetHeater`] and [`SheetHeatGun`] entities into the world, steps it in `FixedUpdate`, sends [`SheetEvent`]s | time and transforms |
-//! | [`SheetworkAssetPlugin`] | scene files, `.sht` and `.pol` files as assets; [`SheetSceneRoot`] spawns a scene and follows its file | `AssetPlugin` |
-//! | [`SheetworkRenderPlugin`] | meshes and materials for sheets, bodies and the room | `PbrPlugin` |
-//! | [`SheetworkDiagnosticsPlugin`] | step time, masses, contacts, energy in Bevy's `DiagnosticsStore` | nothing |
-//! | `SheetLinkPlugin` (feature `link`) | shows the sheets to other processes and lets them turn their knobs; not in the group | nothing |
-//! | `SheetInspectorPlugin` (feature `inspector`) | a window with the sheets' parameters, turned while the game runs; not in the group | a window, bevy_egui |
-//! | [`SheetworkDebugPlugin`] | draws springs and masses as gizmos; not in the group, add it where you want it | `GizmoPlugin` |
+//! | [`SheetworkCorePlugin`] | entities into the world, steps, [`SheetEvent`]s | time, transforms |
+//! | [`SheetworkAssetPlugin`] | files as assets, scenes as entities | `AssetPlugin` |
+//! | [`SheetworkRenderPlugin`] | meshes and materials | `PbrPlugin` |
+//! | [`SheetworkDiagnosticsPlugin`] | measurements in Bevy's `DiagnosticsStore` | |
+//! | [`SheetworkDebugPlugin`] | springs and nodes as gizmos | `GizmoPlugin` |
+//! | `SheetLinkPlugin` (feature `link`) | the world in shared memory | |
+//! | `SheetInspectorPlugin` (feature `inspector`) | panels with parameters | bevy_egui |
 //!
-//! `SheetworkPlugins.build().disable::<SheetworkRenderPlugin>()` is a server's set.
+//! [`SheetworkPlugins`] adds the first four. Entities with [`Sheet`], [`SheetBody`],
+//! [`SheetHeater`] and [`SheetHeatGun`] form the world; [`SheetSceneRoot`] spawns a scene and
+//! follows its file.
+//!
+//! On a server use `SheetworkPlugins.build().disable::<SheetworkRenderPlugin>()`.
 //!
 //! # Order of a frame
-//! In `FixedUpdate`, the sets of [`SheetworkSet`]: `Sync` (entities to world), `Step` (time passes), `Writeback` (world to
-//! entities). Systems of your own that move bodies go before `Sync`; those that read sheets go after `Writeback`. Once a
-//! frame, in `PostUpdate`, the display is drawn between the last states, at [`SheetWorld::shown_time`].
+//! In `FixedUpdate` the sets of [`SheetworkSet`] run in this order: `Sync` (entities to world),
+//! `Step` (time integration), `Writeback` (world to entities). Systems that move bodies run before
+//! `Sync`; systems that read sheets run after `Writeback`. Once a frame, in `PostUpdate`, the
+//! displayed state is interpolated between the last two states, at [`SheetWorld::shown_time`].
 //!
 //! # Time
-//! Every run of `FixedUpdate` advances the sheets by the period of `Time<Fixed>`, in whole engine steps of
-//! [`World::dt`](sheetwork::World::dt); what is left over waits for the next. [`SheetClock`] pauses, slows, single-steps and
-//! caps it.
+//! Every run of `FixedUpdate` advances the sheets by the period of `Time<Fixed>`, in whole time
+//! steps of [`World::dt`](sheetwork::World::dt). The remainder is added to the next run.
+//! [`SheetClock`] pauses, scales, single-steps and limits the simulated time.
 
 #![forbid(unsafe_op_in_unsafe_fn)]
-// A system's queries say what it touches; an alias for each would say it somewhere else.
+// The query of a system documents its accesses; a type alias would hide them.
 #![allow(clippy::type_complexity)]
 
 pub mod asset;
@@ -57,7 +65,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, HeaterPlace, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun,
+    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun,
     SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
@@ -71,7 +79,7 @@ pub use sheetwork;
 #[cfg(feature = "link")]
 pub use sheetwork_link;
 
-/// Everything a game needs: core, assets, rendering, diagnostics. [`SheetworkDebugPlugin`] is apart.
+/// Plugin group with core, assets, rendering and diagnostics, without [`SheetworkDebugPlugin`].
 pub struct SheetworkPlugins;
 
 impl PluginGroup for SheetworkPlugins {

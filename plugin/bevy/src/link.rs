@@ -1,6 +1,7 @@
-//! The live link (feature `link`): other processes see the sheets in shared memory and turn their knobs.
+//! Live link (feature `link`): other processes read the sheets in shared memory and set parameters.
 //!
-//! See [`sheetwork_link`] for what goes over it, and `docs/link.md` for the protocol, the tools and who may attach.
+//! See [`sheetwork_link`] for the data and `docs/link.md` for the protocol, the tools and access
+//! rights.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use sheetwork_link::{Link, LinkStatistics};
 
 use crate::core::{SheetClock, SheetWorld, SheetworkSet};
 
-/// Serves the [`SheetWorld`] to other processes.
+/// Plugin that serves the [`SheetWorld`] to other processes.
 ///
 /// ```no_run
 /// # use bevy::prelude::*;
@@ -23,40 +24,45 @@ use crate::core::{SheetClock, SheetWorld, SheetworkSet};
 /// App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetLinkPlugin::default())).run();
 /// ```
 ///
-/// Then `sheetwork watch`, `sheetwork set gravity "(0, -1.6, 0)"`, or `sheetwork.attach()` in Python. Commands are done, and the
-/// sheets shown, after every tick of `FixedUpdate`; commands also once a frame. The game decides which scene it shows:
-/// it refuses to load one. A reset puts the sheets back to where they came in, and what others have set to what the game had it at.
+/// Clients are `sheetwork watch`, `sheetwork set gravity "(0, -1.6, 0)"`, and `sheetwork.attach()`
+/// in Python. Commands are executed after every tick of `FixedUpdate` and once a frame; the state
+/// is published after every tick. A request to load a scene is rejected: the game chooses its
+/// scene. A reset returns the sheets to their initial state and the parameters set by clients to
+/// the game's values.
 #[derive(Clone, Debug, Default)]
 pub struct SheetLinkPlugin {
-    /// Name of the link, 1 to 32 letters, digits, `-` or `_`; empty for SHEETWORK_LINK's, or "sheetwork".
+    /// Name of the link: 1 to 32 letters, digits, `-` or `_`. Empty for the value of
+    /// SHEETWORK_LINK, or "sheetwork".
     pub name: String,
-    /// Folder of its files; the user's own if none. Must be this user's, with mode 0700.
+    /// Folder of the link's files; `None` for the user's own. Must belong to this user, with mode
+    /// 0700.
     pub root: Option<PathBuf>,
 }
 
-/// The link of a game. Where it could not be opened the game goes on without, and this says why.
+/// Link of a game. If it cannot be opened the game runs without it, and this resource holds the
+/// reason.
 #[derive(Resource)]
 pub struct SheetLink {
     link: Result<Link, LinkError>,
-    /// What others have set, and the value that the game had it at.
-    turned: Vec<(String, String)>,
+    /// Parameters set by clients, and their values in the game.
+    client_values: Vec<(String, String)>,
 }
 
 impl SheetLink {
-    /// Who is attached and what was written; the reason where there is no link.
+    /// Clients and amount of data.
     ///
     /// # Errors
-    /// Why it could not be opened.
+    /// The reason why the link could not be opened.
     pub fn statistics(&self) -> Result<LinkStatistics, LinkError> {
         self.link.as_ref().map(Link::statistics).map_err(Clone::clone)
     }
 
-    /// Who is attached: process and name. Asks the system: not to be called in every frame.
+    /// Attached clients: process and name. Queries the operating system; avoid it in every frame.
     pub fn attached(&self) -> Vec<Attached> {
         self.link.as_ref().map(Link::attached).unwrap_or_default()
     }
 
-    /// Name of the link; none where there is none.
+    /// Name of the link; `None` without one.
     pub fn name(&self) -> Option<&str> {
         self.link.as_ref().ok().map(|l| l.place().name())
     }
@@ -78,20 +84,20 @@ impl Plugin for SheetLinkPlugin {
         if let Err(error) = &link {
             warn!("no live link: {error}");
         }
-        app.insert_resource(SheetLink { link, turned: Vec::new() });
+        app.insert_resource(SheetLink { link, client_values: Vec::new() });
         app.add_systems(FixedUpdate, exchange.after(SheetworkSet::Writeback).run_if(resource_exists::<SheetWorld>));
         app.add_systems(PreUpdate, answer.run_if(resource_exists::<SheetWorld>));
     }
 }
 
-/// A game as the link drives it.
-struct Driven<'a> {
+/// A game as host of the link.
+struct GameHost<'a> {
     world: &'a mut SheetWorld,
     clock: &'a mut SheetClock,
-    turned: &'a mut Vec<(String, String)>,
+    client_values: &'a mut Vec<(String, String)>,
 }
 
-impl Host for Driven<'_> {
+impl Host for GameHost<'_> {
     fn world(&self) -> &Sheets {
         self.world
     }
@@ -111,20 +117,20 @@ impl Host for Driven<'_> {
 
     fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         let old = self.world.set(path, value)?;
-        if !self.turned.iter().any(|(p, _)| p == path) {
-            self.turned.push((path.to_owned(), old.clone()));
+        if !self.client_values.iter().any(|(p, _)| p == path) {
+            self.client_values.push((path.to_owned(), old.clone()));
         }
         Ok(old)
     }
 
     fn reset(&mut self) -> Result<(), InputError> {
-        // Warmth is no setting: it goes back with the sheets.
+        // A temperature is state, not a setting: the reset restores it with the sheets.
         let is_state = |path: &str| path.starts_with("sheets.") && path.ends_with(".temperature");
         let now = self.world.parameters().into_iter().filter(|p| !is_state(&p.path));
-        let own = |path: &str| self.turned.iter().find(|(p, _)| p == path).map(|(_, old)| old.clone());
+        let own = |path: &str| self.client_values.iter().find(|(p, _)| p == path).map(|(_, old)| old.clone());
         let wanted: Vec<(String, String)> = now.map(|p| (own(&p.path).unwrap_or(p.value), p.path)).collect();
         self.world.reset()?;
-        self.turned.clear();
+        self.client_values.clear();
         let begun: BTreeMap<String, String> = self.world.parameters().into_iter().map(|p| (p.path, p.value)).collect();
         for (value, path) in wanted.iter().filter(|(value, path)| begun.get(path).is_some_and(|b| b != value)) {
             self.world.set(path, value)?;
@@ -137,26 +143,26 @@ impl Host for Driven<'_> {
     }
 }
 
-impl<'a> Driven<'a> {
-    /// Being looked at is no change; what is commanded changes what it changes.
+impl<'a> GameHost<'a> {
+    /// Reading the world is not a change; commands mark what they change.
     fn new(
         world: &'a mut ResMut<SheetWorld>,
         clock: &'a mut ResMut<SheetClock>,
-        turned: &'a mut Vec<(String, String)>,
+        client_values: &'a mut Vec<(String, String)>,
     ) -> Self {
-        Self { world: world.bypass_change_detection(), clock: clock.bypass_change_detection(), turned }
+        Self { world: world.bypass_change_detection(), clock: clock.bypass_change_detection(), client_values }
     }
 }
 
 fn exchange(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
-    let SheetLink { link: Ok(link), turned } = &mut *link else { return };
+    let SheetLink { link: Ok(link), client_values } = &mut *link else { return };
     let step_time = world.step_time().as_secs_f64();
-    link.exchange(&mut Driven::new(&mut world, &mut clock, turned), step_time);
+    link.exchange(&mut GameHost::new(&mut world, &mut clock, client_values), step_time);
 }
 
 fn answer(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
-    let SheetLink { link: Ok(link), turned } = &mut *link else { return };
+    let SheetLink { link: Ok(link), client_values } = &mut *link else { return };
     if link.is_commanded() {
-        link.answer(&mut Driven::new(&mut world, &mut clock, turned));
+        link.answer(&mut GameHost::new(&mut world, &mut clock, client_values));
     }
 }

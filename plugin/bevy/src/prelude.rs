@@ -1,4 +1,4 @@
-//! What most programs that use the plugins name: `use bevy_sheetwork::prelude::*`.
+//! Names that most programs need: `use bevy_sheetwork::prelude::*`.
 
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{

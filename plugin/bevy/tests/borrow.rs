@@ -1,4 +1,4 @@
-//! Sheets that meet a caller's Rapier world.
+//! Sheets in contact with a caller's Rapier world.
 
 mod common;
 
@@ -8,7 +8,7 @@ use bevy_sheetwork::prelude::*;
 use bevy_sheetwork::sheetwork::rigid::RigidView;
 use common::{app_with, run};
 
-/// The caller's own rigid world.
+/// The caller's rigid world.
 #[derive(Resource)]
 struct Game(PhysicsWorld);
 
@@ -21,7 +21,7 @@ fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<Sheet
 }
 
 #[test]
-fn a_sheet_lands_on_a_body_of_the_callers() {
+fn a_sheet_rests_on_a_body_of_the_callers_world() {
     let mut game = PhysicsWorld::new();
     game.gravity = Vector::ZERO;
     let table = game.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.1, 0.0)));

@@ -1,4 +1,4 @@
-//! What is seen: meshes, materials, bounds; what stands still or is hidden costs nothing.
+//! Display: meshes, materials, bounds; no cost for resting or hidden sheets.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn positions(app: &App, entity: Entity) -> &[[f32; 3]] {
     mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions")
 }
 
-/// How often meshes were changed since the last call.
+/// Number of changes of meshes since the last call.
 fn changes(app: &mut App) -> usize {
     let mut events = app.world_mut().resource_mut::<Messages<AssetEvent<Mesh>>>();
     events.drain().filter(|e| matches!(e, AssetEvent::Modified { .. })).count()
@@ -84,7 +84,7 @@ fn layer_and_smoothing_can_be_changed_while_it_runs() {
 }
 
 #[test]
-fn a_material_of_ones_own_is_kept() {
+fn a_user_material_is_not_replaced() {
     let mut app = app();
     let mine = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
     let sheet = app.world_mut().spawn((Sheet::default(), MeshMaterial3d(mine.clone()))).id();

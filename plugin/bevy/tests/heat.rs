@@ -1,4 +1,5 @@
-//! Heat: heaters, heat guns and hot bodies as entities; colours that show it, and cost nothing where they are not asked for.
+//! Heat: heaters, heat guns and hot bodies as entities; colours of temperature, without cost where
+//! they are not requested.
 
 mod common;
 
@@ -25,7 +26,7 @@ fn colours(app: &App, sheet: Entity) -> Option<Vec<[f32; 4]>> {
 }
 
 #[test]
-fn a_heater_heats_what_it_looks_at_goes_where_it_is_moved_and_leaves_with_its_entity() {
+fn a_heater_heats_the_faced_sheet_follows_its_transform_and_is_removed_with_its_entity() {
     let mut app = app();
     let sheet = app.world_mut().spawn(held()).id();
     let above = Transform::from_xyz(0.0, 0.05, 0.0);
@@ -53,7 +54,7 @@ fn a_heater_heats_what_it_looks_at_goes_where_it_is_moved_and_leaves_with_its_en
 }
 
 #[test]
-fn a_heat_gun_blows_where_its_entity_looks() {
+fn a_heat_gun_blows_along_the_forward_direction_of_its_entity() {
     let mut app = app();
     let sheet = app.world_mut().spawn(held()).id();
     let down = Transform::from_xyz(0.0, 0.05, 0.0).looking_at(Vec3::ZERO, Vec3::Z);
@@ -70,7 +71,7 @@ fn a_heat_gun_blows_where_its_entity_looks() {
 }
 
 #[test]
-fn a_hot_body_warms_what_lies_on_it_and_is_made_hotter_in_place() {
+fn a_hot_body_heats_a_sheet_in_contact_and_its_temperature_changes_in_place() {
     let mut app = app();
     let sheet = app.world_mut().spawn((held(), Transform::from_xyz(0.0, 0.0003, 0.0))).id();
     let plate = SheetBody::cuboid(0.2, 0.02, 0.2).temperature(60.0);

@@ -1,4 +1,4 @@
-//! The inspector's edits reach the game's running world, and go back.
+//! Edits of the inspector reach the running world and can be undone.
 
 mod common;
 
@@ -10,7 +10,7 @@ use bevy_sheetwork::prelude::*;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-/// The panels over a game, as the plugin's own system draws them.
+/// Draw the panels over a game like the plugin's own system.
 fn draw(ui: &mut egui::Ui, app: &mut App) {
     app.world_mut().resource_scope(|all, mut world: Mut<SheetWorld>| {
         all.resource_scope(|all, mut clock: Mut<SheetClock>| {
@@ -33,7 +33,7 @@ fn game() -> Harness<'static, App> {
     harness
 }
 
-/// Types `text` into the number beside the slider that is labelled so.
+/// Type `text` into the number beside the slider with this label.
 fn type_into(harness: &mut Harness<'static, App>, label: &str, text: &str) {
     let row = harness.get_by_role_and_label(Role::Slider, label).rect();
     let beside = |r: egui::Rect| r.left() > row.left() && (r.center().y - row.center().y).abs() < 3.0;
@@ -55,7 +55,7 @@ fn value(harness: &Harness<'static, App>, path: &str) -> f64 {
     found.and_then(|p| p.value.parse().ok()).unwrap_or_else(|| panic!("{path}"))
 }
 
-/// How far the strip hangs after a second more, m.
+/// Droop of the strip after one more second, m.
 fn droop(harness: &mut Harness<'static, App>) -> f64 {
     common::run(harness.state_mut(), 1.0);
     let world = harness.state().world().resource::<SheetWorld>();
@@ -75,11 +75,11 @@ fn a_typed_value_reaches_the_running_world_and_undo_brings_it_back() {
     harness.get_by_label("Undo sheets.0.material.young").click();
     harness.run_steps(2);
     assert_eq!(value(&harness, "sheets.strip.material.young"), stiff);
-    assert!(harness.query_by_label("Everything is as the game has it.").is_some());
+    assert!(harness.query_by_label("There are no changes.").is_some());
 }
 
 #[test]
-fn what_is_refused_is_told_and_changes_nothing() {
+fn a_rejected_edit_is_reported_and_changes_nothing() {
     let mut harness = game();
     let before = value(&harness, "sheets.strip.material.young");
     type_into(&mut harness, "Young", "12 kg");

@@ -1,4 +1,4 @@
-//! Level of detail in an app: sheets follow the viewer and the budget, and what is drawn follows them.
+//! Level of detail in an app: sheets follow the viewer and the budget, meshes follow the sheets.
 
 mod common;
 
@@ -10,7 +10,7 @@ fn grid(app: &App) -> u32 {
     app.world().resource::<SheetWorld>().sheets()[0].grid.0
 }
 
-/// An app with a sheet that swings, and a viewer.
+/// An app with a swinging sheet and a viewer.
 fn swinging(detail: impl FnOnce(Entity) -> SheetDetail) -> (App, Entity, Entity) {
     let mut app = app();
     let viewer = app.world_mut().spawn(Transform::from_xyz(0.0, 0.0, 0.5)).id();
@@ -21,7 +21,7 @@ fn swinging(detail: impl FnOnce(Entity) -> SheetDetail) -> (App, Entity, Entity)
     (app, viewer, sheet)
 }
 
-/// Vertices of what is drawn, in the world.
+/// Displayed vertices in world space.
 fn drawn(app: &App, sheet: Entity) -> Vec<Vec3> {
     let handle = app.world().get::<Mesh3d>(sheet).expect("drawn");
     let mesh = app.world().resource::<Assets<Mesh>>().get(&handle.0).expect("a mesh");
@@ -43,7 +43,7 @@ fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
     assert_eq!(app.world().get::<SheetMotion>(sheet).expect("in the world").positions().len(), masses);
     let coarse = drawn(&app, sheet);
     assert_eq!(coarse.len(), 21 * 21);
-    // The same surface but for what it moved in three ticks, its end at 0.9 m/s.
+    // Tolerance: the end of the sheet moves at 0.9 m/s for three ticks.
     for (i, p) in coarse.iter().enumerate() {
         let (column, row) = (i % 21, i / 21);
         let then = fine[row * 4 * 81 + column * 4];
@@ -56,7 +56,7 @@ fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
 }
 
 #[test]
-fn a_budget_of_the_model_is_kept_without_a_clock() {
+fn a_budget_by_the_model_does_not_depend_on_a_clock() {
     let (mut app, viewer, _) = swinging(|viewer| SheetDetail { viewer: Some(viewer), measured: false, ..default() });
     run(&mut app, 0.3);
     let cost = app.world().resource::<SheetWorld>().detail_cost().expect("levels");
@@ -72,7 +72,7 @@ fn without_the_resource_nothing_changes() {
     let mut app = app();
     app.world_mut().spawn(Sheet::new("hips").clamp(Region::Left).detail_within(0.001));
     run(&mut app, 0.3);
-    // No camera and no viewer: all is near.
+    // Without camera and viewer the finest grid is used.
     assert_eq!(grid(&app), 21);
 }
 

@@ -1,4 +1,5 @@
-//! The live link of a Bevy game: another thread attaches, sees the sheets and turns a knob while the game runs.
+//! Live link of a Bevy game: another thread attaches, reads the sheets and sets a parameter while
+//! the game runs.
 #![cfg(feature = "link")]
 
 mod common;
@@ -45,9 +46,10 @@ fn another_process_sees_the_sheets_and_turns_their_knobs() {
     let _ = std::fs::remove_dir_all(root);
 }
 
-/// What others have set is undone by a reset, what the game has set is not; the display goes back with the world.
+/// A reset restores parameters set by clients, but not those set by the game; the display goes back
+/// with the world.
 #[test]
-fn a_reset_brings_back_what_the_game_had() {
+fn a_reset_restores_the_parameters_of_the_game() {
     let root = std::env::temp_dir().join(format!("sheetwork-plugin-reset-{}", std::process::id()));
     let link = SheetLinkPlugin { name: "game".into(), root: Some(root.clone()) };
     let mut app = common::app_with(SheetworkPlugins.build().add(link));

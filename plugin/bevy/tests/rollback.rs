@@ -1,8 +1,8 @@
-//! Rollback: what is run again with inputs that came late is, to the bit, what inputs in time would have made.
+//! Rollback: ticks repeated with late inputs equal, bit for bit, ticks with inputs in time.
 
 mod common;
 
-// What the example alone says of itself is not asked for here.
+// Only the history of the example is used here.
 #[allow(dead_code)]
 #[path = "../examples/rollback/history.rs"]
 mod history;
@@ -22,7 +22,7 @@ fn hanging() -> App {
     app
 }
 
-/// What the players do in a tick.
+/// Inputs of the players in a tick.
 fn played(tick: u64) -> [f64; 2] {
     [if tick.is_multiple_of(7) { 1.0 } else { 0.0 }, if (tick / 5).is_multiple_of(2) { 1.0 } else { -1.0 }]
 }
@@ -49,7 +49,7 @@ fn late_inputs_end_in_the_same_bits_as_inputs_in_time() {
         let mut world = late.world_mut().resource_mut::<SheetWorld>();
         for tick in 1..=TICKS + LATE {
             if tick > TICKS {
-                // The game has ended; what is late still comes.
+                // The game has ended; late inputs still arrive.
                 break;
             }
             history.begin(&world, [played(tick)[0], 0.0]);
@@ -62,7 +62,7 @@ fn late_inputs_end_in_the_same_bits_as_inputs_in_time() {
             blow(&mut world, history.inputs(tick));
             world.step();
         }
-        // The last inputs come one by one.
+        // The last inputs arrive one by one.
         for then in TICKS - LATE + 1..=TICKS {
             if history.arrives(then, played(then)[1]) {
                 history.replay(&mut world, then);
@@ -80,7 +80,7 @@ fn late_inputs_end_in_the_same_bits_as_inputs_in_time() {
 }
 
 #[test]
-fn a_snapshot_of_other_sheets_is_refused_and_changes_nothing() {
+fn a_snapshot_of_other_sheets_is_rejected_and_changes_nothing() {
     let mut app = hanging();
     let saved = state(app.world().resource::<SheetWorld>());
     app.world_mut().spawn((Sheet::default(), Transform::from_xyz(1.0, 1.0, 0.0)));

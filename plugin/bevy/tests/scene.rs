@@ -1,4 +1,4 @@
-//! Scenes from files: loaded, spawned, changed, refused.
+//! Scenes from files: loaded, spawned, changed, rejected.
 
 mod common;
 
@@ -41,7 +41,7 @@ fn the_wedge_scene_is_loaded_from_its_file_and_runs_as_it_does_headless() {
     assert_eq!(app.world().get::<Children>(root).map(|c| c.len()), Some(5), "room, floor, back wall, wedge, sheet");
     run(&mut app, 2.0);
     let world = app.world().resource::<SheetWorld>();
-    let scene = Scene::load(std::path::Path::new("../assets/scenes/wedge.ron")).expect("valid");
+    let scene = Scene::load(std::path::Path::new("../../assets/scenes/wedge.ron")).expect("valid");
     let mut alone = sheetwork::World::new(&scene).expect("valid");
     while alone.steps() < world.steps() {
         alone.step();
@@ -51,7 +51,7 @@ fn the_wedge_scene_is_loaded_from_its_file_and_runs_as_it_does_headless() {
 }
 
 #[test]
-fn a_scene_is_spawned_under_its_root_and_goes_with_it() {
+fn a_scene_is_spawned_under_its_root_and_removed_with_it() {
     let mut app = app();
     let (root, _) = spawn(&mut app, scene(TWO));
     run(&mut app, 0.5);
@@ -104,7 +104,7 @@ fn a_bad_change_leaves_the_scene_running() {
 }
 
 #[test]
-fn a_file_that_is_saved_anew_is_followed_and_one_with_a_mistake_is_not() {
+fn a_changed_file_is_reloaded_and_an_invalid_one_is_not() {
     let folder = std::env::temp_dir().join(format!("bevy_sheetwork_{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     let file = folder.join("here.sheet.ron");
@@ -126,7 +126,7 @@ fn a_file_that_is_saved_anew_is_followed_and_one_with_a_mistake_is_not() {
 }
 
 #[test]
-fn two_scenes_share_the_world_each_in_its_place() {
+fn two_scenes_share_the_world_at_their_own_placements() {
     let mut app = app();
     spawn(&mut app, scene(TWO));
     run(&mut app, 0.5);
@@ -163,7 +163,7 @@ fn polyhedra_and_sheets_are_assets_too() {
 }
 
 #[test]
-fn what_heats_a_scene_comes_with_it() {
+fn the_heat_sources_of_a_scene_are_spawned_with_it() {
     let mut app = app();
     let text = r#"(
         name: "hot", engine: "tr-bdf2", dt: 0.015625, gravity: (0, 0, 0), ambient_temperature: 30, time_lapse: 20,

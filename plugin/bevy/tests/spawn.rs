@@ -1,4 +1,5 @@
-//! Entities in and out of the world: a sheet in one line, bodies that stand and move, removal, changes.
+//! Entities added to and removed from the world: a sheet in one line, static and moving bodies,
+//! removal, changes.
 
 mod common;
 
@@ -36,7 +37,7 @@ fn the_readme_sheet_of_stiff_material_stays_stable() {
 }
 
 #[test]
-fn a_sheet_starts_where_its_parents_and_its_scale_have_it() {
+fn the_initial_pose_and_size_follow_parents_and_scale() {
     let mut app = app();
     let turned = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2));
     let parent = app.world_mut().spawn((turned, Visibility::default())).id();
@@ -51,7 +52,7 @@ fn a_sheet_starts_where_its_parents_and_its_scale_have_it() {
 }
 
 #[test]
-fn what_is_despawned_leaves_the_world() {
+fn despawned_entities_are_removed_from_the_world() {
     let mut app = app();
     let sheet = app.world_mut().spawn(Sheet::default()).id();
     let other = app.world_mut().spawn(Sheet::default().named("other")).id();
@@ -106,7 +107,7 @@ fn a_body_moved_while_paused_is_put_there_without_pushing() {
 }
 
 #[test]
-fn a_body_follows_its_path_from_when_it_was_spawned() {
+fn the_path_of_a_body_starts_when_it_is_spawned() {
     let mut app = app();
     run(&mut app, 0.5);
     let key = |time, y| PathKey { time, offset: bevy::math::DVec3::new(0.0, y, 0.0), ..default() };
@@ -136,7 +137,7 @@ fn changing_the_component_changes_the_sheet() {
 }
 
 #[test]
-fn what_is_refused_is_left_out_and_tried_again_when_it_is_changed() {
+fn a_rejected_entity_is_left_out_and_tried_again_after_a_change() {
     let mut app = app();
     let bad = app.world_mut().spawn(Sheet::new("cheese")).id();
     let body = app.world_mut().spawn(SheetBody::ball(-1.0)).id();

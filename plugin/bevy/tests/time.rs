@@ -1,4 +1,4 @@
-//! Time: interpolation at odd frame times, pause, single steps, speed, the cap.
+//! Time: interpolation at irregular frame times, pause, single steps, speed, the limit of ticks.
 
 mod common;
 
@@ -7,18 +7,18 @@ use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 use common::{app, frame, run};
 
-/// A sheet that flies along x at 1 m/s, with nothing to slow it.
+/// A sheet in free flight along x at 1 m/s.
 fn flying(app: &mut App) -> Entity {
     let mut world = app.world_mut().resource_mut::<SheetWorld>();
     world.set_gravity(DVec3::ZERO).expect("in range");
-    // Air would slow it.
+    // Air would slow the sheet.
     world.set("air.density", "0").expect("in range");
     let sheet = app.world_mut().spawn(Sheet::default().velocity(Vec3::X)).id();
     frame(app, 0.0);
     sheet
 }
 
-/// Where mass 0 of the sheet is drawn.
+/// Displayed position of node 0.
 fn drawn(app: &App, sheet: Entity) -> f32 {
     let mesh = app.world().get::<Mesh3d>(sheet).expect("dressed");
     let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh.0).expect("there");
@@ -26,8 +26,8 @@ fn drawn(app: &App, sheet: Entity) -> f32 {
 }
 
 #[test]
-fn what_is_shown_moves_evenly_at_odd_frame_times() {
-    // 1 ms divides the tick, 15 ms does not, 40 ms is longer than it.
+fn displayed_motion_is_even_at_irregular_frame_times() {
+    // 1/1024 s divides the tick, 15 ms does not, 40 ms is longer than the tick.
     for dt in [1.0 / 1024.0, 0.015, 0.04] {
         let mut app = app();
         app.world_mut().resource_mut::<SheetWorld>().set_dt(dt).expect("in range");
@@ -45,7 +45,7 @@ fn what_is_shown_moves_evenly_at_odd_frame_times() {
 }
 
 #[test]
-fn the_same_steps_are_taken_at_every_frame_rate_and_speed() {
+fn the_number_of_steps_does_not_depend_on_frame_rate_and_speed() {
     let run_at = |frame_time: f64, speed: f64| {
         let mut app = app();
         app.world_mut().resource_mut::<SheetClock>().speed = speed;
@@ -61,7 +61,7 @@ fn the_same_steps_are_taken_at_every_frame_rate_and_speed() {
         }
         at_200
     };
-    // A step a tick: 200 steps are met exactly.
+    // One step per tick: 200 steps end exactly at the time.
     let slow = run_at(1.0 / 128.0, 0.064);
     let slower = run_at(1.0 / 50.0, 0.032);
     assert!(slow.is_some());
@@ -96,7 +96,7 @@ fn paused_sheets_stand_still_but_for_single_steps() {
 }
 
 #[test]
-fn a_long_frame_is_cut_short_and_the_lost_time_is_told() {
+fn a_long_frame_is_truncated_and_its_lost_time_reported() {
     let mut app = app();
     flying(&mut app);
     run(&mut app, 0.1);

@@ -1,23 +1,24 @@
-//! What a game that rolls back remembers: of the last ticks the world before each and the inputs of both players.
+//! Memory for rollback: for each of the last ticks, the world before it and the inputs of both
+//! players.
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 use bevy_sheetwork::sheetwork::scene::Air;
 
-/// By how many ticks an input may be late.
+/// Maximum delay of an input, ticks.
 pub const LATE: u64 = 8;
-/// How hard a hand blows, m/s.
+/// Wind speed of a player, m/s.
 const WIND: f64 = 4.0;
 
-/// One tick.
+/// World before a tick, and its inputs.
 #[derive(Clone, Default)]
 struct Tick {
     before: Vec<u8>,
     inputs: [f64; 2],
 }
 
-/// The last ticks, in the memory of those before them.
+/// Ring buffer of the last ticks.
 #[derive(Resource)]
 pub struct History {
     ticks: Vec<Tick>,
@@ -37,7 +38,7 @@ impl History {
         &mut self.ticks[index]
     }
 
-    /// Begins a tick with what is known of its inputs. What is not known yet is taken to be as it was.
+    /// Begin a tick with the known inputs. An unknown input repeats the previous one.
     pub fn begin(&mut self, world: &SheetWorld, [own, _]: [f64; 2]) {
         let theirs = self.inputs(self.now)[1];
         self.now += 1;
@@ -57,26 +58,26 @@ impl History {
         self.ticks[(tick % self.ticks.len() as u64) as usize].inputs
     }
 
-    /// Bytes of the last snapshot.
+    /// Size of the last snapshot, bytes.
     pub fn bytes(&self) -> usize {
         self.ticks[(self.now % self.ticks.len() as u64) as usize].before.len()
     }
 
-    /// The other player's input of `tick` has come; whether it is another than was supposed.
+    /// Store the other player's input of `tick`. Returns whether it differs from the assumed one.
     pub fn arrives(&mut self, tick: u64, input: f64) -> bool {
         let other = tick >= 1 && self.inputs(tick)[1] != input;
         if other {
-            // And from then on, until more is known.
+            // The input holds for the later ticks until the next one arrives.
             (tick..=self.now).for_each(|t| self.at(t).inputs[1] = input);
         }
         other
     }
 
-    /// Runs the ticks from `tick` on again, up to where the present one begins.
+    /// Repeat the ticks from `tick` up to the start of the present one.
     pub fn replay(&mut self, world: &mut SheetWorld, tick: u64) {
         let before = std::mem::take(&mut self.at(tick).before);
         if let Err(error) = world.rewind(&before) {
-            // Sheets have come or gone: there is nothing to go back to.
+            // Sheets were added or removed since: no rollback is possible.
             warn!("{error}");
         }
         self.at(tick).before = before;
@@ -88,7 +89,7 @@ impl History {
     }
 }
 
-/// Gives the world the inputs of a tick.
+/// Apply the inputs of a tick to the world.
 pub fn blow(world: &mut SheetWorld, inputs: [f64; 2]) {
     let air = Air { density: 1.2, wind: DVec3::new(WIND * inputs[0], 0.0, WIND * inputs[1]), ..world.air() };
     if air != world.air()

@@ -1,4 +1,4 @@
-//! Asset loaders: text in, checked description out.
+//! Asset loaders, which parse and validate.
 
 use std::path::{Path, PathBuf};
 
@@ -10,18 +10,18 @@ use sheetwork::{InputError, World};
 
 use super::{SheetFileAsset, SheetPolyhedra, SheetScene};
 
-/// Reads a scene, and builds it once to be sure that it can be built.
+/// Loader of scenes. It builds the world once to validate the scene.
 #[derive(TypePath)]
 pub(super) struct SceneLoader {
-    /// Folder that the default asset source reads from.
+    /// Folder of the default asset source.
     pub root: PathBuf,
 }
 
-/// Reads a .POL file.
+/// Loader of `.pol` files.
 #[derive(TypePath)]
 pub(super) struct PolyhedraLoader;
 
-/// Reads a .SHT file.
+/// Loader of `.sht` files.
 #[derive(TypePath)]
 pub(super) struct SheetLoader;
 
@@ -48,8 +48,8 @@ impl AssetLoader for SceneLoader {
         let mut scene = Scene::parse(&text).map_err(|e| e.in_file(&file))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
         for name in files_of(&scene) {
-            // Read for the asset server's sake, which loads the scene again when one of these changes. That they are there
-            // and valid is checked below.
+            // Reading a file registers it with the asset server, which reloads the scene when the
+            // file changes. The world built below reports missing or invalid files.
             if let Ok(named) = context.path().resolve_embed_str(&name.to_string_lossy()) {
                 let _bytes = context.read_asset_bytes(named).await;
             }
@@ -63,7 +63,7 @@ impl AssetLoader for SceneLoader {
     }
 }
 
-/// Files that a scene names.
+/// Files named by a scene.
 fn files_of(scene: &Scene) -> Vec<PathBuf> {
     let sheets = scene.sheets.iter().filter_map(|s| s.file.clone());
     let materials = scene.sheets.iter().filter_map(|s| match &s.material {

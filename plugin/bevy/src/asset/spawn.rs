@@ -1,4 +1,4 @@
-//! A scene as entities: spawned under its root, and spawned again when the scene changes.
+//! Scenes as entities: spawned under a root, and spawned again when the scene changes.
 
 use bevy::ecs::system::SystemState;
 use bevy::prelude::*;
@@ -7,34 +7,37 @@ use sheetwork::scene::{BodySpec, HeatGunSpec, HeaterSpec, PathKey, Placement, Ro
 use sheetwork::{InputError, World as Sheets};
 
 use super::SheetScene;
-use crate::core::motion::Pose;
+use crate::core::placement::Pose;
 use crate::core::{BodyShape, Sheet, SheetBody, SheetHeater, SheetWorld, heater, placement, sync};
 use crate::render::SheetRoom;
 
-/// Spawns the sheets, bodies, heaters and room of a [`SheetScene`] as children of its entity.
+/// Component that spawns the sheets, bodies, heaters and room of a [`SheetScene`] as children of
+/// its entity.
 ///
-/// The scene is placed by the entity's transform (its scale is not used). Where the world is otherwise empty it starts anew at
-/// time 0 with the scene's gravity, engine, step, air, contact defaults, surroundings, oven and heat gun; where it is not, gravity,
-/// engine, step, air, surroundings, and oven and heat gun if it has any, are the newest scene's. When the asset changes, or this component is inserted again, the scene starts again.
+/// The entity's transform, without its scale, places the scene. An otherwise empty world restarts
+/// at time 0 with the scene's gravity, integrator, step, air, contact defaults, surroundings, oven
+/// and heat gun. In a world with other entities the newest scene sets gravity, integrator, step,
+/// air and surroundings, and oven and heat gun where it has them. The scene restarts when the asset
+/// changes or the component is inserted again.
 #[derive(Component, Reflect, Clone, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, Debug, PartialEq)]
 #[require(Transform, Visibility)]
 pub struct SheetSceneRoot(pub Handle<SheetScene>);
 
-/// A [`SheetSceneRoot`] has been spawned, or spawned again.
+/// Message after a [`SheetSceneRoot`] has been spawned or respawned.
 #[derive(Message, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SheetSceneSpawned {
-    /// The root.
+    /// Root of the scene.
     pub root: Entity,
 }
 
-/// What was spawned under a root.
+/// Entities spawned under a root.
 #[derive(Component, Default)]
 pub(super) struct Spawned {
     children: Vec<Entity>,
 }
 
-/// Finds roots whose scene is there and not yet spawned, or has changed.
+/// Spawn the scenes of roots whose asset has been loaded or has changed.
 pub(super) fn spawn_scenes(
     mut commands: Commands,
     roots: Query<(Entity, Ref<SheetSceneRoot>, Has<Spawned>)>,
@@ -52,9 +55,9 @@ pub(super) fn spawn_scenes(
     }
 }
 
-/// Replaces what is under `root` by `scene`, unless the scene cannot be built.
+/// Replace the children of `root` by `scene`, unless the scene is invalid.
 fn respawn(world: &mut World, root: Entity, scene: &Scene) {
-    // Also for a scene that is refused, so that it is not tried and reported in every frame.
+    // Set for an invalid scene too, which would otherwise be tried and reported in every frame.
     let before = world.get_mut::<Spawned>(root).map(|mut s| std::mem::take(&mut s.children)).unwrap_or_default();
     if let Err(problem) = Sheets::new(scene) {
         error!("scene \"{}\" is left as it was: {problem}", scene.name);
@@ -107,7 +110,7 @@ fn apply_settings(sheets: &mut SheetWorld, scene: &Scene, outer: Pose) -> Result
     sheets.add_pairs(&scene.contact.pairs)
 }
 
-/// Puts sheets and bodies straight into the world, from the description itself: an entity's transform has single precision.
+/// Add sheets and bodies from the description itself: an entity's transform has single precision.
 fn spawn(
     world: &mut World,
     sheets: &mut SheetWorld,
@@ -122,7 +125,7 @@ fn spawn(
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
     let room = scene.room.iter().flat_map(room_bodies);
-    // Names in the scene, and what they have become in a world where they may have been taken.
+    // Names in the scene, and the unique names that the world gave.
     let mut names: Vec<(String, String)> = Vec::new();
     for (spec, scene_name) in scene.bodies.iter().cloned().chain(room).zip(scene.body_names()) {
         if sheets.borrows_bodies() {
@@ -159,7 +162,7 @@ fn spawn(
             }
         }
         place_sheet(&mut spec, outer);
-        // Its placement is in the entity's transform from now on.
+        // The entity's transform holds the placement.
         let component = Sheet::from(SheetSpec { placement: Placement::default(), ..spec.clone() });
         let (motion, state) = sync::insert_sheet(sheets, &spec, &component)?;
         let name = Name::new(motion.name().to_owned());
@@ -168,7 +171,7 @@ fn spawn(
     Ok(())
 }
 
-/// Puts the heaters of a scene straight into the world.
+/// Add the heaters of a scene from the description itself.
 fn spawn_heaters(
     world: &mut World,
     sheets: &mut SheetWorld,
@@ -182,7 +185,7 @@ fn spawn_heaters(
         let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
         spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
         spec.placement = placed(&spec.placement, outer);
-        // Its placement is in the entity's transform from now on.
+        // The entity's transform holds the placement.
         let component = SheetHeater::from(HeaterSpec { placement: Placement::default(), ..spec.clone() });
         let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
         let put = heater::insert(sheets, &spec, &component, there)?;
@@ -192,7 +195,7 @@ fn spawn_heaters(
     Ok(())
 }
 
-/// A heat gun, moved with its scene.
+/// Heat gun in the frame of the scene's root.
 fn placed_gun(mut gun: HeatGunSpec, outer: Pose) -> HeatGunSpec {
     gun.position = outer.0 + outer.1 * gun.position;
     gun.direction = outer.1 * gun.direction;
@@ -200,7 +203,8 @@ fn placed_gun(mut gun: HeatGunSpec, outer: Pose) -> HeatGunSpec {
     gun
 }
 
-/// The world resolves file names against its own scene's folder, which may be another's.
+/// Absolute path of a file of the scene: the world resolves relative paths against the folder of
+/// its own scene.
 fn absolute(scene: &Scene, file: &std::path::Path) -> Result<std::path::PathBuf, InputError> {
     let found = scene.resolve(file);
     std::path::absolute(&found).map_err(|e| InputError::io(&found, &e))
@@ -235,7 +239,7 @@ fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputErro
     })
 }
 
-/// The floor and the back wall of a room, touched from their inner sides.
+/// Half-spaces of the floor and the back wall of a room.
 fn room_bodies(room: &Room) -> Vec<BodySpec> {
     let plane = |name: &str, position: [f64; 3], turn: f64| BodySpec {
         name: name.to_owned(),
@@ -249,7 +253,7 @@ fn room_bodies(room: &Room) -> Vec<BodySpec> {
     planes
 }
 
-/// Moves a body's description with its scene.
+/// Move the placement of a body from the frame of its scene to world axes.
 fn place_body(spec: &mut BodySpec, outer: Pose) {
     if !placement::is_identity(outer) {
         spec.placement = placed(&spec.placement, outer);
@@ -259,7 +263,7 @@ fn place_body(spec: &mut BodySpec, outer: Pose) {
     }
 }
 
-/// Moves a sheet's description with its scene; its velocities and forces turn with it.
+/// Move the placement, velocities and forces of a sheet from the frame of its scene to world axes.
 fn place_sheet(spec: &mut SheetSpec, outer: Pose) {
     if placement::is_identity(outer) {
         return;
@@ -279,7 +283,7 @@ fn placed(inner: &Placement, outer: Pose) -> Placement {
     placement::placement_of(placement::compose(outer, placement::pose_of_placement(inner)))
 }
 
-/// A path's displacements and turns, seen from outside its scene.
+/// Rotate displacements and rotations of a path from the frame of its scene to world axes.
 fn turn_path(path: &mut [PathKey], outer: Pose) {
     for key in path {
         key.offset = outer.1 * key.offset;

@@ -1,17 +1,20 @@
-//! Level of detail in a game: sheets that have levels follow the camera, and what time a tick may take.
+//! Level of detail in a game: grids follow the distance to the camera and a time budget.
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
 
 use super::{SheetClock, SheetWorld};
 
-/// Part by which what a step costs must be another than was thought before the budget is corrected.
-const CHANGE: f64 = 0.15;
-/// Part of what is new in the mean of what a step takes.
-const NEW: f64 = 0.05;
+/// Relative change of the budget below which the world's budget is kept, to avoid frequent
+/// regridding.
+const BUDGET_TOLERANCE: f64 = 0.15;
+/// Weight of a new measurement in the exponential mean of step times.
+const MEAN_WEIGHT: f64 = 0.05;
 
-/// Insert it, and sheets that have levels ([`Sheet::detail_within`](super::Sheet::detail_within)) go to coarser grids where they are far from the
-/// camera, and where all sheets together would take longer than the budget.
+/// Resource that enables levels of detail.
+///
+/// Sheets with levels ([`Sheet::detail_within`](super::Sheet::detail_within)) use coarser grids far
+/// from the camera, and when all sheets together exceed the time budget.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -20,28 +23,29 @@ const NEW: f64 = 0.05;
 /// app.insert_resource(SheetDetail::budget(4.0)); // ms a tick
 /// ```
 ///
-/// The budget is kept by the model of [`sheetwork::world::lod_cost`], corrected by what steps take on this machine. A game that rolls back, or whose runs must be
-/// the same on every machine, sets [`SheetDetail::measured`] to false: the budget is then the model's own, and nothing depends on a clock.
+/// The cost model is [`sheetwork::world::lod_cost`], scaled by measured step times. A game that
+/// rolls back, or that needs identical runs on every machine, sets [`SheetDetail::measured`] to
+/// false: the budget then depends on the model alone, not on a clock.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Clone, Debug, Default, PartialEq)]
 pub struct SheetDetail {
-    /// What the sheets of a tick may take, ms, 1e-3 to 1e6; none for distance alone.
+    /// Time budget of all sheets per tick, ms, 1e-3 to 1e6; `None` for levels by distance alone.
     pub budget_ms: Option<f64>,
-    /// Whose place is the viewpoint; the first active camera where none is given.
+    /// Entity at the viewpoint; `None` for the first active camera.
     pub viewer: Option<Entity>,
-    /// Whether the budget is of the time that steps really take.
+    /// Whether measured step times scale the cost model.
     pub measured: bool,
-    /// What has been measured so far.
+    /// Measured step times.
     pub times: StepTimes,
 }
 
-/// What steps have taken, over what the model says.
+/// Ratio of measured to modelled step times.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 pub struct StepTimes {
-    /// In the mean.
+    /// Exponential mean of the ratio.
     ratio: Option<f64>,
-    /// Steps that had been taken at the last look.
+    /// Number of world steps at the last measurement.
     seen: u64,
 }
 
@@ -52,28 +56,28 @@ impl Default for SheetDetail {
 }
 
 impl SheetDetail {
-    /// With this budget, ms a tick.
+    /// Levels of detail with this budget, ms per tick.
     pub fn budget(milliseconds: impl Into<f64>) -> Self {
         Self { budget_ms: Some(milliseconds.into()), ..Self::default() }
     }
 
-    /// Time that a step takes over what the model says: 1 until one was measured.
+    /// Ratio of measured to modelled step time; 1 before the first measurement.
     pub fn ratio(&self) -> f64 {
         self.times.ratio.unwrap_or(1.0)
     }
 
-    /// Takes up what the last tick took.
+    /// Add the step time of the last tick to the mean.
     fn measure(&mut self, world: &SheetWorld) {
         let steps = world.steps().saturating_sub(std::mem::replace(&mut self.times.seen, world.steps()));
         let taken = 1e3 * world.step_time().as_secs_f64() / steps.max(1) as f64;
         let Some(model) = world.detail_cost().filter(|c| *c > 0.0 && steps > 0 && taken > 0.0) else { return };
         let now = taken / model;
         let mean = self.times.ratio.unwrap_or(now);
-        self.times.ratio = Some(mean + NEW * (now - mean));
+        self.times.ratio = Some(mean + MEAN_WEIGHT * (now - mean));
     }
 }
 
-/// Tells the world where sheets are looked at from, and what a step may cost.
+/// Pass the viewpoint and the cost budget of a step to the world.
 pub(super) fn follow(
     mut detail: ResMut<SheetDetail>,
     mut world: ResMut<SheetWorld>,
@@ -97,7 +101,7 @@ pub(super) fn follow(
     let ratio = if own.measured { own.ratio() } else { 1.0 };
     let steps = (clock.due() / world.dt()).max(1.0);
     let wanted = own.budget_ms.map(|ms| (ms / (steps * ratio)).clamp(1e-3, 1e6));
-    let near = |a: f64, b: f64| (a / b - 1.0).abs() < CHANGE;
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < BUDGET_TOLERANCE;
     let same = match (wanted, world.detail_budget()) {
         (Some(wanted), Some(now)) => near(wanted, now),
         (None, None) => true,

@@ -1,4 +1,4 @@
-//! What happens to sheets, as Bevy messages.
+//! Events of sheets, as Bevy messages.
 
 use bevy::prelude::*;
 use sheetwork::islands::event::{Alarm, EventKind};
@@ -6,35 +6,35 @@ use sheetwork::sheet::Opening;
 
 use super::{BodyMotion, SheetMotion, SheetWorld};
 
-/// Something that happened to a sheet: it touched a body, slid off, came to rest...
+/// Event of a sheet, such as first contact, slip off a body, or rest.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub struct SheetEvent {
-    /// What.
+    /// Kind of the event.
     pub kind: EventKind,
-    /// Simulated time it happened at, s.
+    /// Simulated time of the event, s.
     pub time: f64,
     /// Name of the sheet in the [`SheetWorld`].
     pub sheet: String,
-    /// The sheet's entity, if it still has one.
+    /// Entity of the sheet, while it exists.
     pub entity: Option<Entity>,
-    /// Name of the body it happened with, where there is one.
+    /// Name of the body involved, if any.
     pub body: Option<String>,
-    /// That body's entity, where it has one.
+    /// Entity of that body, while it exists.
     pub body_entity: Option<Entity>,
-    /// Where and of what the sheet opened, when it did.
+    /// Place and cause of a fracture, for a fracture event.
     pub opening: Option<Opening>,
-    /// What showed that the sheet was unstable, and what was done about it.
+    /// Evidence of an instability and the recovery policy applied, for such events.
     pub alarm: Option<Alarm>,
 }
 
-/// Sends what the world has recorded since the last time.
+/// Send the events recorded since the last run.
 pub(super) fn send(
     mut world: ResMut<SheetWorld>,
     sheets: Query<(Entity, &SheetMotion)>,
     bodies: Query<(Entity, &BodyMotion)>,
     mut out: MessageWriter<SheetEvent>,
 ) {
-    // There are fewer after a reset.
+    // A reset shortens the list.
     let seen = world.events_seen.min(world.events().len());
     world.bypass_change_detection().events_seen = seen;
     if world.events().len() <= seen {

@@ -1,4 +1,4 @@
-//! The component that describes a heat gun, which blows where its entity looks.
+//! Component that describes a heat gun, which blows along the forward direction of its entity.
 
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
@@ -6,7 +6,8 @@ use sheetwork::scene::HeatGunSpec;
 
 use super::{SheetWorld, placement};
 
-/// A jet of hot air from the entity's place along its forward direction, -z: move and turn the entity to sweep a sheet with it.
+/// Jet of hot air from the entity's position along its forward direction, -z. The entity's
+/// transform moves and turns the jet.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -17,20 +18,20 @@ use super::{SheetWorld, placement};
 /// # }
 /// ```
 ///
-/// A world has one; of several entities with one the first that is found is it.
+/// A world has one heat gun: the first such entity of the query.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform)]
 pub struct SheetHeatGun {
-    /// Whether it is on.
+    /// Whether the gun is on.
     pub on: bool,
-    /// Temperature of its air, °C; -273.15 to 5000.
+    /// Temperature of the jet, °C; -273.15 to 5000.
     pub temperature: f64,
-    /// Convection at its nozzle, W/(m² K); 0 to 1e6.
+    /// Convection coefficient at the nozzle, W/(m² K); 0 to 1e6.
     pub convection: f64,
-    /// Angle from the axis at which a third of that is left, degrees; 0.1 to 90.
+    /// Angle from the axis at which a third of the convection remains, degrees; 0.1 to 90.
     pub half_angle: f64,
-    /// Distance at which half of it is left, m; 1e-6 to 1e4.
+    /// Distance at which half of the convection remains, m; 1e-6 to 1e4.
     pub reach: f64,
 }
 
@@ -41,15 +42,15 @@ impl Default for SheetHeatGun {
     }
 }
 
-/// What was last put into the world, of which entity.
+/// Heat gun last passed to the world: entity, generation of the world, description, transform.
 #[derive(Default)]
-pub(super) struct Aimed(Option<(Entity, u32, SheetHeatGun, GlobalTransform)>);
+pub(super) struct LastAim(Option<(Entity, u32, SheetHeatGun, GlobalTransform)>);
 
-/// Has the world's heat gun be what the entity says, and blow where it looks.
+/// Pass the description and the aim of the heat gun to the world.
 pub(super) fn aim(
     mut world: ResMut<SheetWorld>,
     guns: Query<(Entity, &SheetHeatGun)>,
-    mut aimed: Local<Aimed>,
+    mut aimed: Local<LastAim>,
     transforms: TransformHelper,
 ) {
     let Some((entity, gun)) = guns.iter().next() else {
@@ -76,8 +77,8 @@ pub(super) fn aim(
     aimed.0 = Some(now);
 }
 
-/// The heat gun is put away with its component.
+/// Remove the heat gun from the world with its component.
 pub(super) fn removed(_removed: On<Remove, SheetHeatGun>, mut world: ResMut<SheetWorld>) {
-    // Nothing is left that could be refused.
+    // The removal of a heat gun cannot fail.
     let _ = world.set_heat_gun(None);
 }

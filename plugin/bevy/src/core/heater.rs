@@ -1,4 +1,4 @@
-//! The component that describes a heater, and how heaters come into the world, are moved, and leave it.
+//! Component that describes a heater, and its addition to, motion in and removal from the world.
 
 use bevy::ecs::query::Has;
 use bevy::math::DVec3;
@@ -8,27 +8,28 @@ use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec};
 
 use super::reflect::HeaterSpecReflect;
-use super::sync::Refused;
+use super::sync::Rejected;
 use super::{SheetWorld, placement};
 
-/// A hot polyhedron: its hot faces radiate to the sheets, each from its outer side. Sheets and bodies throw shadows in it; nothing
-/// touches it.
+/// Polyhedron with hot faces, which radiate to the sheets on their outer side. Sheets and bodies
+/// cast shadows; a heater makes no contact.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_sheetwork::prelude::*;
 /// # fn setup(mut commands: Commands) {
 /// // A panel half a metre above the floor that heats what is below it.
-/// commands.spawn((SheetHeater::cuboid(0.4, 0.02, 0.4).hot(2, 300.0, 0.9), Transform::from_xyz(0.0, 0.5, 0.0)));
+/// let panel = SheetHeater::cuboid(0.4, 0.02, 0.4).hot(2, 300.0, 0.9);
+/// commands.spawn((panel, Transform::from_xyz(0.0, 0.5, 0.0)));
 /// # }
 /// ```
 ///
-/// It is where its entity's transform has it (its scale is not used), and goes where that is moved.
+/// The entity's transform, without its scale, is the heater's pose, and moves it.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility)]
 pub struct SheetHeater {
-    /// All there is to say about it; the placement is within the entity.
+    /// Description of the heater. Its placement is relative to the entity.
     #[reflect(remote = HeaterSpecReflect)]
     pub spec: HeaterSpec,
 }
@@ -40,56 +41,59 @@ impl From<HeaterSpec> for SheetHeater {
 }
 
 impl SheetHeater {
-    /// A box of this size, m, about its centre; none of its faces is hot yet. They are -x, +x, -y, +y, -z, +z, from 0.
+    /// Box of this size, m, about its centre, without hot faces. The faces are numbered from 0: -x,
+    /// +x, -y, +y, -z, +z.
     pub fn cuboid(x: impl Into<f64>, y: impl Into<f64>, z: impl Into<f64>) -> Self {
         HeaterSpec { size: Some(DVec3::new(x.into(), y.into(), z.into())), ..HeaterSpec::default() }.into()
     }
 
-    /// What a `.heater` file of this path has (relative to the working directory).
+    /// Heater of a `.heater` file at this path (relative to the working directory).
     pub fn from_file(file: impl Into<std::path::PathBuf>) -> Self {
         HeaterSpec { file: Some(file.into()), ..HeaterSpec::default() }.into()
     }
 
-    /// Makes face number `face` hot: temperature in °C, -273.15 to 5000, emissivity 0 to 1.
+    /// Make face number `face` hot: temperature in °C, -273.15 to 5000, emissivity 0 to 1.
     pub fn hot(mut self, face: u32, temperature: impl Into<f64>, emissivity: impl Into<f64>) -> Self {
         self.spec.hot.push(HotFaceSpec { face, temperature: temperature.into(), emissivity: emissivity.into() });
         self
     }
 
-    /// Name in the world and in parameter paths; made unique there. The entity's `Name` is used if this is empty.
+    /// Set the name in the world and in parameter paths, made unique there. When empty, the
+    /// entity's `Name` is used.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.spec.name = name.into();
         self
     }
 
-    /// Has it on or off.
+    /// Switch the heater on or off.
     pub fn on(mut self, on: bool) -> Self {
         self.spec.on = on;
         self
     }
 }
 
-/// A heater's place in the [`SheetWorld`]. Put on the entity when the heater is built, and taken off with its [`SheetHeater`].
+/// Link from the entity to its heater in the [`SheetWorld`]. Inserted when the heater is built,
+/// removed with its [`SheetHeater`].
 #[derive(Component, Clone, Debug)]
-pub struct HeaterPlace {
+pub struct HeaterHandle {
     name: String,
     generation: u32,
     built_from: SheetHeater,
     given: GlobalTransform,
 }
 
-impl HeaterPlace {
-    /// The heater's name in the world: `world.set("heaters.NAME.temperature", "250")`.
+impl HeaterHandle {
+    /// Name of the heater in the world: `world.set("heaters.NAME.temperature", "250")`.
     pub fn name(&self) -> &str {
         &self.name
     }
 }
 
-/// New heaters go in, changed ones are built anew, moved ones are moved.
+/// Add new heaters, rebuild changed ones, and move those whose transform changed.
 pub(super) fn sync(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    mut heaters: Query<(Entity, Ref<SheetHeater>, Option<&Name>, Option<&mut HeaterPlace>, Has<Refused>)>,
+    mut heaters: Query<(Entity, Ref<SheetHeater>, Option<&Name>, Option<&mut HeaterHandle>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, heater, name, place, refused) in &mut heaters {
@@ -115,38 +119,38 @@ pub(super) fn sync(
         }
         match insert(&mut world, &spec, &heater, there) {
             Ok(place) => {
-                commands.entity(entity).try_insert(place).try_remove::<Refused>();
+                commands.entity(entity).try_insert(place).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("heater {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<HeaterPlace>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<HeaterHandle>();
             }
         }
     }
 }
 
-/// Puts a heater into the world where its description says.
+/// Add a heater to the world at the placement of its description.
 pub(crate) fn insert(
     world: &mut SheetWorld,
     spec: &HeaterSpec,
     built_from: &SheetHeater,
     given: GlobalTransform,
-) -> Result<HeaterPlace, InputError> {
+) -> Result<HeaterHandle, InputError> {
     let name = world.add_heater(spec)?;
-    Ok(HeaterPlace { name, generation: world.generation(), built_from: built_from.clone(), given })
+    Ok(HeaterHandle { name, generation: world.generation(), built_from: built_from.clone(), given })
 }
 
-/// A heater leaves the world with its component.
+/// Remove the heater from the world with its component.
 pub(super) fn removed(
     removed: On<Remove, SheetHeater>,
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    places: Query<&HeaterPlace>,
+    places: Query<&HeaterHandle>,
 ) {
     if let Ok(place) = places.get(removed.entity) {
         if place.generation == world.generation() {
             world.remove_heater(&place.name);
         }
-        commands.entity(removed.entity).try_remove::<HeaterPlace>();
+        commands.entity(removed.entity).try_remove::<HeaterHandle>();
     }
 }

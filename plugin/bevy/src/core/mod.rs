@@ -1,7 +1,8 @@
-//! The sheets' world inside Bevy's: entities go in, time passes, motion comes out.
+//! The simulated world inside Bevy's: entities in, time integration, motion out.
 //!
-//! `sheet`, `body`, `heater` and `heat_gun` are the components that describe; `world` and `clock` the resources; `sync` puts entities into the
-//! world; `step` advances it; `motion` is what comes back.
+//! `sheet`, `body`, `heater` and `heat_gun` hold the components that describe; `state` and `motion`
+//! those that report; `world` and `clock` the resources; `polyhedra` the asset of body shapes.
+//! `sync` adds entities to the world, `step` advances it.
 
 mod body;
 mod clock;
@@ -11,8 +12,10 @@ mod heat_gun;
 pub(crate) mod heater;
 pub(crate) mod motion;
 pub(crate) mod placement;
+mod polyhedra;
 mod reflect;
 mod sheet;
+mod state;
 mod step;
 pub(crate) mod sync;
 mod world;
@@ -25,35 +28,39 @@ pub use clock::SheetClock;
 pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
 pub use heat_gun::SheetHeatGun;
-pub use heater::{HeaterPlace, SheetHeater};
-pub use motion::{BodyMotion, SheetMotion, SheetState};
+pub use heater::{HeaterHandle, SheetHeater};
+pub use motion::{BodyMotion, SheetMotion};
+pub use polyhedra::SheetPolyhedra;
 pub use sheet::Sheet;
+pub use state::SheetState;
 pub use world::SheetWorld;
 
-/// The stages of the sheets' step in `FixedUpdate`, in this order.
+/// Stages of the simulation in `FixedUpdate`, in this order.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SheetworkSet {
-    /// Entities that are new, changed or moved are brought into the world.
+    /// New, changed and moved entities are passed to the world.
     Sync,
-    /// Time passes.
+    /// The world is advanced in time.
     Step,
-    /// What became of the sheets is brought back to the entities, and events are sent.
+    /// Positions and states are written to the entities, and events are sent.
     Writeback,
 }
 
-/// In `PostUpdate`, before the display: what was spawned in this frame is in the world.
+/// Set in `PostUpdate`, before the display: entities spawned in this frame are in the world.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct SheetworkSynced;
 
-/// In `PostUpdate`, before transforms are propagated: the time that is shown moves on.
+/// Set in `PostUpdate`, before transform propagation: the displayed time advances.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct SheetworkDisplay;
 
-/// Puts [`Sheet`], [`SheetBody`], [`SheetHeater`] and [`SheetHeatGun`] entities into a [`SheetWorld`] and steps it in `FixedUpdate`.
+/// Plugin that adds [`Sheet`], [`SheetBody`], [`SheetHeater`] and [`SheetHeatGun`] entities to a
+/// [`SheetWorld`] and steps it in `FixedUpdate`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkCorePlugin {
-    /// The sheets meet a Rapier world of yours instead of [`SheetBody`] entities: the plugin does not step by itself, and a
-    /// system of yours in [`SheetworkSet::Step`] calls [`SheetWorld::advance_with`].
+    /// Whether sheets meet the bodies of the caller's Rapier world instead of [`SheetBody`]
+    /// entities. If so, the plugin does not step the world: a system of the caller in
+    /// [`SheetworkSet::Step`] calls [`SheetWorld::advance_with`].
     pub borrow_bodies: bool,
 }
 
@@ -68,7 +75,7 @@ impl Plugin for SheetworkCorePlugin {
         app.add_systems(
             FixedUpdate,
             (
-                // Bodies first: sheets may be glued to them.
+                // Bodies first: sheets may be attached to them.
                 (
                     clock::begin_tick,
                     sync::sync_bodies,
@@ -84,7 +91,7 @@ impl Plugin for SheetworkCorePlugin {
                 (step::write_sheets, step::write_bodies, event::send).chain().in_set(SheetworkSet::Writeback),
             ),
         );
-        // Once a frame too, so that what was spawned in this frame is seen in it.
+        // Once a frame as well, so that entities spawned in this frame are displayed in it.
         app.add_systems(
             PostUpdate,
             (sync::sync_bodies, sync::sync_sheets, heater::sync)

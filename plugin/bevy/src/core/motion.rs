@@ -1,57 +1,26 @@
-//! What comes back from the world: the last two states of a sheet or body, and how a sheet fares.
+//! Components with the last states of a sheet and of a body, for interpolated display.
 
-use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{PathKey, Placement, path_at};
-use sheetwork::sheet::{Sheet as SheetInWorld, Status};
 
+use super::placement::Pose;
 use super::{Sheet, SheetBody};
 
-/// How a sheet fares, brought up to date every tick.
-#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Component, Clone, Debug, Default, PartialEq)]
-pub struct SheetState {
-    /// Centre of mass in world space, m.
-    pub centre: Vec3,
-    /// Velocity of the centre of mass, m/s.
-    pub velocity: Vec3,
-    /// Masses that touched a body in the last step.
-    pub contacts: u32,
-    /// Whether it has come to rest and is not stepped until something wakes it.
-    pub asleep: bool,
-    /// Whether it went unstable and was stopped, or frozen before it did.
-    pub unstable: bool,
-    /// Coldest and hottest temperature, °C; none of a sheet that nothing heats.
-    pub temperature: Option<(f32, f32)>,
-}
-
-impl SheetState {
-    pub(super) fn of(sheet: &SheetInWorld) -> Self {
-        Self {
-            centre: sheet.centre_of_mass().as_vec3(),
-            velocity: (sheet.momentum() / sheet.total_mass()).as_vec3(),
-            contacts: sheet.touching().iter().filter(|t| **t).count() as u32,
-            asleep: sheet.status == Status::Asleep,
-            unstable: matches!(sheet.status, Status::Unstable { .. } | Status::Frozen { .. }),
-            temperature: sheet.heat().map(|h| h.range()).map(|(low, high)| (low as f32, high as f32)),
-        }
-    }
-}
-
-/// A sheet's place in the [`SheetWorld`](super::SheetWorld), and where its masses were after the last three ticks.
+/// Link from the entity to its sheet in the [`SheetWorld`](super::SheetWorld), with the node
+/// positions after the last three ticks.
 ///
-/// Put on the entity when its sheet is built, and taken off with its [`Sheet`].
+/// Inserted when the sheet is built, removed with its [`Sheet`].
 #[derive(Component, Clone, Debug)]
 pub struct SheetMotion {
     name: String,
     generation: u32,
     built_from: Sheet,
-    /// Oldest first.
+    /// Node positions, m, oldest first.
     states: [Vectors; 3],
     /// Simulated times of the states, s.
     times: [f64; 3],
-    /// Ticks in which nothing moved, up to 2: from then on the three states are the same.
+    /// Consecutive ticks without motion, at most 2; then all three states are equal.
     still: u8,
     revision: u64,
 }
@@ -62,22 +31,23 @@ impl SheetMotion {
         Self { name, generation, built_from, states, times: [time; 3], still: 2, revision: 0 }
     }
 
-    /// The sheet's name in the world: `world.sheet(motion.name())`.
+    /// Name of the sheet in the world: `world.sheet(motion.name())`.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Positions of the masses after the last tick, m.
+    /// Node positions after the last tick, m.
     pub fn positions(&self) -> &Vectors {
         &self.states[2]
     }
 
-    /// Whether it has moved in the last ticks.
+    /// Whether any node moved in the last ticks.
     pub fn is_moving(&self) -> bool {
         self.still < 2
     }
 
-    /// The states that the simulated time `time` (s) lies between and how far, 0 to 1, it is from the first to the second.
+    /// States before and after the simulated time `time` (s), and the interpolation parameter, 0 to
+    /// 1, between them.
     pub fn around(&self, time: f64) -> (&Vectors, &Vectors, f32) {
         let first = if time < self.times[1] { 0 } else { 1 };
         let (from, to) = (self.times[first], self.times[first + 1]);
@@ -85,14 +55,15 @@ impl SheetMotion {
         (&self.states[first], &self.states[first + 1], s as f32)
     }
 
-    /// Where mass `i` is at the simulated time `time` (s), m; for one that is shown,
-    /// [`SheetWorld::shown_time`](super::SheetWorld::shown_time). `None` when there is no such mass.
+    /// Position of node `i` at the simulated time `time` (s), m. The displayed time is
+    /// [`SheetWorld::shown_time`](super::SheetWorld::shown_time). `None` when there is no such
+    /// node.
     pub fn at(&self, i: usize, time: f64) -> Option<Vec3> {
         let (a, b, s) = self.around(time);
         (i < a.len().min(b.len())).then(|| a.get(i).lerp(b.get(i), f64::from(s)).as_vec3())
     }
 
-    /// Changes whenever what is to be drawn has changed other than by the time that is shown.
+    /// Revision of the displayed shape. It changes with every change of the states.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
     }
@@ -109,23 +80,23 @@ impl SheetMotion {
         self.built_from = sheet.clone();
     }
 
-    /// Takes in where the masses are at `time` and how they move; says whether that is news. Nothing is allocated, but for a sheet that has gone
-    /// to another grid.
+    /// Store node positions `x` and velocities `v` at `time`, s. Returns whether the displayed
+    /// shape changes. Allocates only after a change of grid.
     pub(super) fn record(&mut self, time: f64, x: &Vectors, v: &Vectors) -> bool {
         if x.len() != self.states[2].len() && time >= self.times[2] {
-            self.begin_anew(time, x, v);
+            self.replace_grid(time, x, v);
             return true;
         }
         let same = *x == self.states[2];
         if time < self.times[2] {
-            // The world has gone back, by a reset or to a snapshot: nothing lies between then and now.
+            // After a reset or a rollback there is no motion to interpolate.
             self.states.iter_mut().for_each(|state| copy(state, x));
             (self.times, self.still) = ([time; 3], 0);
             self.revision += 1;
             return true;
         }
         if time <= self.times[2] {
-            // No time has passed; someone may have moved masses by hand.
+            // No time has passed, but a system may have moved nodes.
             if !same {
                 copy(&mut self.states[2], x);
                 self.still = 0;
@@ -146,8 +117,9 @@ impl SheetMotion {
 }
 
 impl SheetMotion {
-    /// Takes in a sheet on another grid. Where its masses were is told by how they move, so that what is shown goes on.
-    fn begin_anew(&mut self, time: f64, x: &Vectors, v: &Vectors) {
+    /// Replace all states after a change of grid. The earlier positions are extrapolated from the
+    /// velocities, so that the displayed motion continues.
+    fn replace_grid(&mut self, time: f64, x: &Vectors, v: &Vectors) {
         if time > self.times[2] {
             self.times = [self.times[1], self.times[2], time];
         }
@@ -160,7 +132,7 @@ impl SheetMotion {
     }
 }
 
-/// Copies in place where the number of masses is the same, which it is but for a sheet that was built anew.
+/// Copy in place when the number of nodes is unchanged.
 fn copy(to: &mut Vectors, from: &Vectors) {
     if to.len() == from.len() {
         to.copy_from(from);
@@ -169,51 +141,48 @@ fn copy(to: &mut Vectors, from: &Vectors) {
     }
 }
 
-/// Position (m) and rotation.
-pub(crate) type Pose = (DVec3, DQuat);
-
-/// A body's place in the [`SheetWorld`](super::SheetWorld).
+/// Link from the entity to its bodies in the [`SheetWorld`](super::SheetWorld).
 ///
-/// Put on the entity when its body is built, and taken off with its [`SheetBody`].
+/// Inserted when the body is built, removed with its [`SheetBody`].
 #[derive(Component, Clone, Debug)]
 pub struct BodyMotion {
     pub(super) names: Vec<String>,
     pub(super) generation: u32,
     pub(super) built_from: SheetBody,
-    /// The entity's own transform that the body was put at or last sent to.
+    /// Transform of the entity at which the body was placed or to which it was last moved.
     pub(super) given: GlobalTransform,
-    /// The path it follows from there, in the world's time; empty for one that is moved by its transform.
+    /// Path from there, in the world's time; empty for a body that its transform moves.
     pub(super) path: Vec<PathKey>,
-    /// Where a body that moves freely was after the last three ticks.
-    pub(super) flight: Option<Flight>,
+    /// Poses of a dynamic body after the last three ticks.
+    pub(super) history: Option<PoseHistory>,
 }
 
-/// The last three places of a body that moves freely, oldest first, and their simulated times, s.
+/// Last three poses of a dynamic body, oldest first, and their simulated times, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Flight {
+pub(super) struct PoseHistory {
     times: [f64; 3],
     poses: [Pose; 3],
 }
 
-impl Flight {
-    /// One that is at `pose` at `time`, s.
-    pub fn at(time: f64, pose: Pose) -> Self {
+impl PoseHistory {
+    /// Poses of a body that rests at `pose` until `time`, s.
+    pub fn new(time: f64, pose: Pose) -> Self {
         Self { times: [time; 3], poses: [pose; 3] }
     }
 
-    /// Takes in where the body is at `time`, s.
+    /// Store the pose at `time`, s.
     pub fn record(&mut self, time: f64, pose: Pose) {
         if time > self.times[2] {
             self.times = [self.times[1], self.times[2], time];
             self.poses = [self.poses[1], self.poses[2], pose];
         } else if time < self.times[2] {
-            *self = Self::at(time, pose);
+            *self = Self::new(time, pose);
         } else {
             self.poses[2] = pose;
         }
     }
 
-    /// Where it is at `time` (s), between the places on both sides of it.
+    /// Pose at `time` (s), interpolated between the neighbouring states.
     pub fn shown(&self, time: f64) -> Pose {
         let first = if time < self.times[1] { 0 } else { 1 };
         let (from, to) = (self.times[first], self.times[first + 1]);
@@ -224,33 +193,34 @@ impl Flight {
 }
 
 impl BodyMotion {
-    /// The body's name in the world; a body of several polyhedra is as many bodies there, and this is the first's.
+    /// Name of the body in the world. A shape of several polyhedra makes several bodies there; this
+    /// is the name of the first.
     pub fn name(&self) -> &str {
         self.names.first().map_or("", String::as_str)
     }
 
-    /// Whether it goes by this name in the world.
+    /// Whether one of its bodies in the world has this name.
     pub fn is_named(&self, name: &str) -> bool {
         self.names.iter().any(|n| n == name)
     }
 
-    /// Whether it follows a path.
-    pub fn is_led(&self) -> bool {
+    /// Whether the body follows a path.
+    pub fn follows_path(&self) -> bool {
         !self.path.is_empty()
     }
 
-    /// Whether its entity's transform is written by the world, and not read.
-    pub fn is_shown(&self) -> bool {
-        self.is_led() || self.flight.is_some()
+    /// Whether the plugin writes the entity's transform instead of reading it.
+    pub fn writes_transform(&self) -> bool {
+        self.follows_path() || self.history.is_some()
     }
 
-    /// Where it is to be shown at the simulated time `time`, s.
+    /// Displayed pose at the simulated time `time`, s.
     pub(super) fn at(&self, time: f64) -> Pose {
-        self.flight.map_or_else(|| self.led_to(time), |flight| flight.shown(time))
+        self.history.map_or_else(|| self.path_pose(time), |history| history.shown(time))
     }
 
-    /// Where its path has it at the simulated time `time`, s.
-    fn led_to(&self, time: f64) -> Pose {
+    /// Pose on the path at the simulated time `time`, s.
+    fn path_pose(&self, time: f64) -> Pose {
         let (offset, rotation) = path_at(&self.path, time);
         let turn = Placement { rotation, ..Placement::default() }.quaternion();
         let (position, start) = super::placement::pose_of(&self.given);
@@ -261,6 +231,7 @@ impl BodyMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::math::{DQuat, DVec3};
 
     fn x_of(x: f64) -> Vectors {
         let mut v = Vectors::default();
@@ -269,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_is_shown_between_the_states_on_both_sides_of_the_time() {
+    fn displayed_motion_is_interpolated_between_the_neighbouring_states() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(!motion.is_moving());
         motion.record(1.0, &x_of(1.0), &x_of(0.0));
@@ -283,23 +254,23 @@ mod tests {
     }
 
     #[test]
-    fn a_flight_is_shown_between_its_places() {
+    fn a_displayed_pose_is_interpolated() {
         let at = |x: f64| (DVec3::X * x, DQuat::from_rotation_y(x));
-        let mut flight = Flight::at(0.0, at(0.0));
-        assert_eq!(flight.shown(0.5), at(0.0));
-        flight.record(1.0, at(1.0));
-        flight.record(2.0, at(2.0));
-        let (place, turn) = flight.shown(1.5);
+        let mut history = PoseHistory::new(0.0, at(0.0));
+        assert_eq!(history.shown(0.5), at(0.0));
+        history.record(1.0, at(1.0));
+        history.record(2.0, at(2.0));
+        let (place, turn) = history.shown(1.5);
         assert!(place.distance(DVec3::X * 1.5) < 1e-12 && turn.angle_between(DQuat::from_rotation_y(1.5)) < 1e-6);
-        assert_eq!(flight.shown(9.0), at(2.0));
-        flight.record(2.0, at(5.0));
-        // Of the two quaternions of one rotation either will do.
-        let (place, turn) = flight.shown(2.0);
+        assert_eq!(history.shown(9.0), at(2.0));
+        history.record(2.0, at(5.0));
+        // Either of the two quaternions of a rotation is valid.
+        let (place, turn) = history.shown(2.0);
         assert!(place == DVec3::X * 5.0 && turn.dot(at(5.0).1).abs() > 1.0 - 1e-12);
     }
 
     #[test]
-    fn what_stands_still_is_no_news_from_its_third_state_on() {
+    fn a_resting_sheet_reports_no_change_from_its_third_state_on() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(motion.record(1.0, &x_of(1.0), &x_of(0.0)));
         assert!(motion.record(2.0, &x_of(1.0), &x_of(0.0)) && motion.record(3.0, &x_of(1.0), &x_of(0.0)));

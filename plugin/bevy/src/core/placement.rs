@@ -1,39 +1,40 @@
-//! Between Bevy's transforms and the world's placements.
+//! Conversion between Bevy's transforms and the placements of the world.
 
 use bevy::math::{DQuat, DVec3, EulerRot};
 use bevy::prelude::*;
 use sheetwork::scene::Placement;
 
-use super::motion::Pose;
+/// Position (m) and rotation.
+pub(crate) type Pose = (DVec3, DQuat);
 
-/// Position and rotation of a transform; its scale is left out.
+/// Position and rotation of a transform, without its scale.
 pub(crate) fn pose_of(transform: &GlobalTransform) -> Pose {
     let (_, rotation, translation) = transform.to_scale_rotation_translation();
     (translation.as_dvec3(), rotation.as_dquat().normalize())
 }
 
-/// The placement that puts something at `pose`.
+/// Placement with this pose.
 pub(crate) fn placement_of((position, rotation): Pose) -> Placement {
     let (z, y, x) = rotation.to_euler(EulerRot::ZYX);
     Placement { position, rotation: DVec3::new(x, y, z) * (180.0 / std::f64::consts::PI) }
 }
 
-/// The pose of something placed at `inner` within something at `outer`.
+/// Pose `inner`, given relative to `outer`, in the frame of `outer`.
 pub(crate) fn compose(outer: Pose, inner: Pose) -> Pose {
     (outer.0 + outer.1 * inner.0, outer.1 * inner.1)
 }
 
-/// A pose as a transform.
+/// Transform with this pose.
 pub(crate) fn transform_of((position, rotation): Pose) -> Transform {
     Transform { translation: position.as_vec3(), rotation: rotation.as_quat(), scale: Vec3::ONE }
 }
 
-/// The pose a placement stands for.
+/// Pose of a placement.
 pub(crate) fn pose_of_placement(placement: &Placement) -> Pose {
     (placement.position, placement.quaternion())
 }
 
-/// Whether a pose moves nothing.
+/// Whether a pose is the identity.
 pub(crate) fn is_identity((position, rotation): Pose) -> bool {
     position == DVec3::ZERO && rotation == DQuat::IDENTITY
 }

@@ -1,8 +1,9 @@
-//! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
+//! Reflection of the scene description, whose types do not depend on Bevy.
 //!
-//! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces), creases, what is done when a sheet is about to go unstable, levels of detail, Burgers' model, tack, the stiffness of woven sheets, and the shape and
-//! hot faces of heaters are left out of reflection.
+//! Each struct here repeats one of [`sheetwork::scene`] field by field; a difference fails to
+//! compile. Not reflected: lists of regions (pins, probes, applied velocities and forces), creases,
+//! the recovery policy, levels of detail, Burgers' model, adhesion, the stiffness of woven sheets,
+//! and the shape and hot faces of heaters.
 
 #![allow(missing_docs)]
 

@@ -1,4 +1,4 @@
-//! The component that describes a sheet.
+//! Component that describes a sheet.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PathKey, PinSpec, R
 use super::SheetState;
 use super::reflect::SheetSpecReflect;
 
-/// A sheet: spawn it, and it falls.
+/// Thin sheet, simulated from the time it is spawned.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -23,17 +23,19 @@ use super::reflect::SheetSpecReflect;
 /// # }
 /// ```
 ///
-/// It starts where the entity's global transform has it: length along local x, width along z, upper side +y, origin in the
-/// middle of the bottom layer; the scale multiplies size and gap. From then on it is where the simulation takes it; its
-/// mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion) follow, its `Transform` does not.
+/// The entity's global transform is the initial pose: length along local x, width along z, upper
+/// side +y, origin in the middle of the bottom layer. Its scale multiplies size and gap. The
+/// simulation then moves the nodes: mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion)
+/// follow, the `Transform` does not.
 ///
-/// Changing the component while the sheet is in the world changes material, damping, drag, friction, restitution and the grid of a shell at once;
-/// any other change builds the sheet anew at its entity's transform.
+/// A change of material, damping, drag, friction, restitution or the grid of a shell acts on the
+/// running sheet. Any other change of the component rebuilds the sheet at its entity's transform.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility, SheetState)]
 pub struct Sheet {
-    /// All there is to say about it. Velocities and paths are along the world's axes; the placement is within the entity.
+    /// Description of the sheet. Velocities and paths are in world axes; the placement is relative
+    /// to the entity.
     #[reflect(remote = SheetSpecReflect)]
     pub spec: SheetSpec,
 }
@@ -45,12 +47,13 @@ impl From<SheetSpec> for Sheet {
 }
 
 impl Sheet {
-    /// A sheet of a real material, as stiff as that is, by its name in the library: `hips` (polystyrene), `pvc`, `pet`,
-    /// `paper`, `card`, `steel-foil`, `rubber`... ([`LIBRARY`](sheetwork::scene::material::LIBRARY)). A name that is not in it
-    /// is refused in the log.
+    /// Sheet of a library material with the stiffness of the real material: `hips` (polystyrene),
+    /// `pvc`, `pet`, `paper`, `card`, `steel-foil`, `rubber`...
+    /// ([`LIBRARY`](sheetwork::scene::material::LIBRARY)). An unknown name is reported in the log,
+    /// and the sheet is not built.
     ///
-    /// A shell of 21 by 21 masses, 25 cm square, of the thickness the material has there. It wants an implicit engine, which
-    /// [`SheetWorld`](super::SheetWorld) has unless told otherwise.
+    /// The sheet is a square shell of 21 x 21 nodes, 25 cm wide, with the thickness of the library.
+    /// It needs an implicit integrator; [`SheetWorld`](super::SheetWorld) chooses one.
     pub fn new(material: impl Into<String>) -> Self {
         SheetSpec {
             material: MaterialChoice::Named(material.into()),
@@ -63,25 +66,27 @@ impl Sheet {
         .into()
     }
 
-    /// A sheet read from a `.sht` file of this path (relative to the working directory).
+    /// Sheet of a `.sht` file at this path (relative to the working directory).
     pub fn from_file(file: impl Into<PathBuf>) -> Self {
         SheetSpec { file: Some(file.into()), ..SheetSpec::default() }.into()
     }
 
-    /// Name in the world, in events and parameter paths; made unique there. The entity's `Name` is used if this is empty.
+    /// Set the name in the world, in events and in parameter paths, made unique there. When empty,
+    /// the entity's `Name` is used.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.spec.name = name.into();
         self
     }
 
-    /// Length (x) and width (z), m; 1e-6 to 1000.
+    /// Set length (x) and width (z), m; 1e-6 to 1000.
     pub fn size(mut self, length: impl Into<f64>, width: impl Into<f64>) -> Self {
         self.spec.size = (length.into(), width.into());
         self
     }
 
-    /// Levels of detail, followed where there is a [`SheetDetail`](super::SheetDetail): the grid as it is up to `distance` (m) from the camera, half
-    /// as many cells along each side up to three times that, and a quarter beyond. After [`Sheet::grid`].
+    /// Set three levels of detail: the present grid up to `distance` (m) from the camera, half as
+    /// many cells along each side up to three times that distance, and a quarter beyond. Call it
+    /// after [`Sheet::grid`]. Needs the resource [`SheetDetail`](super::SheetDetail).
     pub fn detail_within(self, distance: impl Into<f64>) -> Self {
         let (distance, (nu, _, nv)) = (distance.into(), self.spec.grid);
         let part = |n: u32, by: u32| (n.saturating_sub(1) / by).max(2) + 1;
@@ -89,27 +94,29 @@ impl Sheet {
         self.detail(DetailSpec::new([(grid(1), Some(distance)), (grid(2), Some(3.0 * distance)), (grid(4), None)]))
     }
 
-    /// Levels of detail: grids, finest first, with the distances up to which they are wanted.
+    /// Set the levels of detail: grids, finest first, and their maximum distances.
     pub fn detail(mut self, levels: DetailSpec) -> Self {
         self.spec.detail = Some(levels);
         self
     }
 
-    /// Masses along length and width, 2 to 2000 each.
+    /// Set the numbers of nodes along length and width, 2 to 2000 each.
     pub fn grid(mut self, along_length: u32, along_width: u32) -> Self {
         self.spec.grid = (along_length, self.spec.grid.1, along_width);
         self
     }
 
-    /// Layers (1 to 64) of a lattice and the distance between them, m (1e-7 to 10). The farther apart, the stiffer in bending,
-    /// unless springs are [`SpringLaw::Calibrated`], which choose the distance themselves.
+    /// Set the number of layers (1 to 64) of a lattice and the distance between them, m (1e-7 to
+    /// 10). A larger distance increases the bending stiffness. [`SpringLaw::Calibrated`] computes
+    /// the distance itself.
     pub fn layers(mut self, layers: u32, gap: impl Into<f64>) -> Self {
         self.spec.grid.1 = layers;
         self.spec.gap = gap.into();
         self
     }
 
-    /// How the masses are connected; a lattice gets two layers if it can have them, without which it does not resist bending.
+    /// Set the discretisation. A lattice gets two layers where its structure permits; a single
+    /// layer of springs has no bending stiffness.
     pub fn structure(mut self, structure: StructureKind) -> Self {
         self.spec.structure = structure;
         let (fewest, most) = structure.info().layers;
@@ -117,114 +124,119 @@ impl Sheet {
         self
     }
 
-    /// How springs get their stiffness from the material.
+    /// Set the law that determines spring stiffnesses from the material.
     pub fn springs(mut self, law: SpringLaw) -> Self {
         self.spec.springs = law;
         self
     }
 
-    /// The outer boundary of a shell that is no rectangle.
+    /// Set the outer boundary of a shell that is not a rectangle.
     pub fn outline(mut self, outline: OutlineSpec) -> Self {
         self.spec.outline = Some(outline);
         self
     }
 
-    /// A hole in a shell.
+    /// Add a hole to a shell.
     pub fn hole(mut self, hole: HoleSpec) -> Self {
         self.spec.holes.push(hole);
         self
     }
 
-    /// A line, (x, z) in m from the middle, that a shell is cut along.
+    /// Cut a shell along a line of points (x, z), m, from its middle.
     pub fn cut(mut self, line: impl Into<Vec<(f64, f64)>>) -> Self {
         self.spec.cuts.push(line.into());
         self
     }
 
-    /// The material, given in place.
+    /// Set the material by its constants.
     pub fn material(mut self, material: Material) -> Self {
         self.spec.material = MaterialChoice::Inline(material);
         self
     }
 
-    /// Damping ratio of the slowest bending motion, 0 to 10, in place of the material's own.
+    /// Set the damping ratio of the slowest bending mode, 0 to 10, in place of the material's.
     pub fn damping_ratio(mut self, ratio: impl Into<f64>) -> Self {
         self.spec.damping_ratio = Some(ratio.into());
         self
     }
 
-    /// Drag coefficients across and along the air stream, each 0 to 10.
+    /// Set the drag coefficients across and along the air stream, each 0 to 10.
     pub fn drag(mut self, across: impl Into<f64>, along: impl Into<f64>) -> Self {
         self.spec.drag = (across.into(), along.into());
         self
     }
 
-    /// Dashpot along every spring, as a fraction of critical, 0 to 10: for the spring laws `Uniform` and `Length`.
+    /// Set the dashpot of every spring, as a fraction of critical damping, 0 to 10. Used by the
+    /// spring laws `Uniform` and `Length`.
     pub fn damping(mut self, damping: impl Into<f64>) -> Self {
         self.spec.damping = damping.into();
         self
     }
 
-    /// Coulomb friction coefficient, 0 to 10.
+    /// Set the Coulomb friction coefficient, 0 to 10.
     pub fn friction(mut self, friction: impl Into<f64>) -> Self {
         self.spec.friction = Some(friction.into());
         self
     }
 
-    /// Coefficient of restitution, 0 to 1.
+    /// Set the coefficient of restitution, 0 to 1.
     pub fn restitution(mut self, restitution: impl Into<f64>) -> Self {
         self.spec.restitution = Some(restitution.into());
         self
     }
 
-    /// Velocity it starts with, m/s, along the world's axes; each component within ±1e4.
+    /// Set the initial velocity, m/s, in world axes; each component within ±1e4.
     pub fn velocity(mut self, velocity: Vec3) -> Self {
         self.spec.velocity = velocity.as_dvec3();
         self
     }
 
-    /// Spin it starts with about its centre of mass, rad/s, along the world's axes; each component within ±1e4.
+    /// Set the initial angular velocity about the centre of mass, rad/s, in world axes; each
+    /// component within ±1e4.
     pub fn spin(mut self, spin: Vec3) -> Self {
         self.spec.spin = spin.as_dvec3();
         self
     }
 
-    /// Holds the masses of a region where they start, and the slope of the sheet there: an edge between two boards.
+    /// Clamp the nodes of a region: position and slope are fixed, as for an edge between two
+    /// boards.
     pub fn clamp(mut self, region: Region) -> Self {
         self.spec.pins.push(PinSpec::clamped(region));
         self
     }
 
-    /// Glues the masses of `region` to the body of that name, where they are when the sheet is built; the body is there before
-    /// the sheet.
+    /// Attach the nodes of `region` to the body of that name, at their positions when the sheet is
+    /// built. The body must exist before the sheet.
     pub fn glue(mut self, region: Region, body: impl Into<String>) -> Self {
         self.spec.pins.push(PinSpec::glued(region, body));
         self
     }
 
-    /// Holds the masses of a region where they start; a shell can turn about them, as on a hinge.
+    /// Fix the nodes of a region at their initial positions. A shell can rotate about them, as on a
+    /// hinge.
     pub fn pin(self, region: Region) -> Self {
         self.pin_along(region, [])
     }
 
-    /// Leads the masses of a region along a path of displacements from where they start; times are s since the sheet was
-    /// spawned.
+    /// Prescribe the motion of the nodes of a region: a path of displacements from their initial
+    /// positions, with times in s since the spawn.
     pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
         self.spec.pins.push(PinSpec { path: path.into(), ..PinSpec::held(region) });
         self
     }
 
-    /// Names the material point at (u, v), each 0 to 1 over the bottom layer, so that its place can be asked for.
+    /// Name the material point (u, v), each 0 to 1 on the bottom layer, as a probe whose position
+    /// is reported.
     pub fn probe(mut self, name: impl Into<String>, u: f64, v: f64) -> Self {
         self.spec.probes.insert(name.into(), (u, v));
         self
     }
 
-    /// The description of a sheet that is scaled by `scale`.
+    /// Description of the sheet scaled by `scale`.
     pub(super) fn scaled(&self, scale: Vec3) -> SheetSpec {
         let mut spec = self.spec.clone();
         let scale = scale.abs().as_dvec3();
-        // Left alone when it is 1 but for rounding, so that a plain sheet keeps exactly the size it was given.
+        // A scale of 1 within rounding keeps the exact size.
         if (scale - DVec3::ONE).abs().max_element() > 1e-5 {
             spec.size = (spec.size.0 * scale.x, spec.size.1 * scale.z);
             spec.gap *= scale.y;

@@ -1,4 +1,4 @@
-//! Entities are brought into the world: new ones, changed ones, moved ones; and taken out with their entities.
+//! Transfer of new, changed, moved and removed entities to the world.
 
 use bevy::ecs::query::Has;
 use bevy::prelude::*;
@@ -6,21 +6,23 @@ use bevy::transform::helper::TransformHelper;
 use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
 
-use super::motion::Flight;
-use super::world::Move;
-use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
-use crate::asset::SheetPolyhedra;
+use super::motion::PoseHistory;
+use super::world::KinematicMotion;
+use super::{
+    BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
+};
 
-/// On a sheet or body that was refused, so that it is tried again only when its description changes.
+/// Marker of an entity whose description was rejected. It is tried again after a change of the
+/// description.
 #[derive(Component)]
-pub(crate) struct Refused;
+pub(crate) struct Rejected;
 
-/// New sheets go in, changed ones are changed or built anew.
+/// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
-    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Refused>)>,
+    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, sheet, name, motion, refused) in &mut sheets {
@@ -43,11 +45,11 @@ pub(super) fn sync_sheets(
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
             Ok(built) => {
-                commands.entity(entity).try_insert(built).try_remove::<Refused>();
+                commands.entity(entity).try_insert(built).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("sheet {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<SheetMotion>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<SheetMotion>();
             }
         }
     }
@@ -69,14 +71,14 @@ fn add_sheet(
     let built = insert_sheet(world, &spec, sheet)?;
     if clock.auto_step {
         if world.sheet(built.0.name()).is_some_and(|s| s.follows_material()) {
-            world.hold_material();
+            world.choose_integrator();
         }
         shorten_step(world, built.0.name());
     }
     Ok(built)
 }
 
-/// Puts a sheet into the world where its description says, its paths starting now.
+/// Add a sheet to the world at the placement of its description, with paths that start now.
 pub(crate) fn insert_sheet(
     world: &mut SheetWorld,
     spec: &SheetSpec,
@@ -87,31 +89,32 @@ pub(crate) fn insert_sheet(
         delay(&mut pin.path, world.time());
     }
     let name = world.add_sheet(&spec)?;
-    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::of(s))).unwrap_or_default();
+    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::from_sheet(s))).unwrap_or_default();
     Ok((SheetMotion::new(name, world.generation(), built_from.clone(), world.time(), &x), state))
 }
 
-/// Paths are in the world's time; those of what comes in later start then.
+/// Shift a path to start at `time`, s: paths are in the world's time.
 fn delay(path: &mut [PathKey], time: f64) {
     path.iter_mut().for_each(|key| key.time += time);
 }
 
-/// Shortens the world's engine step if it is too long for the stiffness of a sheet.
+/// Reduce the world's time step to the stability limit of a sheet.
 fn shorten_step(world: &mut SheetWorld, name: &str) {
     let engine = world.engine().info();
     let Some(sheet) = world.sheet(name) else { return };
     let frequency = sheet.largest_frequency(40);
-    // hω = 1 is inside the region of every explicit scheme once there is damping; implicit ones have no limit.
+    // hω = 1 is stable for every explicit scheme with damping; implicit schemes have no limit.
     if engine.adaptive || !engine.stability_limit.is_finite() || frequency <= 0.0 {
         return;
     }
     let longest = 1.0 / frequency;
     if longest < world.dt() && world.set_dt(longest.max(1e-7)).is_ok() {
-        info!("{name} oscillates at up to {frequency:.0} rad/s: the engine step is now {longest:.2e} s");
+        info!("{name} oscillates at up to {frequency:.0} rad/s: the time step is now {longest:.2e} s");
     }
 }
 
-/// Whether what has changed in the description could be changed in the running sheet; it then is.
+/// Apply the changes of a description to the running sheet. Returns false, without a change, when
+/// the sheet must be rebuilt.
 fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) -> bool {
     let (old, new) = (&motion.built_from().spec, &sheet.spec);
     let alike = SheetSpec {
@@ -152,17 +155,17 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     true
 }
 
-/// New bodies go in, changed ones are built anew.
+/// Add new bodies; rebuild changed ones.
 pub(super) fn sync_bodies(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
-    mut bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&mut BodyMotion>, Has<Refused>)>,
+    mut bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&mut BodyMotion>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, body, name, mut motion, refused) in &mut bodies {
         if let Some(motion) = motion.as_mut().filter(|_| body.is_changed()) {
-            warm_in_place(&mut world, motion.bypass_change_detection(), &body);
+            update_temperature(&mut world, motion.bypass_change_detection(), &body);
         }
         let motion = motion.as_deref();
         let stale = match motion {
@@ -173,27 +176,28 @@ pub(super) fn sync_bodies(
         };
         let ready = polyhedra_of(&body.shape, assets.as_deref());
         let (true, Some(polyhedra)) = (stale, ready) else { continue };
-        // A body that is led starts its path again where it first started it: its transform shows where it is now. One that
-        // moves freely goes on from where it is shown, but in a world that starts anew it starts anew too.
-        let led = |m: &BodyMotion| m.is_led() && m.built_from.path == body.path;
-        let anew = |m: &BodyMotion| m.flight.is_some() && m.generation != world.generation();
+        // The transform of a body on a path holds its present pose, so the rebuilt body starts from
+        // its original pose. A dynamic body continues from its present pose, unless the world was
+        // restarted.
+        let led = |m: &BodyMotion| m.follows_path() && m.built_from.path == body.path;
+        let anew = |m: &BodyMotion| m.history.is_some() && m.generation != world.generation();
         let start = motion.filter(|m| led(m) || anew(m)).map(|m| m.given);
         let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
         remove_body(&mut world, motion);
         match add_body(&mut world, &body, polyhedra, name, there) {
             Ok(motion) => {
-                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+                commands.entity(entity).try_insert(motion).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("body {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<BodyMotion>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<BodyMotion>();
             }
         }
     }
 }
 
-/// Makes a body that is as hot as it says hotter or colder; nothing else of it changes.
-fn warm_in_place(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBody) {
+/// Apply a changed temperature to the running body.
+fn update_temperature(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBody) {
     let (Some(was), Some(celsius)) = (motion.built_from.temperature, body.temperature) else { return };
     if was == celsius || motion.generation != world.generation() {
         return;
@@ -207,7 +211,7 @@ fn warm_in_place(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBo
     motion.built_from.temperature = Some(celsius);
 }
 
-/// The polyhedra a body is made of, empty for other shapes; `None` while their file is loading.
+/// Polyhedra of a shape, empty for other shapes; `None` while their file is loading.
 fn polyhedra_of<'a>(shape: &'a BodyShape, assets: Option<&'a Assets<SheetPolyhedra>>) -> Option<&'a [Polyhedron]> {
     match shape {
         BodyShape::Polyhedra(polyhedra) => Some(polyhedra),
@@ -269,18 +273,18 @@ fn add_body(
             }
         }
     }
-    let flight = flight_of(world, body, names.first());
-    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, flight })
+    let history = pose_history_of(world, body, names.first());
+    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, history })
 }
 
-/// Where a body of that name that moves freely is now; none for other bodies.
-fn flight_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) -> Option<Flight> {
+/// Present pose of a dynamic body of that name; `None` for other bodies.
+fn pose_history_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) -> Option<PoseHistory> {
     let rigid = world.rigid().filter(|_| body.is_free())?;
     let pose = rigid.pose(rigid.index_of(name?)?)?;
-    Some(Flight::at(world.time(), pose))
+    Some(PoseHistory::new(world.time(), pose))
 }
 
-/// Puts a body into the world as its description says, its path starting now.
+/// Add a body to the world at the placement of its description, with a path that starts now.
 pub(crate) fn insert_body(
     world: &mut SheetWorld,
     spec: &BodySpec,
@@ -291,8 +295,8 @@ pub(crate) fn insert_body(
     delay(&mut spec.path, world.time());
     let name = world.add_body(&spec)?;
     let (generation, built_from) = (world.generation(), built_from.clone());
-    let flight = flight_of(world, &built_from, Some(&name));
-    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, flight })
+    let history = pose_history_of(world, &built_from, Some(&name));
+    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, history })
 }
 
 fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
@@ -302,7 +306,8 @@ fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
     }
 }
 
-/// Bodies whose transform was moved since the last tick are sent there, or put there while the sheets stand still.
+/// Move kinematic bodies whose transform has changed since the last tick; place them directly while
+/// time is paused.
 pub(super) fn move_bodies(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
@@ -310,31 +315,31 @@ pub(super) fn move_bodies(
     mut bodies: Query<(Entity, &mut BodyMotion)>,
     transforms: TransformHelper,
 ) {
-    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_shown()) {
+    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.writes_transform()) {
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         if there == motion.given || motion.generation != world.generation() {
             continue;
         }
         let scaled = (there.scale() - motion.given.scale()).abs().max_element() > 1e-5;
         if clock.due() <= 0.0 || scaled {
-            // Out and, in the next run of `sync_bodies`, in again in its new place, at rest.
+            // The next run of `sync_bodies` adds it again at its new pose, at rest.
             remove_body(&mut world, Some(&motion));
             commands.entity(entity).try_remove::<BodyMotion>();
             continue;
         }
         let (from, to) = (placement::pose_of(&motion.given), placement::pose_of(&there));
         for name in &motion.names {
-            // One that is still waiting for a step goes on from where it started.
+            // A motion that no step has begun yet keeps its start.
             match world.moves.iter_mut().find(|m| m.name == *name) {
                 Some(waiting) => waiting.to = to,
-                None => world.moves.push(Move { name: name.clone(), from, to }),
+                None => world.moves.push(KinematicMotion { name: name.clone(), from, to }),
             }
         }
         motion.given = there;
     }
 }
 
-/// A sheet leaves the world with its component.
+/// Remove the sheet from the world with its component.
 pub(super) fn sheet_removed(
     removed: On<Remove, Sheet>,
     mut commands: Commands,
@@ -349,7 +354,7 @@ pub(super) fn sheet_removed(
     }
 }
 
-/// A body leaves the world with its component.
+/// Remove the body from the world with its component.
 pub(super) fn body_removed(
     removed: On<Remove, SheetBody>,
     mut commands: Commands,

@@ -1,4 +1,4 @@
-//! The resource that owns the sheets' world.
+//! Resource that owns the simulated world.
 
 use std::time::{Duration, Instant};
 
@@ -9,51 +9,53 @@ use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, Scene};
 use sheetwork::{InputError, World as Sheets};
 
-/// A body that is on its way from one place to another during this tick.
+/// Prescribed motion of a kinematic body during this tick.
 #[derive(Clone, Debug)]
-pub(super) struct Move {
+pub(super) struct KinematicMotion {
     pub name: String,
     pub from: (DVec3, DQuat),
     pub to: (DVec3, DQuat),
 }
 
-/// The [`sheetwork::World`] that entities with [`Sheet`](super::Sheet) and [`SheetBody`](super::SheetBody) are in.
+/// The [`sheetwork::World`] of the entities with [`Sheet`](super::Sheet) and
+/// [`SheetBody`](super::SheetBody).
 ///
-/// It begins with an explicit engine, for the thesis's soft sheets. The first [`Sheet`](super::Sheet) that follows its material
-/// changes that to `tr-bdf2`, which holds any material at the game's fixed step, unless engine or step were set before.
+/// It starts with the integrator and step of an empty scene. The first [`Sheet`](super::Sheet)
+/// whose stiffness follows its material changes the integrator to `tr-bdf2`, which is stable for
+/// any material at the game's fixed step, unless integrator or step were set before.
 ///
-/// It dereferences to that world, for reading and for setters such as `set_gravity`, `set_engine`, `set_dt` or
-/// `set("sheets.leaf.damping", "0.2")`; an oven is put about everything with `set_oven`, and the room made warmer with
-/// `set_surroundings`. Sheets, bodies, heaters and heat guns come and go with their entities: do not add or remove them here.
+/// It dereferences to the world, for reading and for setters such as `set_gravity`, `set_engine`,
+/// `set_dt`, `set_oven`, `set_surroundings` or `set("sheets.leaf.damping", "0.2")`. Sheets, bodies,
+/// heaters and heat guns are added and removed with their entities: do not add or remove them here.
 #[derive(Resource, Deref, DerefMut)]
 pub struct SheetWorld {
     #[deref]
     world: Sheets,
     borrowed: bool,
     generation: u32,
-    pub(super) moves: Vec<Move>,
+    pub(super) moves: Vec<KinematicMotion>,
     pub(super) events_seen: usize,
     step_time: Duration,
-    /// Wall-clock time of a step, smoothed over some ticks, s.
+    /// Wall-clock time of a step, exponential mean over ticks, s.
     mean_step: f64,
-    /// Time that has come and is not yet a whole step, s.
-    owed: f64,
-    /// Time the display is at, s.
+    /// Simulated time not yet stepped: less than a step, s.
+    unstepped: f64,
+    /// Displayed time, s.
     shown: f64,
-    /// The engine step that was fitted to the game's ticks, s; none where somebody else chose it.
+    /// Time step fitted to the game's ticks, s; `None` when another step was set.
     fitted: Option<f64>,
 }
 
-/// What an empty world begins with: a room's air.
-fn for_games() -> Scene {
+/// Settings of an empty world: air at 1.2 kg/m³.
+fn empty_world() -> Scene {
     let air = Air { density: 1.2, ..Air::default() };
     Scene { air, ..Scene::default() }
 }
 
 impl SheetWorld {
     pub(super) fn new(borrowed: bool) -> Self {
-        // An empty scene is valid; there is nothing in it to refuse.
-        let scene = for_games();
+        // The empty scene is valid.
+        let scene = empty_world();
         let world = make(&scene, borrowed).unwrap_or_else(|e| unreachable!("the empty scene: {e}"));
         Self {
             world,
@@ -63,14 +65,15 @@ impl SheetWorld {
             events_seen: 0,
             step_time: Duration::ZERO,
             mean_step: 0.0,
-            owed: 0.0,
+            unstepped: 0.0,
             shown: 0.0,
             fitted: None,
         }
     }
 
-    /// Takes the engine for real materials, at Bevy's own fixed step, where engine and step are still those of an empty world.
-    pub(super) fn hold_material(&mut self) {
+    /// Choose `tr-bdf2` and Bevy's default fixed step, unless integrator or step differ from those
+    /// of an empty world.
+    pub(super) fn choose_integrator(&mut self) {
         let empty = Scene::default();
         if self.world.engine() == empty.engine && self.world.dt() == empty.dt && self.world.set_dt(1.0 / 64.0).is_ok() {
             self.world.set_engine(EngineKind::TrBdf2);
@@ -78,52 +81,54 @@ impl SheetWorld {
         }
     }
 
-    /// With an implicit engine, makes the engine step the game's tick of `period` s, unless the step was set otherwise.
+    /// With an implicit integrator and an unchanged fitted step, set the time step to the game's
+    /// tick of `period` s.
     pub(super) fn fit_step(&mut self, period: f64) {
         if self.wants_step(period) && self.world.set_dt(period).is_ok() {
             self.fitted = Some(period);
         }
     }
 
-    /// Whether [`SheetWorld::fit_step`] would change something.
+    /// Whether [`SheetWorld::fit_step`] would change the step.
     pub(super) fn wants_step(&self, period: f64) -> bool {
         self.fitted == Some(self.world.dt()) && period != self.world.dt() && self.world.engine().info().implicit
     }
 
-    /// Starts the world anew at time 0 with the gravity, engine, step, air, contact defaults, surroundings, oven and heat gun of
-    /// `settings`, whose sheets, bodies, heaters and room are left out. Those of entities are put in again where their entities say.
+    /// Restart the world at time 0 with the gravity, integrator, step, air, contact defaults,
+    /// surroundings, oven and heat gun of `settings`. Its sheets, bodies, heaters and room are
+    /// ignored. Entities are added again at their transforms.
     ///
     /// # Errors
-    /// When a setting is out of range; the world is then as before.
+    /// When a setting is out of range; the world is unchanged then.
     pub fn restart(&mut self, settings: &Scene) -> Result<(), InputError> {
         let empty = Scene { sheets: vec![], bodies: vec![], heaters: vec![], room: None, ..settings.clone() };
         self.world = make(&empty, self.borrowed)?;
         self.generation += 1;
         self.moves.clear();
         self.events_seen = 0;
-        (self.owed, self.shown, self.fitted) = (0.0, 0.0, None);
+        (self.unstepped, self.shown, self.fitted) = (0.0, 0.0, None);
         Ok(())
     }
 
-    /// Puts every sheet and body back to where its entity put it in, at time 0. Engine, step and all else are those of the settings that it
-    /// was started with: what was set since is to be set again.
+    /// Return every sheet and body to its initial state, at time 0. Integrator, step and other
+    /// settings are those of the last restart; later changes of settings are lost.
     ///
     /// # Errors
-    /// When a file that a sheet or body names cannot be read any more; the world is then as before.
+    /// When a file of a sheet or body cannot be read; the world is unchanged then.
     pub fn reset(&mut self) -> Result<(), InputError> {
         self.world.reset()?;
         self.moves.clear();
         self.events_seen = 0;
-        (self.owed, self.shown) = (0.0, 0.0);
+        (self.unstepped, self.shown) = (0.0, 0.0);
         Ok(())
     }
 
-    /// Goes to where the world was when `bytes` were saved ([`World::save`](sheetwork::World::save)), for a game that rolls back: the ticks
-    /// that follow are those that came then, to the bit, if they are given the same inputs. What was told of as events since
-    /// then is told of again. Sheets and bodies must be those of then.
+    /// Restore the state saved as `bytes` by [`World::save`](sheetwork::World::save), for rollback.
+    /// With equal inputs the following ticks repeat the original ones bit for bit, and their events
+    /// are sent again. Sheets and bodies must be those of the saved state.
     ///
     /// # Errors
-    /// When `bytes` are no snapshot of this world; nothing is changed then.
+    /// When `bytes` is not a snapshot of this world; the world is unchanged then.
     pub fn rewind(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         self.world.load(bytes)?;
         self.moves.clear();
@@ -131,49 +136,50 @@ impl SheetWorld {
         Ok(())
     }
 
-    /// Counts the restarts; what was put into an earlier world is no longer in this one.
+    /// Number of restarts. Links from entities with another generation are stale.
     pub(crate) fn generation(&self) -> u32 {
         self.generation
     }
 
-    /// Whether the rigid bodies are lent by the caller.
+    /// Whether the rigid bodies belong to the caller.
     pub fn borrows_bodies(&self) -> bool {
         self.borrowed
     }
 
-    /// Whether there is neither sheet nor body in it.
+    /// Whether the world holds neither sheets nor bodies.
     pub fn is_empty(&self) -> bool {
         self.world.sheets().is_empty() && self.world.rigid().is_none_or(|r| r.bodies().is_empty())
     }
 
-    /// Advances against the world's own bodies by as many whole steps of [`World::dt`](sheetwork::World::dt) as `duration` s,
-    /// and what was left the last time, have room for: what a sheet does depends neither on frames nor on playback speed.
-    /// Returns how many steps that were.
+    /// Advance against the world's own bodies by the whole steps of
+    /// [`World::dt`](sheetwork::World::dt) that fit into `duration` s plus the remainder of the
+    /// last call. The result does not depend on the frame rate. Returns the number of steps.
     pub fn advance(&mut self, duration: f64) -> u64 {
         if duration.is_nan() || duration <= 0.0 {
             return 0;
         }
         let start = Instant::now();
-        self.owed += duration;
-        // The slack keeps a duration that is a whole number of steps, but for rounding, at that number.
-        let steps = (self.owed / self.world.dt() + 1e-9).floor().max(0.0) as u64;
+        self.unstepped += duration;
+        // The slack of 1e-9 steps absorbs the rounding of a duration of whole steps.
+        let steps = (self.unstepped / self.world.dt() + 1e-9).floor().max(0.0) as u64;
         let moves = if steps > 0 { std::mem::take(&mut self.moves) } else { Vec::new() };
         for step in 1..=steps {
-            // Evenly over the tick, and not all the way in its first step.
+            // Constant velocity over the tick.
             let s = step as f64 / steps as f64;
-            for Move { name, from, to } in &moves {
+            for KinematicMotion { name, from, to } in &moves {
                 self.world.move_body(name, from.0.lerp(to.0, s), from.1.slerp(to.1, s));
             }
             self.world.step();
         }
-        self.owed = (self.owed - steps as f64 * self.world.dt()).max(0.0);
+        self.unstepped = (self.unstepped - steps as f64 * self.world.dt()).max(0.0);
         self.took(start.elapsed(), steps);
         steps
     }
 
-    /// Advances by `duration` s, in equal steps of at most [`World::dt`](sheetwork::World::dt), against a Rapier world of the
-    /// caller's, which is already at the end of that time; 0 does nothing. For a system in [`SheetworkSet::Step`](super::SheetworkSet::Step), with
-    /// [`SheetClock::due`](super::SheetClock::due) as the duration.
+    /// Advance by `duration` s, in equal steps of at most [`World::dt`](sheetwork::World::dt),
+    /// against the caller's Rapier world, which is already at the end of that time; 0 does nothing.
+    /// For a system in [`SheetworkSet::Step`](super::SheetworkSet::Step), with
+    /// [`SheetClock::due`](super::SheetClock::due) as the duration. Returns the number of steps.
     pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
         if duration <= 0.0 {
             return 0;
@@ -184,25 +190,28 @@ impl SheetWorld {
         steps
     }
 
-    /// Simulated time that is shown in this frame, s: a little behind [`World::time`](sheetwork::World::time), so that it can
-    /// run smoothly between steps that were taken.
+    /// Simulated time displayed in this frame, s. It lags [`World::time`](sheetwork::World::time)
+    /// by about a tick, so that every frame lies between two computed states.
     pub fn shown_time(&self) -> f64 {
         self.shown
     }
 
-    /// Moves the shown time on: `fraction` of the next tick, of `tick` s, has passed; `None` while the sheets stand still.
+    /// Advance the displayed time: `fraction` of the next tick, of `tick` s, has passed; `None`
+    /// while paused.
     pub(super) fn show(&mut self, tick: f64, fraction: Option<f64>) {
         let now = self.world.time();
         let Some(fraction) = fraction else {
             self.shown = now;
             return;
         };
-        // A tick behind, so that there is always a state ahead; and a step more unless ticks are whole steps.
+        // One tick behind, so that a later state exists; one step more unless ticks are whole
+        // steps.
         let steps = tick / self.world.dt();
-        let whole = (steps - steps.round()).abs() < 1e-6 && self.owed < 1e-6 * self.world.dt();
+        let whole = (steps - steps.round()).abs() < 1e-6 && self.unstepped < 1e-6 * self.world.dt();
         let behind = if whole || self.borrowed { tick } else { tick + self.world.dt() };
-        let target = now + self.owed + fraction * tick - behind;
-        // Never backwards: not after a pause, and not when the speed changes; but back with the world itself.
+        let target = now + self.unstepped + fraction * tick - behind;
+        // The displayed time is monotonic after a pause or a change of speed; only a rollback moves
+        // it back.
         let least = if self.shown > now { 0.0 } else { self.shown };
         self.shown = target.min(now).max(least);
     }
@@ -215,12 +224,12 @@ impl SheetWorld {
         }
     }
 
-    /// Wall-clock time of one step of the engine, smoothed over some ticks, s; 0 before the first.
+    /// Wall-clock time of one time step, exponential mean over ticks, s; 0 before the first.
     pub fn mean_step_time(&self) -> f64 {
         self.mean_step
     }
 
-    /// Wall-clock time the last [`SheetWorld::advance`] or [`SheetWorld::advance_with`] took.
+    /// Wall-clock time of the last [`SheetWorld::advance`] or [`SheetWorld::advance_with`].
     pub fn step_time(&self) -> Duration {
         self.step_time
     }

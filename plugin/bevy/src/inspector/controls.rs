@@ -1,7 +1,8 @@
-//! Numbers with units that are dragged, typed and, by a double click, brought back to what they were.
+//! Controls for numbers with units: drag, type, double-click to reset.
 //!
-//! What is typed may leave a slider's range: who is edited checks it and says what it refuses. A text that is no value is told as a message. A value
-//! that costs a new world is taken up when the mouse lets go of it, not on its way.
+//! A typed value may exceed the range of its slider; the setter validates it. Text that is not a
+//! value is reported as a message. A value that costs a new world is applied when the mouse button
+//! is released.
 
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -9,69 +10,69 @@ use std::ops::RangeInclusive;
 use bevy::math::DVec3;
 use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
 
-use super::Knobs;
+use super::ParameterAccess;
 use super::units::{Quantity, Shown, UnitError};
 
-/// A plain number.
+/// Number without unit.
 pub const PLAIN: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 /// Lengths in millimetres.
 pub const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
-/// Temperatures.
+/// Temperatures in °C.
 pub const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
 /// Moduli and stresses.
 pub const PASCAL: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
 /// Times in milliseconds.
 pub const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
 
-/// How a number is changed.
+/// Options of a number control.
 #[derive(Clone, Debug, Default)]
-pub struct How {
-    /// A slider over this range in place of a number alone.
+pub struct ControlOptions {
+    /// Range of a slider; `None` for a number alone.
     pub range: Option<RangeInclusive<f64>>,
     /// Whether the slider is logarithmic.
     pub logarithmic: bool,
-    /// Change for a point of dragging, in the unit that is shown; 0 for what suits the value.
+    /// Change per point of dragging, in the displayed unit; 0 for a step that suits the value.
     pub speed: f64,
-    /// Whether it is only taken up when the mouse lets go.
+    /// Whether the value is applied only on release.
     pub late: bool,
 }
 
-impl How {
-    /// A slider.
+impl ControlOptions {
+    /// Linear slider.
     pub fn slider(range: RangeInclusive<f64>) -> Self {
         Self { range: Some(range), ..Self::default() }
     }
 
-    /// A slider that is even in the logarithm.
+    /// Logarithmic slider.
     pub fn log(range: RangeInclusive<f64>) -> Self {
         Self { range: Some(range), logarithmic: true, ..Self::default() }
     }
 
-    /// A number that is taken up when the mouse lets go.
+    /// Number that is applied on release.
     pub fn late() -> Self {
         Self { late: true, ..Self::default() }
     }
 }
 
-/// What was done to a number.
+/// Result of a number control.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Done {
-    /// The new value, SI.
+pub struct ControlResult {
+    /// New value, SI.
     pub value: Option<f64>,
-    /// What was typed and not understood.
+    /// Error of typed text.
     pub error: Option<UnitError>,
-    /// Whether its default was asked for.
+    /// Whether the user asked for the default.
     pub reset: bool,
 }
 
-/// A label that can be double-clicked.
+/// Label that accepts a double click.
 pub fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
     let label = ui.add(Label::new(text).sense(Sense::click()));
     if about.is_empty() { label } else { label.on_hover_text(about) }
 }
 
-/// A number that is `now`, SI, shown in its unit and named by `label`.
-pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -> Done {
+/// Number control of the value `now`, SI, displayed in its unit and named by `label`.
+pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &ControlOptions) -> ControlResult {
     let draft_id = label.id.with("draft");
     let draft = if how.late { ui.data(|d| d.get_temp::<f64>(draft_id)) } else { None };
     let start = draft.unwrap_or(now);
@@ -79,7 +80,7 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
     let problem = RefCell::new(None);
     let text_now = shown.format(start);
     let parse = |text: &str| {
-        // What was not changed is not read: the text has fewer digits.
+        // Unchanged text is not parsed: it has fewer digits than the value.
         if text == text_now {
             return Some(start);
         }
@@ -100,15 +101,16 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
         }
     };
     let response = response.labelled_by(label.id);
-    let mut done = Done { error: problem.into_inner().filter(|_| response.lost_focus()), ..Done::default() };
+    let mut done =
+        ControlResult { error: problem.into_inner().filter(|_| response.lost_focus()), ..ControlResult::default() };
     let twice = ui.input(|i| i.pointer.button_double_clicked(PointerButton::Primary));
     let on_it = ui.input(|i| i.pointer.interact_pos()).is_some_and(|p| response.rect.contains(p));
     if label.double_clicked() || (twice && on_it && response.enabled() && ui.rect_contains_pointer(response.rect)) {
-        // What the first click had begun to edit is not taken up.
+        // The text edited by the first click of a double click is discarded.
         ui.data_mut(|d| d.remove::<String>(response.id));
         ui.memory_mut(|m| m.surrender_focus(response.id));
         ui.data_mut(|d| d.remove::<f64>(draft_id));
-        return Done { reset: true, ..Done::default() };
+        return ControlResult { reset: true, ..ControlResult::default() };
     }
     let changed = response.changed() && value != start;
     if how.late && response.dragged() {
@@ -122,50 +124,59 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
     done
 }
 
-/// A parameter of the world by path, in a row with its name.
-pub fn dial(
+/// Parameter of the world, by path, as a row with its name.
+pub fn parameter_row(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: f64,
     shown: Shown,
-    how: &How,
+    how: &ControlOptions,
 ) {
     let label = name(ui, title, about);
-    dial_of(ui, knobs, &label, path, now, shown, how);
+    parameter_control(ui, access, &label, path, now, shown, how);
     ui.end_row();
 }
 
-/// The same without a row and a name of its own.
-pub fn dial_of(ui: &mut Ui, knobs: &mut dyn Knobs, label: &Response, path: &str, now: f64, shown: Shown, how: &How) {
+/// Parameter of the world, by path, without row and name.
+pub fn parameter_control(
+    ui: &mut Ui,
+    access: &mut dyn ParameterAccess,
+    label: &Response,
+    path: &str,
+    now: f64,
+    shown: Shown,
+    how: &ControlOptions,
+) {
     let done = input(ui, label, now, shown, how);
     if let Some(value) = done.value {
-        knobs.set(path, &value.to_string());
+        access.set(path, &value.to_string());
     }
-    tell(knobs, path, done.error);
+    tell(access, path, done.error);
     if done.reset {
-        knobs.set_default(path);
+        access.set_default(path);
     }
 }
 
-/// Tells of a text that is no value.
-pub fn tell(knobs: &mut dyn Knobs, of: &str, error: Option<UnitError>) {
+/// Report text that is not a value.
+pub fn tell(access: &mut dyn ParameterAccess, of: &str, error: Option<UnitError>) {
     if let Some(error) = error {
-        knobs.fail(format!("{of}: {error}"));
+        access.fail(format!("{of}: {error}"));
     }
 }
 
-/// Three numbers of a vector that is `now`, and their unit; the new one when it has been changed. `of` names it in messages.
+/// Control of the vector `now`, three numbers with one unit. Returns the new vector after a change.
+/// `of` names it in messages.
 pub fn vector(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     of: &str,
     now: DVec3,
     shown: Shown,
-    how: &How,
+    how: &ControlOptions,
 ) -> (Option<DVec3>, bool) {
     let (mut changed, mut reset) = (None, false);
-    // The unit is written once, behind all three: a column is narrow.
+    // One unit after all three numbers: the column is narrow.
     let bare = Shown { unit: "", ..shown };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -178,7 +189,7 @@ pub fn vector(
                 new[axis] = value;
                 changed = Some(new);
             }
-            tell(knobs, of, done.error);
+            tell(access, of, done.error);
             reset |= done.reset;
         }
         if !shown.unit.is_empty() {
@@ -188,26 +199,27 @@ pub fn vector(
     (changed, reset)
 }
 
-/// A vector of the world by path, in a row with its name.
-pub fn dial_vector(
+/// Vector of the world, by path, as a row with its name.
+pub fn vector_row(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: DVec3,
     shown: Shown,
 ) {
     name(ui, title, about);
-    let (changed, reset) = vector(ui, knobs, path, now, shown, &How { speed: 0.02, ..How::default() });
+    let (changed, reset) =
+        vector(ui, access, path, now, shown, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
     if let Some(v) = changed {
-        knobs.set(path, &text_of(v));
+        access.set(path, &text_of(v));
     }
     if reset {
-        knobs.set_default(path);
+        access.set_default(path);
     }
     ui.end_row();
 }
 
-/// A vector as [`Knobs::set`] takes it.
+/// Text of a vector for [`ParameterAccess::set`].
 pub fn text_of(v: DVec3) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }

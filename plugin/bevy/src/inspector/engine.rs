@@ -1,14 +1,14 @@
-//! How time passes: the engine, its step, gravity, air and wind.
+//! Controls of the integrator, its step, gravity, air and wind.
 
 use bevy::math::DVec3;
 use bevy_egui::egui::{ComboBox, RichText, Ui};
 use sheetwork::integrators::TABLE;
 
-use super::Knobs;
-use super::controls::{How, MS, PLAIN, dial, dial_of, dial_vector, name, text_of};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, MS, PLAIN, name, parameter_control, parameter_row, text_of, vector_row};
 use super::units::{Quantity, Shown, format_si};
 
-/// Gravity that a button sets, m/s², downwards.
+/// Gravity presets, m/s², downwards.
 const GRAVITIES: [(&str, f64); 4] = [("Earth", 9.81), ("Moon", 1.62), ("1/10", 0.981), ("none", 0.0)];
 
 const GRAVITY: Shown = Shown::fixed(Quantity::Acceleration, "", 1.0);
@@ -16,17 +16,18 @@ const WIND: Shown = Shown::fixed(Quantity::Speed, "", 1.0);
 const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
 const MICRO: Shown = Shown::fixed(Quantity::Length, "µm", 1e-6);
 
-/// Engine, step, steps a frame, gravity, air: rows of a grid of two columns. `factor`, whether the air may be a factor of every mass's speed.
-pub fn engine(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
-    engine_and_step(ui, knobs);
-    substeps(ui, knobs);
-    gravity(ui, knobs);
-    air(ui, knobs, factor);
+/// Rows of integrator, step, substeps per frame, gravity and air in a grid of two columns.
+/// `factor`: whether the linear damping of the air can be edited.
+pub fn engine(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
+    engine_and_step(ui, access);
+    substeps(ui, access);
+    gravity(ui, access);
+    air(ui, access, factor);
 }
 
-fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let info = knobs.world().engine().info();
-    let label = name(ui, "Engine", "How positions follow from forces");
+fn engine_and_step(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let info = access.world().engine().info();
+    let label = name(ui, "Integrator", "Scheme that advances positions and velocities");
     let combo = ComboBox::from_id_salt("engine").selected_text(info.name).width(150.0);
     let mut chosen = info.name;
     let shown = combo.show_ui(ui, |ui| {
@@ -36,54 +37,61 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
     });
     shown.response.labelled_by(label.id).on_hover_text(info.about);
     if chosen != info.name {
-        knobs.set("engine", chosen);
+        access.set("engine", chosen);
     }
     ui.end_row();
 
-    let label = name(ui, "Step", "Time step of the engine, ms");
+    let label = name(ui, "Step", "Time step, ms");
     ui.horizontal(|ui| {
-        let dt = knobs.world().dt();
-        dial_of(ui, knobs, &label, "dt", dt, MS, &How { speed: 0.01, ..How::default() });
-        let limit = knobs.largest_step();
+        let dt = access.world().dt();
+        parameter_control(
+            ui,
+            access,
+            &label,
+            "dt",
+            dt,
+            MS,
+            &ControlOptions { speed: 0.01, ..ControlOptions::default() },
+        );
+        let limit = access.largest_step();
         if info.adaptive {
             ui.weak("adapts");
         } else if info.implicit {
-            ui.weak("any step holds")
-                .on_hover_text("A longer one is less exact: see what is delivered of the stiffness");
+            ui.weak("stable at any step").on_hover_text("A longer step is less accurate; see the delivered stiffness");
         } else if let Some(limit) = limit {
             let text = RichText::new(format!("≤ {}", format_si(limit, "s")));
-            let text = if knobs.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
-            ui.label(text).on_hover_text("Largest step at which the undamped sheet holds, by its highest frequency");
+            let text = if access.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
+            ui.label(text).on_hover_text("Stability limit of the undamped sheet, by its highest frequency");
         }
     });
     ui.end_row();
 
     if info.adaptive {
-        let now = knobs.parameter("tolerance").unwrap_or_default();
-        dial(
+        let now = access.parameter("tolerance").unwrap_or_default();
+        parameter_row(
             ui,
-            knobs,
-            ("Tolerance", "Position error allowed in a step, µm", "tolerance"),
+            access,
+            ("Tolerance", "Tolerance of the position error of a step, µm", "tolerance"),
             now,
             MICRO,
-            &How::default(),
+            &ControlOptions::default(),
         );
     }
 }
 
-/// Steps in a frame of a sixtieth of a second: the same number as the step, as those think of it who come from games.
-fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let now = 1.0 / (60.0 * knobs.world().dt());
-    let label = name(ui, "Steps a frame", "Steps in a sixtieth of a second: another way to say how long a step is");
+/// Steps per frame of 1/60 s, an alternative to the step for game programmers.
+fn substeps(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let now = 1.0 / (60.0 * access.world().dt());
+    let label = name(ui, "Steps per frame", "Time steps per frame of 1/60 s");
     ui.horizontal(|ui| {
         for (n, title) in [(1.0, "1"), (2.0, "2"), (4.0, "4"), (8.0, "8"), (16.0, "16")] {
             let is = (now / n - 1.0_f64).abs() < 1e-6;
             if ui
                 .selectable_label(is, title)
-                .on_hover_text(format!("A step of {}", format_si(1.0 / (60.0 * n), "s")))
+                .on_hover_text(format!("A time step of {}", format_si(1.0 / (60.0 * n), "s")))
                 .clicked()
             {
-                knobs.set("dt", &(1.0 / (60.0 * n)).to_string());
+                access.set("dt", &(1.0 / (60.0 * n)).to_string());
             }
         }
         ui.weak(format!("{now:.3}")).labelled_by(label.id);
@@ -91,32 +99,42 @@ fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
     ui.end_row();
 }
 
-fn gravity(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let now = knobs.world().gravity();
-    dial_vector(ui, knobs, ("Gravity", "m/s²; y points up", "gravity"), now, GRAVITY);
+fn gravity(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let now = access.world().gravity();
+    vector_row(ui, access, ("Gravity", "m/s²; y points up", "gravity"), now, GRAVITY);
     ui.label("");
     ui.horizontal(|ui| {
         for (name, g) in GRAVITIES {
             if ui.small_button(name).on_hover_text(format!("{g} m/s² downwards")).clicked() {
-                knobs.set("gravity", &text_of(DVec3::new(0.0, -g, 0.0)));
+                access.set("gravity", &text_of(DVec3::new(0.0, -g, 0.0)));
             }
         }
     });
     ui.end_row();
 }
 
-fn air(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
-    let air = knobs.world().air();
-    let about = "Density of the air that presses on sheets; a room's is 1.2 kg/m³";
-    dial(ui, knobs, ("Air", about, "air.density"), air.density, DENSITY, &How::slider(0.0..=2.0));
+fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
+    let air = access.world().air();
+    let about = "Density of the air for pressure drag; 1.2 kg/m³ in a room";
+    parameter_row(ui, access, ("Air", about, "air.density"), air.density, DENSITY, &ControlOptions::slider(0.0..=2.0));
     if air.density > 0.0 {
-        dial_vector(ui, knobs, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
+        vector_row(ui, access, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
     }
     if air.factor >= 1.0 && !factor {
         return;
     }
-    let about = format!("What a mass keeps of its speed in every {}; 1 is no air", format_si(air.per, "s"));
-    dial(ui, knobs, ("Air factor", &about, "air.factor"), air.factor, PLAIN, &How::slider(0.8..=1.0));
-    let about = "Time in which a mass keeps that part of its speed, ms";
-    dial(ui, knobs, ("… in every", about, "air.per"), air.per, MS, &How::default());
+    let about = format!(
+        "Linear damping: fraction of its speed that a node keeps in every {}; 1 is none",
+        format_si(air.per, "s")
+    );
+    parameter_row(
+        ui,
+        access,
+        ("Linear damping", &about, "air.factor"),
+        air.factor,
+        PLAIN,
+        &ControlOptions::slider(0.8..=1.0),
+    );
+    let about = "Time of that fraction, ms";
+    parameter_row(ui, access, ("… in every", about, "air.per"), air.per, MS, &ControlOptions::default());
 }

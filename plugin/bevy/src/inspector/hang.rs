@@ -1,42 +1,42 @@
-//! How far a strip would hang: the shape of a heavy strip that is clamped level at one end.
+//! Droop of a heavy inextensible strip, clamped horizontally at one end.
 //!
-//! The strip is thin and does not stretch; its one number is Γ = ρ g t L³/D. Its shape is [`elastica_curve`]'s.
+//! The shape depends on the load parameter Γ = ρ g t L³/D alone; see [`elastica_curve`].
 
 use sheetwork::material::elastica::elastica_curve;
 use sheetwork::scene::Material;
 
-/// Steps along the strip.
+/// Integration steps along the strip.
 const STEPS: usize = 96;
 
-/// A hanging strip; lengths are fractions of its own.
+/// Shape of a hanging strip; lengths are fractions of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hang {
-    /// Γ.
+    /// Load parameter Γ.
     pub gamma: f64,
-    /// How far the tip is below the clamp.
+    /// Vertical distance of the tip below the clamp.
     pub drop: f64,
-    /// How far it is from it, level.
+    /// Horizontal distance of the tip from the clamp.
     pub reach: f64,
     /// Points from the clamp to the tip: (reach, drop).
     pub points: Vec<(f32, f32)>,
 }
 
-/// Γ of a strip of `material`, `length` m long, under gravity of `gravity` m/s².
+/// Load parameter Γ of a strip of `material`, `length` m long, under gravity of `gravity` m/s².
 pub fn gamma(material: &Material, length: f64, gravity: f64) -> f64 {
     material.areal_mass() * gravity.abs() * length.powi(3) / material.plate_stiffness().max(1e-300)
 }
 
-/// The strip of this Γ.
+/// Shape of the strip with load parameter Γ.
 pub fn hang(gamma: f64) -> Hang {
     let flat = Hang { gamma, drop: 0.0, reach: 1.0, points: vec![(0.0, 0.0), (1.0, 0.0)] };
     if !gamma.is_finite() || gamma < 1e-12 {
         return flat;
     }
-    // Beyond this it hangs plumb but for a hair, and the tip's angle has no place in a number.
+    // Above 2e5 the strip is vertical within rounding, and the angle of the tip underflows.
     let gamma = gamma.min(2e5);
     let points = elastica_curve(gamma, STEPS);
     let (reach, drop) = points.last().copied().unwrap_or((1.0, 0.0));
-    // From the tip, so seen from the clamp.
+    // Reversed: integration starts at the tip.
     let seen = points.iter().rev().map(|(r, d)| ((reach - r) as f32, (drop - d) as f32));
     Hang { gamma, drop, reach, points: seen.collect() }
 }

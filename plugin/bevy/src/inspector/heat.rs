@@ -1,19 +1,21 @@
-//! What heats, by the parameters that a running world has: the room, the oven, heaters, the heat gun, hot bodies; and how warm sheets are.
+//! Controls of heat sources by the parameters of the running world: surroundings, oven, heaters,
+//! heat gun, hot bodies; and the temperatures of the sheets.
 
 use bevy_egui::egui::{Grid, RichText, Ui};
 
-use super::Knobs;
-use super::controls::{How, dial, name};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, name, parameter_row};
 use super::style::quiet;
 use super::units::{Quantity, Shown};
 
-/// Beginnings of the paths of what heats.
+/// Prefixes of the parameter paths of heat sources.
 const HEATS: [&str; 7] =
     ["oven.", "heaters.", "heat_gun.", "bodies.", "ambient_temperature", "convection", "time_lapse"];
 
-/// Switches and numbers of everything that heats, and the temperatures of the sheets. Whether there was anything.
-pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
-    let all = knobs.world().parameters();
+/// Switches and numbers of all heat sources, and the temperatures of the sheets. Returns whether
+/// there are any.
+pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
+    let all = access.world().parameters();
     let of_heat = |path: &str| HEATS.iter().any(|h| path.starts_with(h));
     let all: Vec<_> = all.into_iter().filter(|p| of_heat(&p.path)).collect();
     Grid::new("warmth").num_columns(2).show(ui, |ui| {
@@ -23,12 +25,19 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
             match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
                 (Ok(now), _) => {
                     let shown = shown(parameter.unit);
-                    dial(ui, knobs, (&title, &about, &parameter.path), now, shown, &How::default());
+                    parameter_row(
+                        ui,
+                        access,
+                        (&title, &about, &parameter.path),
+                        now,
+                        shown,
+                        &ControlOptions::default(),
+                    );
                 }
                 (_, Ok(mut on)) => {
                     let label = name(ui, &title, &about);
                     if ui.checkbox(&mut on, "").labelled_by(label.id).changed() {
-                        knobs.set(&parameter.path, if on { "1" } else { "0" });
+                        access.set(&parameter.path, if on { "1" } else { "0" });
                     }
                     ui.end_row();
                 }
@@ -36,7 +45,7 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
             }
         }
     });
-    let sheets = knobs.world().sheets().iter().filter_map(|s| Some((s.name.as_str(), s.heat()?.range())));
+    let sheets = access.world().sheets().iter().filter_map(|s| Some((s.name.as_str(), s.heat()?.range())));
     let mut some = !all.is_empty();
     for (sheet, (low, high)) in sheets {
         some = true;
@@ -48,7 +57,7 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
     some
 }
 
-/// How a number with this unit is shown.
+/// Display unit of a parameter's unit.
 fn shown(unit: &str) -> Shown {
     match unit {
         "°C" => Shown::fixed(Quantity::Temperature, "°C", 1.0),

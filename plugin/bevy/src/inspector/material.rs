@@ -1,25 +1,25 @@
-//! What a sheet is made of: its constants, how far a strip of it would hang, what of its stiffness is delivered, and what it costs.
+//! Controls of a sheet's material: constants, droop of a strip, delivered stiffness, cost.
 
 use bevy_egui::egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use sheetwork::scene::Material;
 
-use super::Knobs;
-use super::controls::{How, MM, PASCAL, PLAIN, dial, input, name, tell};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, MM, PASCAL, PLAIN, input, name, parameter_row, tell};
 use super::hang::{Hang, gamma, hang};
 use super::style::{ACCENT, quiet};
 use super::units::format_si;
 
-/// Droop previews, worked out once for a material and a length.
+/// Cache of droop previews.
 #[derive(Clone, Debug, Default)]
 pub struct Previews {
-    /// Length of the strip, m; that of the sheet if none.
+    /// Length of the strip, m; `None` for that of the sheet.
     pub length: Option<f64>,
     known: Vec<(u64, Hang)>,
 }
 
 impl Previews {
-    /// The strip of this Γ.
-    pub fn of(&mut self, gamma: f64) -> &Hang {
+    /// Shape of the strip with load parameter Γ.
+    pub fn strip(&mut self, gamma: f64) -> &Hang {
         let key = gamma.to_bits();
         let at = self.known.iter().position(|k| k.0 == key).unwrap_or_else(|| {
             if self.known.len() >= 64 {
@@ -32,28 +32,36 @@ impl Previews {
     }
 }
 
-/// Young's modulus, thickness, Poisson's ratio of sheet `index`: rows of a grid of two columns.
-pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+/// Rows of Young's modulus, thickness and Poisson's ratio of sheet `index` in a grid of two
+/// columns.
+pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
     let (now, follows) = (sheet.material().clone(), sheet.follows_material());
     let path = |name: &str| format!("sheets.{index}.material.{name}");
     if now.orthotropic.is_some() {
-        ui.label("Stiffness").on_hover_text("Measured along warp and weft: the scene's file has the numbers");
+        ui.label("Stiffness").on_hover_text("Orthotropic; its numbers are in the scene file");
         ui.label(format_si(now.plate_stiffness(), "N m"));
         ui.end_row();
     }
-    let about = "Young's modulus: how hard it is to stretch. Type 2.1 GPa, or 3G for 3 GPa";
-    dial(ui, knobs, ("Young", about, &path("young")), now.young, PASCAL, &How::log(1.0..=1e11));
-    let about = "Thickness: bending goes with its cube. Type 0.3 mm, 16 µm";
-    let how = How { logarithmic: true, late: true, ..How::slider(1e-5..=5e-3) };
-    dial(ui, knobs, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
+    let about = "Young's modulus: stress per strain. Type 2.1 GPa, or 3G for 3 GPa";
+    parameter_row(ui, access, ("Young", about, &path("young")), now.young, PASCAL, &ControlOptions::log(1.0..=1e11));
+    let about = "Thickness; bending stiffness grows with its cube. Type 0.3 mm, 16 µm";
+    let how = ControlOptions { logarithmic: true, late: true, ..ControlOptions::slider(1e-5..=5e-3) };
+    parameter_row(ui, access, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
     if follows {
-        let about = "Poisson's ratio: how much it narrows when it is stretched";
-        dial(ui, knobs, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, &How::slider(0.0..=0.49));
+        let about = "Poisson's ratio: transverse contraction per extension";
+        parameter_row(
+            ui,
+            access,
+            ("Poisson", about, &path("poisson")),
+            now.poisson,
+            PLAIN,
+            &ControlOptions::slider(0.0..=0.49),
+        );
     }
 }
 
-/// A hanging strip, drawn to scale into `rect`, its clamp at the upper left.
+/// Draw a hanging strip to scale into `rect`, its clamp at the upper left.
 pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
     let painter = ui.painter_at(rect);
     let (room, from) = (rect.shrink(3.0), rect.shrink(3.0).left_top() + vec2(0.0, 2.0));
@@ -65,11 +73,11 @@ pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
     painter.add(Shape::line(strip.points.iter().map(at).collect(), Stroke::new(1.8, colour)));
 }
 
-/// How far a strip of the present material hangs, at a length that can be typed.
-pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &Material, length: f64) {
-    let gravity = knobs.world().gravity().length();
+/// Droop of a strip of the present material, at a length that can be typed.
+pub fn droop(ui: &mut Ui, access: &mut dyn ParameterAccess, previews: &mut Previews, now: &Material, length: f64) {
+    let gravity = access.world().gravity().length();
     let number = gamma(now, length, gravity);
-    let strip = previews.of(number).clone();
+    let strip = previews.strip(number).clone();
     ui.horizontal(|ui| {
         let (rect, response) = ui.allocate_exact_size(vec2(86.0, 74.0), Sense::hover());
         ui.painter_at(rect).rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
@@ -81,41 +89,41 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
             ui.horizontal(|ui| {
                 let label =
                     name(ui, "Strip of", "Length of the strip in the preview; a double click takes the sheet's own");
-                let done = input(ui, &label, length, MM, &How::default());
+                let done = input(ui, &label, length, MM, &ControlOptions::default());
                 previews.length = done.value.map(|v| v.clamp(1e-6, 1e3)).or(previews.length);
-                tell(knobs, "strip", done.error);
+                tell(access, "strip", done.error);
                 if done.reset {
                     previews.length = None;
                 }
             });
-            ui.label(RichText::new(format!("hangs by {}", format_si(strip.drop * length, "m"))).strong());
+            ui.label(RichText::new(format!("droops by {}", format_si(strip.drop * length, "m"))).strong());
             ui.label(RichText::new(format!("{:.1} % of its length", 100.0 * strip.drop)).color(quiet(ui)));
         });
     });
 }
 
-/// What is delivered of the stiffness that was asked for.
-pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
-    let world = knobs.world();
+/// Delivered stiffness, relative to the requested one.
+pub fn delivered(ui: &mut Ui, access: &dyn ParameterAccess, index: usize) {
+    let world = access.world();
     let Some(sheet) = world.sheets().get(index) else { return };
     let Some(found) = sheet.delivered_stiffness(world.dt()) else {
         if !sheet.follows_material() {
-            ui.weak("Springs by the thesis's rule: soft, and stiffer on a finer grid.").on_hover_text(
-                "Choose the structure shell, or calibrated springs, for a sheet that bends as its material on any grid",
+            ui.weak("Springs by the thesis's law: soft, and stiffer on a finer grid.").on_hover_text(
+                "Choose the shell, or calibrated springs, for the material's bending stiffness on any grid",
             );
         }
         return;
     };
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Asked").color(quiet(ui)));
+        ui.label(RichText::new("Requested").color(quiet(ui)));
         ui.monospace(format_si(found.asked_pa, "Pa"));
-        ui.label(RichText::new("bends as").color(quiet(ui)));
+        ui.label(RichText::new("delivered").color(quiet(ui)));
         let part = found.bends_as_pa / found.asked_pa.max(1e-300);
         let text = RichText::new(format_si(found.bends_as_pa, "Pa")).monospace();
         let text = if part < 0.9 { text.color(ui.visuals().warn_fg_color) } else { text };
         let percent = |part: f64| format!("{:.2} %", 100.0 * part);
         ui.label(text).on_hover_text(format!(
-            "Structure {}, grid {} for the present shape, step {} for the present motion",
+            "Structure {}, grid {} for the present shape, time step {} for the present motion",
             percent(found.structure),
             percent(found.grid),
             percent(found.step)
@@ -123,19 +131,19 @@ pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
     });
 }
 
-/// A factor with as many places as mean something.
+/// A factor with its significant digits.
 fn times(factor: f64) -> String {
     if factor < 10.0 { format!("{factor:.1}×") } else { format!("{factor:.0}×") }
 }
 
-/// What a step takes, and a warning where that is more than there is.
-pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
-    let Some(factor) = knobs.real_time_factor() else { return };
-    let text = format!("a step takes {} of {}", format_si(knobs.step_s(), "s"), format_si(knobs.world().dt(), "s"));
-    // A frame has other things to do, too.
-    if factor * 0.8 < knobs.speed() {
-        let about = "A coarser grid, a longer step with an implicit engine, or less speed bring it back";
-        let what = if factor < knobs.speed() { "slower than asked" } else { "hardly in time" };
+/// Cost of a step, and a warning where it exceeds real time.
+pub fn cost(ui: &mut Ui, access: &dyn ParameterAccess) {
+    let Some(factor) = access.real_time_factor() else { return };
+    let text = format!("a step takes {} of {}", format_si(access.step_s(), "s"), format_si(access.world().dt(), "s"));
+    // A frame needs 20 % of its time for other work.
+    if factor * 0.8 < access.speed() {
+        let about = "Use a coarser grid, a longer step with an implicit integrator, or a lower speed";
+        let what = if factor < access.speed() { "slower than requested" } else { "close to the limit" };
         let warning = format!("⚠ {what}: {text}, {factor:.2}× real time at most");
         ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
     } else {

@@ -1,4 +1,5 @@
-//! The inspector (feature `inspector`): panels in which a running game shows and changes what its sheets are, by bevy_egui.
+//! Inspector (feature `inspector`): egui panels that display and change the sheets of a running
+//! game.
 //!
 //! ```no_run
 //! # use bevy::prelude::*;
@@ -6,16 +7,16 @@
 //! App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetInspectorPlugin)).run();
 //! ```
 //!
-//! What is changed is a parameter of the [`SheetWorld`], from the next step on, as [`World::set`](sheetwork::World::set) has it: the
-//! components that sheets were spawned with stay as they are. The panels are functions over anything that has [`Knobs`], so that they can be put
-//! into windows of one's own: the Sheetwork editor is made of the same ones.
+//! An edit sets a parameter of the [`SheetWorld`] by [`World::set`](sheetwork::World::set) and acts
+//! from the next step on; the components of the sheets are unchanged. The panels are functions of
+//! [`ParameterAccess`] for use in other windows: the Sheetwork editor uses the same panels.
 
 pub mod controls;
 mod engine;
 pub mod hang;
 mod heat;
-mod knobs;
 mod material;
+mod parameter_access;
 mod sheet;
 pub mod style;
 
@@ -26,15 +27,16 @@ use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass};
 use crate::core::{SheetClock, SheetWorld};
 
 pub use engine::engine;
-pub use heat::warmth;
-pub use knobs::{Changes, Game, Knobs};
+pub use heat::heat_sources;
 pub use material::{Previews, constants, cost, delivered, droop, strip_shape};
+pub use parameter_access::{Changes, InspectedGame, ParameterAccess};
 pub use sheet::behaviour;
 pub use sheetwork::units;
 
 use style::{ACCENT, quiet, readable};
 
-/// A window with the inspector's panels over the game; adds [`EguiPlugin`] where the game has not. F10 shows and hides it.
+/// Plugin with a window of the inspector's panels; adds [`EguiPlugin`] where it is missing. F10
+/// shows and hides the window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetInspectorPlugin;
 
@@ -48,19 +50,19 @@ impl Plugin for SheetInspectorPlugin {
     }
 }
 
-/// What the inspector shows and has changed.
+/// State of the inspector.
 #[derive(Resource, Clone, Debug)]
 pub struct SheetInspector {
-    /// Whether its window is there.
+    /// Whether its window is open.
     pub shown: bool,
-    /// The key that shows and hides it; none for none.
+    /// Key that shows and hides the window; `None` for no key.
     pub key: Option<egui::Key>,
-    /// Which sheet it shows.
+    /// Index of the displayed sheet.
     pub sheet: usize,
-    /// What was changed, and what was refused.
+    /// Changes and messages.
     pub changes: Changes,
     previews: Previews,
-    /// The world that changes are of.
+    /// Generation of the world that the changes belong to.
     generation: u32,
 }
 
@@ -86,7 +88,7 @@ fn show(
     if !inspector.shown {
         return Ok(());
     }
-    // Being looked at is no change; what is set changes what it changes.
+    // Reading the world is not a change; edits mark what they change.
     let (world, clock) = (world.bypass_change_detection(), clock.bypass_change_detection());
     let window = egui::Window::new("Sheets").default_size([330.0, 640.0]).default_pos([8.0, 8.0]);
     window.show(ctx, |ui| {
@@ -97,7 +99,7 @@ fn show(
     Ok(())
 }
 
-/// All of the inspector into a `ui`: for windows and docks of one's own.
+/// All panels of the inspector, for windows and docks of the caller.
 pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, inspector: &mut SheetInspector) {
     if inspector.generation != world.generation() {
         inspector.generation = world.generation();
@@ -110,7 +112,7 @@ pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, insp
     let SheetInspector { sheet, changes, previews, .. } = inspector;
     let count = world.sheets().len();
     *sheet = (*sheet).min(count.saturating_sub(1));
-    let mut game = Game { world, speed: clock.speed, changes };
+    let mut game = InspectedGame { world, speed: clock.speed, changes };
     if count > 0 {
         choose(ui, &game, sheet);
         section(ui, "Material", |ui| of_material(ui, &mut game, previews, *sheet));
@@ -120,14 +122,14 @@ pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, insp
     } else {
         ui.weak("There is no sheet.");
     }
-    section(ui, "Engine", |ui| {
+    section(ui, "Integrator", |ui| {
         let factor = game.world.air().factor < 1.0;
         Grid::new("engine").num_columns(2).show(ui, |ui| engine(ui, &mut game, factor));
         cost(ui, &game);
     });
     section(ui, "Heat", |ui| {
-        if !warmth(ui, &mut game) {
-            ui.weak("Nothing heats.");
+        if !heat_sources(ui, &mut game) {
+            ui.weak("There are no heat sources.");
         }
     });
     section(ui, "Changed", |ui| changed(ui, &mut game));
@@ -144,22 +146,22 @@ fn section(ui: &mut Ui, title: &'static str, contents: impl FnOnce(&mut Ui)) {
 fn time(ui: &mut Ui, world: &SheetWorld, clock: &mut SheetClock) {
     ui.horizontal(|ui| {
         let title = if clock.paused { "▶ Play" } else { "⏸ Pause" };
-        if ui.button(title).on_hover_text("Sheets stand still while paused").clicked() {
+        if ui.button(title).on_hover_text("Simulated time is paused").clicked() {
             clock.paused = !clock.paused;
         }
-        if ui.button("⏭ Step").on_hover_text("One step of the engine").clicked() {
+        if ui.button("⏭ Step").on_hover_text("One time step").clicked() {
             clock.paused = true;
             clock.step_once();
         }
         let label = ui.label("Speed");
         let number = egui::DragValue::new(&mut clock.speed).range(0.0..=100.0).speed(0.01).suffix("×");
-        ui.add(number).labelled_by(label.id).on_hover_text("Simulated seconds a second of the game");
+        ui.add(number).labelled_by(label.id).on_hover_text("Simulated seconds per second of the game");
         ui.monospace(format!("{:.3} s", world.time()));
     });
 }
 
-/// The sheet that is meant, where there are several.
-fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
+/// Choice of the sheet, where there are several.
+fn choose(ui: &mut Ui, game: &InspectedGame<'_>, sheet: &mut usize) {
     let sheets = game.world.sheets();
     let Some(now) = sheets.get(*sheet) else { return };
     if sheets.len() > 1 {
@@ -169,11 +171,11 @@ fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
             }
         });
     }
-    let text = format!("{}: {} masses, {} springs", now.name, now.masses(), now.springs().len());
+    let text = format!("{}: {} nodes, {} springs", now.name, now.masses(), now.springs().len());
     ui.label(RichText::new(text).color(quiet(ui)));
 }
 
-fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index: usize) {
+fn of_material(ui: &mut Ui, game: &mut InspectedGame<'_>, previews: &mut Previews, index: usize) {
     let Some(sheet) = game.world.sheets().get(index) else { return };
     let (material, size) = (sheet.material().clone(), sheet.rest_size());
     let length = previews.length.unwrap_or(size.0.max(size.1));
@@ -182,12 +184,12 @@ fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index:
     delivered(ui, game, index);
 }
 
-/// What was changed, and undo.
-fn changed(ui: &mut Ui, game: &mut Game<'_>) {
+/// List of changes, and undo.
+fn changed(ui: &mut Ui, game: &mut InspectedGame<'_>) {
     ui.horizontal(|ui| {
         let what = game.changes.undoes().map_or_else(|| "Undo".to_owned(), |path| format!("Undo {path}"));
         let undo = ui.add_enabled(game.changes.undoes().is_some(), egui::Button::new(what));
-        if undo.on_hover_text("Take the last change back").clicked() {
+        if undo.on_hover_text("Undo the last change").clicked() {
             game.undo();
         }
     });
@@ -199,14 +201,14 @@ fn changed(ui: &mut Ui, game: &mut Game<'_>) {
         ui.label(RichText::new(format!("{path} = {now}")).monospace().size(11.0).color(readable(ui, ACCENT)));
     }
     if list.is_empty() {
-        ui.weak("Everything is as the game has it.");
-    } else if ui.button("Copy").on_hover_text("Paths and values as text, for the game's own code").clicked() {
+        ui.weak("There are no changes.");
+    } else if ui.button("Copy").on_hover_text("Paths and values as text, for the code of the game").clicked() {
         let text: Vec<String> = list.iter().map(|(path, now)| format!("{path} = {now}")).collect();
         ui.ctx().copy_text(text.join("\n"));
     }
 }
 
-/// What was refused, until it is dismissed.
+/// Messages about rejected values, until dismissed.
 fn messages(ui: &mut Ui, all: &mut Vec<String>) {
     let mut dismissed = None;
     for (index, text) in all.iter().enumerate() {

@@ -1,70 +1,112 @@
-//! How a sheet behaves: damping, drag, friction, restitution, pressure, and how far it may bend.
+//! Controls of a sheet's behaviour: damping, drag, friction, restitution, pressure, bending limit.
 
 use bevy_egui::egui::Ui;
 
-use super::Knobs;
-use super::controls::{How, PLAIN, dial, dial_of};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row};
 use super::units::{Quantity, Shown};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
-/// What can be turned of sheet `index` while it runs, besides its material: rows of a grid of two columns.
-pub fn behaviour(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    damping(ui, knobs, index);
-    contact(ui, knobs, index);
-    flexion_limit(ui, knobs, index);
+/// Rows of the parameters of sheet `index` that can change at run time, material aside, in a grid
+/// of two columns.
+pub fn behaviour(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    damping(ui, access, index);
+    contact(ui, access, index);
+    flexion_limit(ui, access, index);
 }
 
-fn damping(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
     let (follows, ratio, damping, drag) =
         (sheet.follows_material(), sheet.damping_ratio(), sheet.damping(), sheet.drag());
     let path = |name: &str| format!("sheets.{index}.{name}");
     if follows {
-        let about =
-            "Damping ratio of the slowest bending motion, as a fraction of critical; faster ones are damped more";
-        dial(ui, knobs, ("Damping", about, &path("damping_ratio")), ratio, PLAIN, &How::slider(0.0..=0.5));
+        let about = "Damping ratio of the slowest bending mode; faster modes are damped more";
+        parameter_row(
+            ui,
+            access,
+            ("Damping", about, &path("damping_ratio")),
+            ratio,
+            PLAIN,
+            &ControlOptions::slider(0.0..=0.5),
+        );
     } else {
-        let about = "Dashpots along the springs, as a fraction of critical";
-        dial(ui, knobs, ("Damping", about, &path("damping")), damping, PLAIN, &How::slider(0.0..=1.0));
+        let about = "Dashpots along the springs, as a fraction of critical damping";
+        parameter_row(
+            ui,
+            access,
+            ("Damping", about, &path("damping")),
+            damping,
+            PLAIN,
+            &ControlOptions::slider(0.0..=1.0),
+        );
     }
-    if knobs.world().air().density > 0.0 {
-        let about = "Drag coefficient where the air meets the sheet's face";
-        dial(ui, knobs, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &How::slider(0.0..=2.0));
-        let about = "Drag coefficient where the air runs along the sheet";
-        dial(ui, knobs, ("… along", about, &path("drag.1")), drag.1, PLAIN, &How::slider(0.0..=0.2));
+    if access.world().air().density > 0.0 {
+        let about = "Drag coefficient for air across the sheet";
+        parameter_row(ui, access, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &ControlOptions::slider(0.0..=2.0));
+        let about = "Drag coefficient for air along the sheet";
+        parameter_row(
+            ui,
+            access,
+            ("… along", about, &path("drag.1")),
+            drag.1,
+            PLAIN,
+            &ControlOptions::slider(0.0..=0.2),
+        );
     }
 }
 
-fn contact(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
     let (friction, restitution, pressure) = (sheet.friction, sheet.restitution, sheet.pressure());
     let path = |name: &str| format!("sheets.{index}.{name}");
-    let about = "Coulomb friction coefficient of the sheet; of two surfaces that meet the mean counts";
-    dial(ui, knobs, ("Friction", about, &path("friction")), friction, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Part of the speed of impact that is given back";
-    dial(ui, knobs, ("Restitution", about, &path("restitution")), restitution, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Pressure on the upper side above that on the lower, Pa; a vacuum below is a positive one";
+    let about = "Coulomb friction coefficient of the sheet; a contact uses the mean of both surfaces";
+    parameter_row(
+        ui,
+        access,
+        ("Friction", about, &path("friction")),
+        friction,
+        PLAIN,
+        &ControlOptions::slider(0.0..=1.0),
+    );
+    let about = "Ratio of separation to approach speed";
+    parameter_row(
+        ui,
+        access,
+        ("Restitution", about, &path("restitution")),
+        restitution,
+        PLAIN,
+        &ControlOptions::slider(0.0..=1.0),
+    );
+    let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
     let shown = Shown::fixed(Quantity::Pressure, "Pa", 1.0);
-    dial(ui, knobs, ("Pressure", about, &path("pressure")), pressure, shown, &How { speed: 0.2, ..How::default() });
+    parameter_row(
+        ui,
+        access,
+        ("Pressure", about, &path("pressure")),
+        pressure,
+        shown,
+        &ControlOptions { speed: 0.2, ..ControlOptions::default() },
+    );
 }
 
-/// The angle limit, for structures with flexion triples.
-fn flexion_limit(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+/// Bending angle limit, for structures with flexion springs.
+fn flexion_limit(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
     let Some(largest) = sheet.largest_flexion_angle() else { return };
     let (limit, path) = (sheet.flexion_angle_limit(), format!("sheets.{index}.flexion_limit"));
     let mut limited = limit.is_some();
-    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest angle a flexion triple may bend to");
+    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest bending angle of a flexion spring");
     if check.changed() {
         let value = if limited { largest.clamp(30.0, 180.0).to_string() } else { "none".to_owned() };
-        knobs.set(&path, &value);
+        access.set(&path, &value);
     }
     match limit {
         Some(now) => {
             ui.horizontal(|ui| {
                 let label = ui.weak("at");
-                dial_of(ui, knobs, &label, &path, now, DEGREES, &How::slider(1.0..=180.0));
+                parameter_control(ui, access, &label, &path, now, DEGREES, &ControlOptions::slider(1.0..=180.0));
             });
         }
         None => {

@@ -1,15 +1,16 @@
-//! Colours that mean the same in every panel, dark or light.
+//! Colours of the panels, for dark and light themes.
 
 use bevy_egui::egui::{Color32, Ui};
 
-/// The sheets' own colour, for what is chosen or active.
+/// Colour of chosen or active items: the default colour of a sheet.
 pub const ACCENT: Color32 = Color32::from_rgb(226, 92, 52);
-/// Lines that others are compared with.
+/// Colour of reference lines.
 pub const QUIET: Color32 = Color32::from_rgb(142, 144, 150);
-/// How much of a colour's light is left in text on a light ground: with it each has a contrast of 4.5 or more (WCAG 2.2, 1.4.3).
+/// Lightness factor of coloured text on a light background, for a contrast of at least 4.5 (WCAG
+/// 2.2, 1.4.3).
 const ON_LIGHT: f32 = 0.54;
 
-/// A colour as text: darker on a light ground.
+/// A colour as text: darker on a light background.
 pub fn readable(ui: &Ui, colour: Color32) -> Color32 {
     if ui.visuals().dark_mode {
         return colour;
@@ -18,7 +19,7 @@ pub fn readable(ui: &Ui, colour: Color32) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// Names of numbers.
+/// Colour of the names of numbers.
 pub fn quiet(ui: &Ui) -> Color32 {
     readable(ui, QUIET)
 }

@@ -1,49 +1,49 @@
-//! Meshes of rigid bodies, each in its entity's space.
+//! Meshes of rigid bodies, each in the space of its entity.
 //!
-//! Faces of a polyhedron that meet at less than 30° are shaded as one smooth surface: a dome looks round, a wedge sharp.
+//! Faces of a polyhedron at an angle below 30° are shaded as one smooth surface: a dome looks
+//! round, a wedge sharp.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
 
-use super::Materials;
-use crate::asset::SheetPolyhedra;
-use crate::core::{BodyShape, SheetBody};
+use super::materials::Materials;
+use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
-/// Cosine of the angle between two faces below which they are shaded as one.
-const SMOOTH: f64 = 0.866;
+/// Cosine of the largest angle between smoothly shaded faces, 30°.
+const SMOOTH_COSINE: f64 = 0.866;
 
-/// The shape that an entity's mesh was made of.
+/// Shape of which the entity's mesh was made.
 #[derive(Component)]
-pub(super) struct Drawn(BodyShape);
+pub(super) struct DisplayedBody(BodyShape);
 
-/// Gives a mesh and a material to bodies that have none, and a new mesh to those whose shape was changed.
-pub(super) fn dress(
+/// Insert mesh and material where they are missing, and a new mesh after a change of shape.
+pub(super) fn insert_meshes(
     mut commands: Commands,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut defaults: ResMut<Materials>,
     bodies: Query<
-        (Entity, &SheetBody, Option<&Drawn>, Has<Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>),
-        Or<(Changed<SheetBody>, Without<Drawn>)>,
+        (Entity, &SheetBody, Option<&DisplayedBody>, Has<Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>),
+        Or<(Changed<SheetBody>, Without<DisplayedBody>)>,
     >,
 ) {
     for (entity, body, drawn, has_mesh, has_material) in &bodies {
-        // A mesh that is not ours is the user's own.
+        // A mesh without this marker belongs to the user.
         if drawn.map_or(has_mesh, |d| d.0 == body.shape) {
             continue;
         }
         let Some(mesh) = mesh_of(&body.shape, assets.as_deref()) else { continue };
-        commands.entity(entity).try_insert((Mesh3d(meshes.add(mesh)), Drawn(body.shape.clone())));
+        commands.entity(entity).try_insert((Mesh3d(meshes.add(mesh)), DisplayedBody(body.shape.clone())));
         if !has_material {
             commands.entity(entity).try_insert(MeshMaterial3d(defaults.body(&mut materials)));
         }
     }
 }
 
-/// The mesh of a shape; `None` for one that is not drawn, or whose file is still loading.
+/// Mesh of a shape; `None` for a shape that is not displayed, or whose file is still loading.
 fn mesh_of(shape: &BodyShape, assets: Option<&Assets<SheetPolyhedra>>) -> Option<Mesh> {
     match shape {
         BodyShape::Cuboid(size) => Some(Cuboid::from_size(size.as_vec3()).into()),
@@ -55,7 +55,7 @@ fn mesh_of(shape: &BodyShape, assets: Option<&Assets<SheetPolyhedra>>) -> Option
     }
 }
 
-/// A mesh of polyhedra, in their own coordinates, m.
+/// Mesh of polyhedra, in their own coordinates, m.
 pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
     let (mut positions, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for polyhedron in polyhedra {
@@ -66,7 +66,8 @@ pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
             for triangle in polyhedron.triangulate_face(face) {
                 for vertex in triangle {
                     let around = faces_at.get(vertex as usize).map_or(&[][..], Vec::as_slice);
-                    let alike = around.iter().map(|f| areas[*f]).filter(|a| a.normalize_or_zero().dot(normal) > SMOOTH);
+                    let alike =
+                        around.iter().map(|f| areas[*f]).filter(|a| a.normalize_or_zero().dot(normal) > SMOOTH_COSINE);
                     let smooth = alike.fold(bevy::math::DVec3::ZERO, |sum, a| sum + a).normalize_or(normal);
                     indices.push(positions.len() as u32);
                     positions.push(polyhedron.vertices[vertex as usize].as_vec3().to_array());
@@ -83,7 +84,7 @@ pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
         .with_inserted_indices(Indices::U32(indices))
 }
 
-/// Faces that meet at each vertex.
+/// Faces at each vertex.
 fn faces_at_vertices(polyhedron: &Polyhedron) -> Vec<Vec<usize>> {
     let mut faces_at = vec![Vec::new(); polyhedron.vertices.len()];
     for (face, corners) in polyhedron.faces.iter().enumerate() {

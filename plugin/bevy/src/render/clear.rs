@@ -1,50 +1,53 @@
-//! Keeps what is drawn of a sheet out of what it lies on.
+//! Depenetration of the displayed surface from bodies.
 //!
-//! Only masses touch bodies. Between them the drawn surface cuts across an edge or a curve that the masses lie around; here
-//! its vertices are brought back out of the body they are in, and a skin's thickness above it; a triangle's side that still cuts
-//! through an edge is lifted with both its ends until it does not. This is display alone.
+//! Contact acts at nodes. Between nodes the displayed surface can intersect an edge or a curved
+//! face of a body. Here vertices inside a body, or closer to it than a margin, are moved to that
+//! margin outside it, and triangle sides that still intersect a body are lifted with both their
+//! ends. The simulation is not affected.
 
 use bevy::prelude::*;
 use bevy::tasks::{ComputeTaskPool, ParallelSliceMut};
 use rapier3d::prelude::{QueryPipeline, Ray};
 use sheetwork::rigid::RigidView;
 
-/// Vertices that one task works on.
-const CHUNK: usize = 512;
+/// Vertices per task.
+const VERTICES_PER_TASK: usize = 512;
 
-/// How often sides that still cut through a body are lifted: a lifted one may cut a little less deep somewhere else.
-const ROUNDS: usize = 4;
+/// Maximum number of lifting passes: a lifted side may leave a shallower intersection elsewhere.
+const MAX_PASSES: usize = 4;
 
-/// What is known of a vertex, once it is clear of bodies.
+/// Geometry near a vertex after depenetration.
 #[derive(Clone, Copy)]
-enum Near {
-    /// A point of the nearest body, and the way out of it there: a convex body is wholly behind that plane.
+enum NearbyBody {
+    /// Point on the nearest body and its outward normal. A convex body lies behind this plane.
     Plane(Vec3, Vec3),
-    /// It was brought out to where no plane is known.
+    /// The vertex was moved to a place without a known plane.
     Edge,
 }
 
-/// Brings the surface (world space, m) out of the bodies: its vertices that are inside one, or nearer to it than `skin` (m), to
-/// that distance outside it, and the sides of its triangles that cut through an edge or a curve between two vertices; works out
-/// the normals anew if anything moved, as is returned. `reach` (m) is how deep a vertex may be.
+/// Move the surface (world space, m) out of the bodies: vertices closer to a body than `clearance`
+/// (m) to that distance, and sides of triangles that intersect a body. Recomputes the normals if
+/// any vertex moved, and returns whether one did. `reach` (m) is the largest penetration of a
+/// vertex.
 ///
-/// Costs about a microsecond a vertex, shared among the threads of Bevy's compute pool where there is one, and some more for
-/// each side across an edge.
+/// Costs about 1 µs per vertex, shared among the threads of Bevy's compute pool where there is one,
+/// and more for each intersecting side.
 pub fn clear_of_bodies(
     view: &RigidView,
     triangles: &[[u32; 3]],
     reach: f32,
-    skin: f32,
+    clearance: f32,
     mut positions: &mut [[f32; 3]],
     normals: &mut [[f32; 3]],
 ) -> bool {
     let bring_out = |first: usize, part: &mut [[f32; 3]]| {
-        // Each task has its own: a query's filter may not be shared.
+        // One query per task: its filter is not `Sync`.
         let query = view.query();
         let mut near = Vec::new();
         let mut any = false;
         for (i, (position, normal)) in part.iter_mut().zip(&normals[first.min(normals.len())..]).enumerate() {
-            let Some((clear, known)) = brought_out(&query, Vec3::from(*position), Vec3::from(*normal), reach, skin)
+            let Some((clear, known)) =
+                depenetrated(&query, Vec3::from(*position), Vec3::from(*normal), reach, clearance)
             else {
                 continue;
             };
@@ -57,8 +60,9 @@ pub fn clear_of_bodies(
         (any, near)
     };
     let parts = match ComputeTaskPool::try_get() {
-        Some(pool) if positions.len() > CHUNK => {
-            positions.par_chunk_map_mut(pool, CHUNK, |part, chunk| bring_out(part * CHUNK, chunk))
+        Some(pool) if positions.len() > VERTICES_PER_TASK => {
+            positions
+                .par_chunk_map_mut(pool, VERTICES_PER_TASK, |part, chunk| bring_out(part * VERTICES_PER_TASK, chunk))
         }
         _ => vec![bring_out(0, positions)],
     };
@@ -68,8 +72,8 @@ pub fn clear_of_bodies(
         for (i, known) in parts.into_iter().flat_map(|part| part.1) {
             near[i] = Some(known);
         }
-        let sides = doubtful(triangles, &near, positions);
-        any |= lift_sides(&view.query(), &sides, reach, 0.1 * skin, positions, normals);
+        let sides = candidate_sides(triangles, &near, positions);
+        any |= lift_sides(&view.query(), &sides, reach, 0.1 * clearance, positions, normals);
     }
     if any {
         write_normals(triangles, positions, normals);
@@ -77,34 +81,43 @@ pub fn clear_of_bodies(
     any
 }
 
-/// Where a vertex goes, if it does not stay, and what is then known of it; `None` for one that is far from everything.
-fn brought_out(query: &QueryPipeline, p: Vec3, normal: Vec3, reach: f32, skin: f32) -> Option<(Option<Vec3>, Near)> {
-    // The query that asks for the feature too is the one that knows the inside of a polyhedron.
-    let (_, nearest, _) = query.project_point_and_get_feature(p, reach.max(skin))?;
+/// New position of a vertex, if it moves, and the geometry near it; `None` for a vertex far from
+/// all bodies.
+fn depenetrated(
+    query: &QueryPipeline,
+    p: Vec3,
+    normal: Vec3,
+    reach: f32,
+    clearance: f32,
+) -> Option<(Option<Vec3>, NearbyBody)> {
+    // Only the query with feature tests whether a point is inside a polyhedron.
+    let (_, nearest, _) = query.project_point_and_get_feature(p, reach.max(clearance))?;
     let distance = nearest.point.distance(p);
-    if nearest.is_inside && distance > 0.02 * skin {
-        // Straight out through the sheet, so that what cuts across an edge comes to lie over it; the nearest point of the
-        // body may be on either side of the edge and would tear the surface open there.
-        let place = match exit(query, p, normal, 3.0 * distance + skin) {
-            Some((far, out)) => p + (far + skin) * out,
-            None => nearest.point + (nearest.point - p) * (skin / distance),
+    if nearest.is_inside && distance > 0.02 * clearance {
+        // The vertex leaves along the surface normal, so that a triangle across an edge comes to
+        // lie over it. The nearest points of neighbouring vertices may be on different faces and
+        // would tear the surface.
+        let place = match exit(query, p, normal, 3.0 * distance + clearance) {
+            Some((far, out)) => p + (far + clearance) * out,
+            None => nearest.point + (nearest.point - p) * (clearance / distance),
         };
-        return Some((Some(place), Near::Edge));
+        return Some((Some(place), NearbyBody::Edge));
     }
-    let out = if distance > 0.02 * skin {
+    let out = if distance > 0.02 * clearance {
         (p - nearest.point) / distance
     } else {
-        // On the surface the distance does not tell which way is out: one side of the sheet is.
-        let above = p + 0.5 * skin * normal;
-        let inside = query.project_point_and_get_feature(above, skin).is_some_and(|(_, nearest, _)| nearest.is_inside);
+        // On the surface of a body the distance has no sign; the sheet's normal decides the side.
+        let above = p + 0.5 * clearance * normal;
+        let inside =
+            query.project_point_and_get_feature(above, clearance).is_some_and(|(_, nearest, _)| nearest.is_inside);
         if inside { -normal } else { normal }
     };
-    let moved = (distance < skin).then(|| nearest.point + skin * out);
-    Some((moved, Near::Plane(nearest.point, out)))
+    let moved = (distance < clearance).then(|| nearest.point + clearance * out);
+    Some((moved, NearbyBody::Plane(nearest.point, out)))
 }
 
-/// How far (m), and which way along `normal`, a point inside a body is from its outside, the shorter of both; `None` if it is
-/// farther than `most` (m).
+/// Distance (m) and signed direction along `normal` from a point inside a body to its outside, on
+/// the shorter side; `None` beyond `most` (m).
 fn exit(query: &QueryPipeline, p: Vec3, normal: Vec3, most: f32) -> Option<(f32, Vec3)> {
     let way = |out: Vec3| query.cast_ray(&Ray::new(p, out), most, false).map(|(_, far)| (far, out));
     match (way(normal), way(-normal)) {
@@ -113,12 +126,12 @@ fn exit(query: &QueryPipeline, p: Vec3, normal: Vec3, most: f32) -> Option<(f32,
     }
 }
 
-/// The sides of triangles that may cut through a body, lower vertex first, in order: all but those that have both ends before
-/// the planes that the bodies near them are behind.
-fn doubtful(triangles: &[[u32; 3]], near: &[Option<Near>], positions: &[[f32; 3]]) -> Vec<[usize; 2]> {
-    let before = |known: Near, other: usize| match known {
-        Near::Plane(point, out) => (Vec3::from(positions[other]) - point).dot(out) >= 0.0,
-        Near::Edge => false,
+/// Sides of triangles that may intersect a body, lower vertex first, sorted: all sides except those
+/// with both ends in front of the planes of both ends.
+fn candidate_sides(triangles: &[[u32; 3]], near: &[Option<NearbyBody>], positions: &[[f32; 3]]) -> Vec<[usize; 2]> {
+    let before = |known: NearbyBody, other: usize| match known {
+        NearbyBody::Plane(point, out) => (Vec3::from(positions[other]) - point).dot(out) >= 0.0,
+        NearbyBody::Edge => false,
     };
     let mut sides = Vec::new();
     for [a, b, c] in triangles.iter().map(|t| t.map(|i| i as usize)) {
@@ -134,8 +147,8 @@ fn doubtful(triangles: &[[u32; 3]], near: &[Option<Near>], positions: &[[f32; 3]
     sides
 }
 
-/// Lifts both ends of the sides that cut through a body by how deep the middle of the cut is, along the surface's normal, to
-/// `margin` (m) above it; whether any was.
+/// Lift both ends of each intersecting side by the depth at the middle of the intersection, along
+/// the surface normal, to `margin` (m) above it. Returns whether any side was lifted.
 fn lift_sides(
     query: &QueryPipeline,
     sides: &[[usize; 2]],
@@ -146,7 +159,7 @@ fn lift_sides(
 ) -> bool {
     let mut any = false;
     let mut lifts: Vec<(usize, Vec3)> = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_PASSES {
         for &[i, j] in sides {
             let (a, b) = (Vec3::from(positions[i]), Vec3::from(positions[j]));
             let length = a.distance(b);
@@ -166,7 +179,7 @@ fn lift_sides(
             break;
         }
         any = true;
-        // The longest lift of each vertex.
+        // The longest lift of each vertex comes first.
         lifts.sort_by(|p, q| p.0.cmp(&q.0).then(q.1.length_squared().total_cmp(&p.1.length_squared())));
         lifts.dedup_by_key(|lift| lift.0);
         for (i, lift) in lifts.drain(..) {
@@ -176,7 +189,7 @@ fn lift_sides(
     any
 }
 
-/// Normals weighted by the area of the triangles around each vertex.
+/// Normals weighted by the areas of the adjacent triangles.
 fn write_normals(triangles: &[[u32; 3]], positions: &[[f32; 3]], normals: &mut [[f32; 3]]) {
     normals.fill([0.0; 3]);
     for corners in triangles.iter().map(|t| t.map(|i| i as usize)) {
@@ -200,7 +213,7 @@ mod tests {
     use sheetwork::scene::Scene;
 
     #[test]
-    fn a_surface_in_a_ball_is_brought_out_of_it_and_one_outside_is_left() {
+    fn a_surface_in_a_ball_is_moved_out_and_one_outside_is_unchanged() {
         let scene = Scene::parse("(bodies: [(shape: Ball(1.0))])").expect("valid");
         let world = World::new(&scene).expect("valid");
         let view = world.rigid().expect("its own").view();
@@ -209,7 +222,7 @@ mod tests {
         let triangles = [[0, 2, 1]];
         assert!(clear_of_bodies(&view, &triangles, 10.0, 0.01, &mut cutting, &mut normals));
         for (p, n) in cutting.iter().zip(&normals) {
-            // Out along its own normal, so not everywhere by the whole distance.
+            // Moved along the vertex normal, so the distance from the body varies.
             assert!((1.003..1.0101).contains(&Vec3::from(*p).length()), "{p:?}");
             assert!(Vec3::from(*n).dot(Vec3::Y) > 0.9, "{n:?}");
         }
@@ -220,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_across_the_edge_of_a_box_is_brought_out_on_both_sides() {
+    fn a_surface_across_the_edge_of_a_box_is_moved_out_on_both_sides() {
         let scene = Scene::parse("(bodies: [(shape: Box((2.0, 2.0, 2.0)))])").expect("valid");
         let world = World::new(&scene).expect("valid");
         let view = world.rigid().expect("its own").view();
@@ -253,7 +266,8 @@ mod tests {
                     let p = Vec3::from(positions[i]).lerp(Vec3::from(positions[j]), part as f32 / 20.0);
                     let (_, nearest, _) = query.project_point_and_get_feature(p, 1.0).expect("near");
                     assert!(!nearest.is_inside, "{p:?} of side {i} {j}");
-                    // Not far above it either: the longest side's arc is 24 mm high, and the ridge's slope takes 100 mm.
+                    // Upper bound: the arc of the longest side is 24 mm high, and the slope of the
+                    // ridge adds 100 mm.
                     assert!(nearest.point.distance(p) < 0.15, "{p:?}");
                 }
             }

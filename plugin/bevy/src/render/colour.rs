@@ -1,8 +1,10 @@
-//! Colours of what a sheet is, vertex by vertex: its temperature, what is left of its stiffness, how it is stretched and bent, how fast it is.
+//! Vertex colours that display a field of a sheet: temperature, remaining stiffness, strain,
+//! curvature, speed or contact force.
 //!
-//! The colours go from a deep indigo through magenta and orange to a pale yellow, as a glowing body does, with a lightness that rises evenly:
-//! printed grey or seen by who does not tell red from green they are in the same order. Lightness, chroma and hue are those of Oklab
-//! (Ottosson, *A perceptual color space for image processing*, 2020).
+//! The colour map runs from indigo through magenta and orange to pale yellow with uniformly
+//! increasing lightness, so that the order is preserved in greyscale and for colour-blind readers.
+//! Lightness, chroma and hue are those of Oklab (Ottosson, *A perceptual color space for image
+//! processing*, 2020).
 
 use std::sync::LazyLock;
 
@@ -15,47 +17,50 @@ use sheetwork::units::temperature::ZERO_CELSIUS;
 
 use super::measure;
 
-/// What the drawn surface of a sheet is coloured by, in place of one colour.
+/// Field displayed by the colours of a sheet.
 ///
-/// Colours are vertex colours of its mesh, which its material's own colour is multiplied with; a sheet with the plugin's own material
-/// gets a white one. A sheet that nothing heats has no heat to be coloured by, and stays as it is.
+/// The vertex colours multiply the colour of the material; a sheet with the plugin's own material
+/// gets a white one. A sheet without heat sources has no temperature colours and keeps its
+/// material.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 pub enum SheetColour {
-    /// Nothing: its material is all that is seen.
+    /// No field: the colour of the material.
     #[default]
     Plain,
-    /// The temperature of the side that is drawn, on one scale for all sheets: from the room's up to the hottest, in whole steps.
+    /// Temperature of the displayed side, on one scale for all sheets, from the room's temperature
+    /// to the highest, rounded.
     Temperature,
-    /// The temperature of the side that is drawn, on a scale of one's own.
+    /// Temperature of the displayed side, on a given scale.
     TemperatureBetween {
         /// Temperature of the darkest colour, °C; -273.15 to 5000.
         low: f32,
         /// Temperature of the brightest colour, °C; -273.15 to 5000.
         high: f32,
     },
-    /// What warmth has left of the stiffness: darkest for all of it, brightest for none.
+    /// Remaining stiffness, %: darkest for all of it, brightest for none.
     Stiffness,
-    /// How far it is stretched or squeezed, %.
+    /// Largest strain of the edges at each node, in tension or compression, %.
     Stretch,
-    /// How sharply it is bent, 1/m.
+    /// Largest curvature along the edges at each node, 1/m.
     Bending,
-    /// How fast it moves, m/s.
+    /// Speed, m/s.
     Speed,
-    /// What contact holds each mass with, mN: exact at rest, off by its inertia in motion.
+    /// Contact force at each node, mN; exact at rest, with the error of the inertial force in
+    /// motion.
     Contact,
 }
 
-/// What the darkest and the brightest colour stand for.
+/// Values of the darkest and the brightest colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColourScale {
     /// Value of the darkest colour.
     pub low: f32,
     /// Value of the brightest colour.
     pub high: f32,
-    /// What it is, as a legend has it.
+    /// Title of the legend.
     pub title: &'static str,
-    /// Its unit.
+    /// Unit of the values.
     pub unit: &'static str,
     quantity: Quantity,
 }
@@ -67,12 +72,12 @@ enum Quantity {
     Stretch,
     Bending,
     Speed,
-    /// Under this gravity, m/s².
+    /// Contact force under this gravity, m/s².
     Contact(bevy::math::DVec3),
 }
 
 impl Quantity {
-    /// What a sheet has of it, mass by mass; false for what is not measured but known.
+    /// Compute the field at each node; returns false for a quantity with a scale of its own.
     fn measure(self, sheet: &SheetInWorld, out: &mut Vec<f64>) -> bool {
         match self {
             Self::Stretch => measure::stretch(sheet, out),
@@ -84,12 +89,12 @@ impl Quantity {
         true
     }
 
-    /// Title, unit, and the least that the brightest colour stands for: what is less is noise.
+    /// Title, unit, and the least value of the brightest colour, above the noise.
     fn legend(self) -> (&'static str, &'static str, f32) {
         match self {
             Self::Temperature => ("Temperature", "°C", 25.0),
-            Self::Stiffness => ("Stiffness left", "%", 100.0),
-            Self::Stretch => ("Stretch", "%", 1e-3),
+            Self::Stiffness => ("Remaining stiffness", "%", 100.0),
+            Self::Stretch => ("Strain", "%", 1e-3),
             Self::Bending => ("Curvature", "1/m", 0.1),
             Self::Speed => ("Speed", "m/s", 1e-3),
             Self::Contact(_) => ("Contact force", "mN", 1e-3),
@@ -97,18 +102,18 @@ impl Quantity {
     }
 }
 
-/// Spans that a scale of temperature may have, K: a scale that follows what is there in every frame could not be read.
+/// Spans of a temperature scale, K: fixed steps, so that the scale does not change in every frame.
 const SPANS: [f32; 15] =
     [25.0, 50.0, 75.0, 100.0, 125.0, 150.0, 200.0, 250.0, 300.0, 400.0, 500.0, 750.0, 1000.0, 2000.0, 6000.0];
 
 impl SheetColour {
-    /// What shows most of the heat of `world`: stiffness by the thesis's formulas, which know no temperature of a sheet; otherwise the
-    /// temperature.
+    /// Field that displays the heat of `world`: the remaining stiffness with the thesis's formulas,
+    /// which have no temperature of a sheet; the temperature otherwise.
     pub fn of_heat(world: &World) -> Self {
         if matches!(world.scene().heat_mode, HeatMode::Thesis { .. }) { Self::Stiffness } else { Self::Temperature }
     }
 
-    /// The scale it has in `world`; `None` where no sheet has what it shows.
+    /// Scale of the field in `world`; `None` where no sheet has it.
     pub fn scale(self, world: &World) -> Option<ColourScale> {
         let (low, high) = match self {
             Self::Plain => return None,
@@ -132,11 +137,11 @@ impl SheetColour {
     }
 }
 
-/// From the room's temperature, or the coldest, to the hottest, °C, rounded outwards.
+/// Range from the room's or the lowest temperature to the highest, °C, rounded outwards.
 fn temperatures_of(world: &World) -> Option<(f32, f32)> {
     let ranges = world.sheets().iter().filter_map(|s| s.heat()).map(|h| h.range());
     let (coldest, hottest) = ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    // A tenth of a degree less is the room's temperature too.
+    // A difference of 0.1 °C counts as the room's temperature.
     let room = world.scene().ambient_temperature;
     let low = if coldest > room - 0.1 { room } else { (coldest / 10.0).floor() * 10.0 } as f32;
     let low = low.max(-ZERO_CELSIUS as f32);
@@ -145,14 +150,14 @@ fn temperatures_of(world: &World) -> Option<(f32, f32)> {
     Some((low, low + span))
 }
 
-/// 1, 2 or 5 times a power of ten, at least `value`.
+/// Smallest 1, 2 or 5 times a power of ten that is at least `value`.
 fn round_up(value: f32) -> f32 {
     let power = 10.0_f32.powf(value.max(1e-20).log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|n| *n >= 0.999 * value).unwrap_or(value)
 }
 
 impl ColourScale {
-    /// From nothing up to the most there is, rounded up; `None` without sheets.
+    /// Scale from zero to the largest value, rounded up; `None` without sheets.
     fn measured(quantity: Quantity, world: &World) -> Option<Self> {
         let mut values = Vec::new();
         let mut most = 0.0_f64;
@@ -165,18 +170,18 @@ impl ColourScale {
         Some(Self { low: 0.0, high: round_up(most as f32).max(least), title, unit, quantity })
     }
 
-    /// Whether `sheet` has what the scale is of.
+    /// Whether `sheet` has the field.
     pub fn applies_to(&self, sheet: &SheetInWorld) -> bool {
         !matches!(self.quantity, Quantity::Temperature | Quantity::Stiffness) || sheet.heat().is_some()
     }
 
-    /// The colour of a value.
+    /// Colour of a value.
     pub fn colour(&self, value: f32) -> LinearRgba {
         heat_colour((value - self.low) / (self.high - self.low))
     }
 
-    /// Writes the colours of the vertices of `surface`, which is drawn of `sheet`'s upper or lower side; `values` is room for as many
-    /// numbers. A sheet without temperatures is white.
+    /// Write the vertex colours of `surface`, a surface of `sheet`'s upper or lower side; `values`
+    /// is a buffer. A sheet without temperatures is white.
     pub fn paint(
         &self,
         (sheet, upper): (&SheetInWorld, bool),
@@ -213,10 +218,10 @@ impl ColourScale {
     }
 }
 
-/// The colour at `s` of the way, 0 to 1, from cold to hot.
+/// Colour at `s`, from 0 (cold) to 1 (hot).
 pub fn heat_colour(s: f32) -> LinearRgba {
     let steps = (COLOURS.len() - 1) as f32;
-    // What is no number is cold.
+    // NaN is cold.
     let at = if s.is_finite() { s.clamp(0.0, 1.0) * steps } else { 0.0 };
     let (i, rest) = (at as usize, at.fract());
     let (a, b) = (COLOURS[i], COLOURS[(i + 1).min(COLOURS.len() - 1)]);
@@ -227,7 +232,7 @@ pub fn heat_colour(s: f32) -> LinearRgba {
 /// Linear red, green and blue, from cold to hot.
 static COLOURS: LazyLock<[[f32; 3]; 129]> = LazyLock::new(|| std::array::from_fn(|i| colour_at(i as f32 / 128.0)));
 
-/// Way, chroma and hue, degrees, at some places; lightness rises evenly.
+/// Position, chroma and hue, degrees; lightness is linear in position.
 const STOPS: [(f32, f32, f32); 7] = [
     (0.0, 0.115, 282.0),
     (0.20, 0.185, 306.0),
@@ -258,7 +263,7 @@ mod tests {
         let lightness = |s: f32| Oklaba::from(heat_colour(s)).lightness;
         for i in 0..64 {
             let (a, b) = (lightness(i as f32 / 64.0), lightness((i + 1) as f32 / 64.0));
-            // Clipped to what a screen shows it is not quite even.
+            // Clipping to the sRGB gamut makes it slightly non-uniform.
             assert!((0.4..2.0).contains(&((b - a) * 64.0 / 0.66)), "{a} {b} at {i}");
         }
         assert_eq!(heat_colour(f32::NAN), heat_colour(-3.0));
@@ -274,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_holds_what_is_there_in_whole_steps() {
+    fn the_scale_contains_all_values_in_whole_steps() {
         let scale = |celsius| SheetColour::Temperature.scale(&heated(celsius)).expect("heated");
         assert_eq!((scale(20.0).low, scale(20.0).high), (20.0, 45.0));
         assert_eq!(scale(100.0).high, 120.0);
@@ -289,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_measured_is_coloured_on_a_round_scale_without_heat() {
+    fn measured_fields_are_coloured_on_a_round_scale_without_heat() {
         let mut world = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
         let still = SheetColour::Speed.scale(&world).expect("a sheet");
         assert_eq!((still.low, still.high, still.unit), (0.0, 1e-3, "m/s"));
@@ -309,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hot_mass_is_bright_where_it_is() {
+    fn a_hot_node_is_bright_at_its_position() {
         let world = heated(120.0);
         let sheet = &world.sheets()[0];
         let surface = sheet.surface(0, 1).expect("drawn");

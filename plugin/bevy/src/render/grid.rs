@@ -1,23 +1,23 @@
-//! The picture of a square grid: thin lines on a warm light grey, every fifth a little stronger, with its own smaller copies
-//! so that it stays calm at a distance.
+//! Texture of a square grid: thin lines on warm light grey, each fifth line stronger, with mipmaps
+//! against aliasing at a distance.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::image::{ImageAddressMode, ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::prelude::*;
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 
-/// Squares along a side of the picture.
+/// Squares per side of the texture.
 pub(super) const SQUARES: u32 = 5;
 
-/// Pixels along a side; a power of two.
+/// Pixels per side, a power of two.
 const SIDE: u32 = 512;
 
-/// Paper, sRGB.
+/// Background colour, sRGB.
 const PAPER: [f32; 3] = [0.875, 0.862, 0.838];
-/// Full line, sRGB.
+/// Line colour, sRGB.
 const INK: [f32; 3] = [0.47, 0.465, 0.46];
 
-/// The picture of a room's squares, to be repeated in both directions; a texture coordinate of 1 is five squares.
+/// Repeating texture of a room's squares; one unit of the texture coordinate is five squares.
 pub fn grid_picture() -> Image {
     let mut data = Vec::new();
     let mut side = SIDE;
@@ -52,9 +52,9 @@ pub fn grid_picture() -> Image {
     image
 }
 
-/// How dark pixel `i` of `side` is with the lines across its row: 0 to 1, exact cover of the pixel by the lines.
+/// Coverage of pixel `i` of `side` by the lines across its row, 0 to 1.
 fn covered(i: u32, side: u32) -> f32 {
-    // In squares; the pixel reaches from a to b.
+    // In squares; the pixel spans a to b.
     let scale = SQUARES as f32 / side as f32;
     let (a, b) = (i as f32 * scale, (i + 1) as f32 * scale);
     let mut ink: f32 = 0.0;

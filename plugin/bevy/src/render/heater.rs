@@ -1,6 +1,7 @@
-//! Meshes of heaters: what is cold of them, and their hot faces, which glow.
+//! Meshes of heaters: their cold faces, and their hot faces, which glow.
 //!
-//! Faces of a heater are brighter the hotter they are, on one scale from the room to 800 °C; a real one of 250 °C glows for no eye.
+//! The brightness of a hot face grows with its temperature, on one scale from 20 to 800 °C. A real
+//! face does not glow visibly at 250 °C.
 
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
@@ -8,21 +9,22 @@ use sheetwork::scene::Polyhedron;
 use sheetwork::scene::heater::Heater;
 
 use super::colour::heat_colour;
-use super::{Materials, polyhedra_mesh};
+use super::materials::Materials;
+use super::polyhedra_mesh;
 use crate::core::{SheetHeater, SheetWorld};
 
-/// What the brightest colour stands for, and the darkest, °C.
-const GLOWING: (f64, f64) = (20.0, 800.0);
+/// Temperatures of the darkest and the brightest colour, °C.
+const GLOW_RANGE: (f64, f64) = (20.0, 800.0);
 
-/// The colour of a face of this temperature, °C.
+/// Colour of a face of this temperature, °C.
 pub fn glow(celsius: f64) -> LinearRgba {
-    // Roots, so that a panel of 200 °C is seen to be hot.
-    let s = ((celsius - GLOWING.0) / (GLOWING.1 - GLOWING.0)).clamp(0.0, 1.0).sqrt();
+    // The square root makes 200 °C visible.
+    let s = ((celsius - GLOW_RANGE.0) / (GLOW_RANGE.1 - GLOW_RANGE.0)).clamp(0.0, 1.0).sqrt();
     heat_colour(s as f32)
 }
 
-/// The mesh of the cold faces of heaters, and those of their hot faces with their temperatures, °C; in their own axes, m. What there is
-/// none of is left out.
+/// Mesh of the cold faces of heaters, and meshes of their hot faces with temperatures, °C; in their
+/// own axes, m. Empty meshes are omitted.
 pub fn heater_meshes(heaters: &[Heater]) -> (Option<Mesh>, Vec<(Mesh, f64)>) {
     let part = |heater: &Heater, hot: Option<f64>| {
         let of = heater.faces.iter().zip(&heater.polyhedron.faces).filter(|(face, _)| face.temperature == hot);
@@ -40,25 +42,26 @@ pub fn heater_meshes(heaters: &[Heater]) -> (Option<Mesh>, Vec<(Mesh, f64)>) {
     ((!cold.is_empty()).then(|| polyhedra_mesh(&cold)), hot)
 }
 
-/// On a heater that has been dressed: the entities of its parts.
+/// Entities of the parts of a displayed heater.
 #[derive(Component)]
-pub(super) struct Drawn(Vec<Entity>);
+pub(super) struct DisplayedHeater(Vec<Entity>);
 
-/// Gives heaters meshes and materials, each part an entity of its own below theirs; anew for those that were changed. They throw no
-/// shadow, which would hide what they heat.
-pub(super) fn dress(
+/// Insert meshes and materials of heaters, each part as a child entity; rebuild them after a
+/// change. They cast no shadow, which would hide the heated sheet.
+pub(super) fn insert_meshes(
     mut commands: Commands,
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut defaults: ResMut<Materials>,
-    heaters: Query<(Entity, &SheetHeater, Option<&Drawn>, Has<Mesh3d>), Changed<SheetHeater>>,
+    heaters: Query<(Entity, &SheetHeater, Option<&DisplayedHeater>, Has<Mesh3d>), Changed<SheetHeater>>,
 ) {
     for (entity, heater, drawn, own) in &heaters {
         for part in drawn.iter().flat_map(|d| &d.0) {
             commands.entity(*part).try_despawn();
         }
-        // A mesh beside it is the user's own; one that is not valid has been told of when it was left out of the world.
+        // A mesh on the entity itself belongs to the user. An invalid heater was reported when it
+        // was added to the world.
         let Ok(all) = heater.spec.resolve(&world.scene().base) else { continue };
         if own {
             continue;
@@ -79,7 +82,7 @@ pub(super) fn dress(
                 .id()
         };
         let parts = parts.into_iter().map(spawn).collect();
-        commands.entity(entity).try_insert(Drawn(parts));
+        commands.entity(entity).try_insert(DisplayedHeater(parts));
     }
 }
 
@@ -89,7 +92,7 @@ mod tests {
     use sheetwork::scene::{HeaterSpec, HotFaceSpec};
 
     #[test]
-    fn cold_and_hot_faces_are_told_apart() {
+    fn cold_and_hot_faces_have_separate_meshes() {
         let hot = |face, temperature| HotFaceSpec { face, temperature, emissivity: 1.0 };
         let spec = HeaterSpec {
             size: Some(bevy::math::DVec3::ONE),

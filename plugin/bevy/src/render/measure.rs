@@ -1,10 +1,9 @@
-//! What is measured of a sheet to be coloured by, a number for each mass: how far it is stretched, how sharply it is bent, how hard it is
-//! pressed on, how fast it is.
+//! Fields of a sheet for display, one value per node: strain, curvature, contact force, speed.
 
 use bevy::math::DVec3;
 use sheetwork::sheet::Sheet;
 
-/// Largest change of length of the edges that meet at each mass, stretched or squeezed, %.
+/// Largest strain of the edges at each node, in tension or compression, %.
 pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
     out.resize(sheet.masses(), 0.0);
@@ -32,7 +31,8 @@ pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
     }
 }
 
-/// Largest curvature along the edges that meet at each mass, either way, 1/m: by how much the normal turns along an edge.
+/// Largest curvature along the edges at each node, in either direction, 1/m: change of the normal
+/// per length of the edge.
 pub fn bending(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
     out.resize(sheet.masses(), 0.0);
@@ -59,7 +59,7 @@ pub fn bending(sheet: &Sheet, out: &mut Vec<f64>) {
     }
 }
 
-/// Force of contact on each mass, mN, as if the sheet stood still.
+/// Contact force at each node, mN, from static equilibrium.
 pub fn contact(sheet: &Sheet, gravity: DVec3, out: &mut Vec<f64>) {
     let mut forces = Vec::new();
     sheet.contact_forces(gravity, &mut forces);
@@ -67,7 +67,7 @@ pub fn contact(sheet: &Sheet, gravity: DVec3, out: &mut Vec<f64>) {
     out.extend(forces.iter().map(|force| 1e3 * force.length()));
 }
 
-/// Speed of each mass, m/s.
+/// Speed of each node, m/s.
 pub fn speed(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
     out.extend(sheet.v.iter().map(DVec3::length));

@@ -1,4 +1,4 @@
-//! The room of a scene: a floor and a back wall with a square grid, seen from inside and see-through from behind.
+//! Room of a scene: floor and back wall with a square grid, visible from inside only.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::light::NotShadowCaster;
@@ -8,9 +8,9 @@ use sheetwork::scene::Room;
 
 use super::grid;
 
-/// A floor and a back wall to be drawn; what sheets touch there are [`SheetBody`](crate::SheetBody)s of their own.
+/// Displayed floor and back wall. Contact needs separate [`SheetBody`](crate::SheetBody)s.
 ///
-/// Spawned with a scene that has a room; it can be spawned by itself too.
+/// Spawned with a scene that has a room, or on its own.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility)]
@@ -21,7 +21,7 @@ pub struct SheetRoom {
     pub high: Vec3,
     /// Spacing of the grid, m; more than 0.
     pub grid: f32,
-    /// Whether the back wall is drawn.
+    /// Whether the back wall is displayed.
     pub back_wall: bool,
 }
 
@@ -42,17 +42,17 @@ impl From<&Room> for SheetRoom {
     }
 }
 
-/// The picture and material of the grid, shared by all rooms.
+/// Material of the grid, shared by all rooms.
 #[derive(Default)]
-pub(super) struct Look(Option<Handle<StandardMaterial>>);
+pub(super) struct GridMaterial(Option<Handle<StandardMaterial>>);
 
-/// Gives rooms their mesh and material, and a new mesh to those that were changed.
-pub(super) fn dress(
+/// Insert mesh and material of rooms; a new mesh after a change.
+pub(super) fn insert_meshes(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut images: ResMut<Assets<Image>>,
-    mut look: Local<Look>,
+    mut look: Local<GridMaterial>,
     rooms: Query<(Entity, &SheetRoom, Has<MeshMaterial3d<StandardMaterial>>), Changed<SheetRoom>>,
 ) {
     for (entity, room, has_material) in &rooms {
@@ -71,7 +71,8 @@ pub(super) fn dress(
     }
 }
 
-/// The mesh of a room: two quadrilaterals, each with one side, for the picture of [`grid_picture`](super::grid_picture).
+/// Mesh of a room: two single-sided quadrilaterals for the texture of
+/// [`grid_picture`](super::grid_picture).
 pub fn room_mesh(room: &SheetRoom) -> Mesh {
     let (low, high) = (room.low, room.high);
     let scale = 1.0 / (room.grid.max(1e-6) * grid::SQUARES as f32);

@@ -1,9 +1,9 @@
-//! The mesh of a sheet, kept where its masses are.
+//! Mesh of a sheet, updated from its nodes.
 //!
-//! One layer is drawn, smoothed by splines through its masses, as [`Surface`] has it. Topology is made once; from then on
-//! positions and normals are written into the arrays the mesh already has, and only for a sheet that is seen and has moved.
-//! A sheet's masses are in world space, its mesh is in its entity's. Colours are written where they are asked for, and the mesh has
-//! none otherwise.
+//! One layer is displayed, smoothed by splines through its nodes ([`Surface`]). The topology is
+//! built once. Positions and normals are then written in place, only for a visible sheet that has
+//! moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist only
+//! where they are requested.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
@@ -15,41 +15,43 @@ use sheetwork::mesh::structure::Layer;
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::Surface;
 
+use super::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
-use super::{Materials, clear_of_bodies};
+use super::materials::Materials;
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
-/// Vertices above which a sheet is drawn less smooth: they are worked out and sent anew in every frame.
-const MOST_VERTICES: f64 = 10_000.0;
+/// Number of vertices above which smoothing is reduced: all vertices are computed and uploaded in
+/// every frame.
+const MAX_VERTICES: f64 = 10_000.0;
 
-/// Which layer of a sheet is drawn.
+/// Displayed layer of a sheet.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 pub enum SheetLayer {
-    /// The upper one: it lies above what the sheet lies on, by the sheet's thickness.
+    /// Upper layer, one thickness above the contact surface.
     #[default]
     Top,
-    /// The lower one, that meets what the sheet falls on.
+    /// Lower layer, which touches the bodies below.
     Bottom,
 }
 
-/// How a sheet is drawn.
+/// Display settings of a sheet.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 pub struct SheetDisplay {
-    /// The layer that is drawn.
+    /// Displayed layer.
     pub layer: SheetLayer,
-    /// Spline pieces from one mass to the next, 1 to 16; 1 draws flat triangles between the masses. Fewer are drawn of a sheet
-    /// of so many masses that it would have more than some 10 000 vertices.
+    /// Spline segments per cell, 1 to 16; 1 displays flat triangles. Reduced for sheets that would
+    /// exceed about 10 000 vertices.
     pub smoothing: u32,
-    /// Whether the sheet is given a material if it has no `MeshMaterial3d<StandardMaterial>`; not wanted for one that is drawn
-    /// with a material of another type.
+    /// Whether a sheet without `MeshMaterial3d<StandardMaterial>` gets the default material. Unset
+    /// it for a material of another type.
     pub default_material: bool,
-    /// Whether the drawn surface is kept out of the world's own bodies, where it would cut across an edge between two masses.
-    /// It costs about a microsecond a vertex in a frame in which the sheet touches something and moves.
+    /// Whether the displayed surface is moved out of the world's own bodies, which it can intersect
+    /// between two nodes. Costs about 1 µs per vertex in each frame with contact and motion.
     pub clear_of_bodies: bool,
-    /// What the surface is coloured by: nothing, its temperature, or its stiffness. `Plain` costs nothing; the others some tens of
-    /// nanoseconds a vertex in a frame after a step.
+    /// Field displayed by colours. `Plain` costs nothing; other fields cost some tens of
+    /// nanoseconds per vertex in a frame after a step.
     pub colour: SheetColour,
 }
 
@@ -60,33 +62,33 @@ impl Default for SheetDisplay {
     }
 }
 
-/// The surface that an entity's mesh was made for, and what was drawn last.
+/// Surface and settings of an entity's mesh, and the state that it displays.
 #[derive(Component)]
-pub(super) struct Drawn {
+pub(super) struct DisplayedSheet {
     surface: Surface,
     triangles: Vec<[u32; 3]>,
     layer: SheetLayer,
     smoothing: u32,
     masses: usize,
     grid: (u32, u32, u32),
-    /// What was open of it.
+    /// Revision of the open cells.
     opening: u64,
-    /// How deep the drawn surface may be inside a body, m.
+    /// Largest penetration of the displayed surface into a body, m.
     reach: f32,
-    /// How far outside of a body it is kept, m.
-    skin: f32,
-    /// Whether the mesh has colours, and room to work them out.
+    /// Distance of the displayed surface from bodies, m.
+    clearance: f32,
+    /// Whether the mesh has vertex colours.
     coloured: bool,
     values: Vec<f32>,
-    /// What the picture in the mesh is of.
-    at: Option<Moment>,
+    /// State displayed by the mesh.
+    at: Option<DisplayedState>,
 }
 
-/// Revision of the motion, time, and transform; steps and scale of what is coloured.
-type Moment = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
+/// Revision of the motion, time, transform, and steps and scale of the coloured field.
+type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 
-/// Gives a mesh and a material to sheets that have none, and a new mesh to those whose topology is to be another.
-pub(super) fn dress(
+/// Insert mesh and material where they are missing, and a new mesh after a change of topology.
+pub(super) fn insert_meshes(
     mut commands: Commands,
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -96,7 +98,7 @@ pub(super) fn dress(
         Entity,
         &SheetMotion,
         &SheetDisplay,
-        Option<&Drawn>,
+        Option<&DisplayedSheet>,
         Option<&Mesh3d>,
         Option<&MeshMaterial3d<StandardMaterial>>,
     )>,
@@ -106,22 +108,22 @@ pub(super) fn dress(
         let Some(sheet) = world.sheet(motion.name()) else { continue };
         let opening = sheet.opening_revision();
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let fits = |d: &Drawn| {
+        let fits = |d: &DisplayedSheet| {
             (d.layer, d.smoothing, d.masses, d.grid, d.coloured, d.opening)
                 == (display.layer, display.smoothing, masses, sheet.grid, coloured, opening)
         };
         if drawn.is_some_and(fits) || masses != sheet.masses() {
-            // One that has gone to another grid since its last tick is drawn as it was.
+            // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }
         let Some((surface, parts)) = surface_of(sheet, display) else { continue };
-        let (reach, skin) = clearing(sheet, parts);
+        let (reach, clearance) = display_clearance(sheet, parts);
         let mut made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
         if coloured {
             made.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
         }
-        // The same handle, if there is one: others may hold it.
+        // The handle is kept: other entities may use it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
         let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
         if !replaced {
@@ -129,7 +131,7 @@ pub(super) fn dress(
         }
         let (layer, smoothing) = (display.layer, display.smoothing);
         commands.entity(entity).try_insert((
-            Drawn {
+            DisplayedSheet {
                 surface,
                 triangles,
                 layer,
@@ -138,7 +140,7 @@ pub(super) fn dress(
                 grid: sheet.grid,
                 opening,
                 reach,
-                skin,
+                clearance,
                 coloured,
                 values: Vec::new(),
                 at: None,
@@ -152,35 +154,36 @@ pub(super) fn dress(
     }
 }
 
-/// The surface that is drawn of a sheet, and the spline pieces it has from one mass to the next.
+/// Displayed surface of a sheet and its spline segments per cell.
 fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, u32)> {
     let index = match display.layer {
         SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
         SheetLayer::Bottom => 0,
     };
-    // A sheet that is not whole is drawn by its own triangles.
+    // A sheet with open cells is displayed by its own triangles.
     let parts = match &sheet.triangles {
         _ if sheet.open_count() > 0 => 1,
-        Some(triangles) => halvings(triangles.len(), display.smoothing),
-        None => pieces(sheet.layers.get(index)?, display.smoothing),
+        Some(triangles) => subdivisions(triangles.len(), display.smoothing),
+        None => segments_per_cell(sheet.layers.get(index)?, display.smoothing),
     };
     Some((sheet.surface(index, parts)?, parts))
 }
 
-/// Spline pieces from one mass of a layer to the next: those wanted, or as many as leave it light enough to draw.
-fn pieces(layer: &Layer, wanted: u32) -> u32 {
+/// Spline segments per cell of a layer: `wanted`, or as many as the vertex limit permits.
+fn segments_per_cell(layer: &Layer, wanted: u32) -> u32 {
     let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
-    let most = (MOST_VERTICES / cells.max(1.0)).sqrt() as u32;
+    let most = (MAX_VERTICES / cells.max(1.0)).sqrt() as u32;
     wanted.clamp(1, 16).min(most.max(1))
 }
 
-/// Parts of the sides of so many triangles: those wanted, as far as sides are halved, or as many as leave it light enough to draw.
-fn halvings(triangles: usize, wanted: u32) -> u32 {
-    let light = |parts: &u32| triangles as f64 * f64::from(parts * parts) <= 2.0 * MOST_VERTICES;
+/// Subdivisions of the sides of `triangles` triangles, a power of two up to `wanted` that the
+/// vertex limit permits.
+fn subdivisions(triangles: usize, wanted: u32) -> u32 {
+    let light = |parts: &u32| triangles as f64 * f64::from(parts * parts) <= 2.0 * MAX_VERTICES;
     [4, 2].into_iter().filter(|parts| *parts <= wanted).find(light).unwrap_or(1)
 }
 
-/// A mesh of the surface with the masses at `x`, world space, m.
+/// Mesh of the surface with node positions `x`, world space, m.
 pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
     let made = surface.mesh(x);
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
@@ -190,37 +193,37 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
         .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
 }
 
-/// How deep in a body the drawn surface of `sheet` may be, and how far above bodies it is drawn, m, for
-/// [`clear_of_bodies`]; `smoothing` is the number of spline pieces it is drawn with.
-pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
+/// Largest penetration of the displayed surface of `sheet` into a body, and its distance above
+/// bodies, m, for [`clear_of_bodies`]; `smoothing` is the number of spline segments per cell.
+pub fn display_clearance(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
     let spring = sheet.spacing().map_or(0.0, |(_, longest)| longest) as f32;
-    // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
+    // Four cells: an upper bound between two nodes, even for a strongly stretched sheet.
     let reach = 4.0 * spring;
-    // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
-    let skin = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
-    (reach, skin)
+    // Enough to clear a square edge, at most the thickness of the sheet.
+    let clearance = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+    (reach, clearance)
 }
 
-/// The triangles of a mesh that [`sheet_mesh`] made.
+/// Triangles of a mesh from [`sheet_mesh`].
 pub fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
     let Some(Indices::U32(indices)) = mesh.indices() else { return Vec::new() };
     indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()
 }
 
-/// Writes the present shape into the mesh of every sheet that is seen and has moved.
+/// Write the present shape into the mesh of every visible sheet that has moved.
 pub(super) fn update(
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut sheets: Query<(
         (&SheetMotion, &SheetState, &SheetDisplay, &GlobalTransform, &InheritedVisibility),
-        (&Mesh3d, &mut Drawn, &mut Aabb),
+        (&Mesh3d, &mut DisplayedSheet, &mut Aabb),
     )>,
 ) {
     let time = world.shown_time();
     let bodies = world.rigid().map(|rigid| rigid.view());
     for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds)) in &mut sheets {
         let scale = if drawn.coloured { display.colour.scale(&world) } else { None };
-        // What stands still looks the same at every time, unless it warms or cools.
+        // The mesh of a resting sheet depends on time only through its temperature.
         let warmth = scale.map(|scale| (world.steps(), scale));
         let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there, warmth);
         if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
@@ -231,7 +234,7 @@ pub(super) fn update(
         let written = update_sheet_mesh(&mut mesh, |positions, normals| {
             drawn.surface.update(before, after, s, positions, normals);
             if let Some(bodies) = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0) {
-                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.skin, positions, normals);
+                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.clearance, positions, normals);
             }
             to_local(there, positions, normals);
             if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
@@ -239,7 +242,7 @@ pub(super) fn update(
             }
         });
         if let (Some(scale), Some(sheet)) = (scale, world.sheet(motion.name())) {
-            let Drawn { surface, values, .. } = &mut *drawn;
+            let DisplayedSheet { surface, values, .. } = &mut *drawn;
             let upper = display.layer == SheetLayer::Top;
             update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));
         }
@@ -249,7 +252,8 @@ pub(super) fn update(
     }
 }
 
-/// Lets `write` change the positions and normals of a mesh in place; nothing is copied. Whether there were any to change.
+/// Change the positions and normals of a mesh in place, without a copy. Returns false for a mesh
+/// without positions.
 pub fn update_sheet_mesh(mesh: &mut Mesh, write: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> bool {
     let Some((mut positions, mut normals)) = take_arrays(mesh) else { return false };
     write(&mut positions, &mut normals);
@@ -257,21 +261,21 @@ pub fn update_sheet_mesh(mesh: &mut Mesh, write: impl FnOnce(&mut [[f32; 3]], &m
     true
 }
 
-/// Lets `write` change the colours of a mesh in place, if it has any; nothing is copied.
+/// Change the vertex colours of a mesh, if it has any, in place, without a copy.
 pub fn update_sheet_colours(mesh: &mut Mesh, write: impl FnOnce(&mut Vec<[f32; 4]>)) {
     if let Ok(VertexAttributeValues::Float32x4(colours)) = mesh.try_attribute_mut(Mesh::ATTRIBUTE_COLOR) {
         write(colours);
     }
 }
 
-/// From world space into the entity's.
+/// Transform from world space into the space of the entity.
 fn to_local(there: &GlobalTransform, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
     let affine = there.affine();
     if affine == bevy::math::Affine3A::IDENTITY || affine.matrix3.determinant() == 0.0 {
         return;
     }
     let inverse = affine.inverse();
-    // Normals go by the inverse transpose of what points go by.
+    // Normals transform by the inverse transpose.
     let turn = affine.matrix3.transpose();
     for p in positions {
         *p = inverse.transform_point3(Vec3::from(*p)).to_array();
@@ -283,7 +287,7 @@ fn to_local(there: &GlobalTransform, positions: &mut [[f32; 3]], normals: &mut [
 
 type Array = Vec<[f32; 3]>;
 
-/// Takes the positions and normals out of a mesh, to be written to together; nothing is copied.
+/// Take positions and normals out of a mesh, to write to both at once without a copy.
 fn take_arrays(mesh: &mut Mesh) -> Option<(Array, Array)> {
     let mut take = |attribute| match mesh.try_attribute_mut(attribute) {
         Ok(VertexAttributeValues::Float32x3(values)) => Some(std::mem::take(values)),
@@ -293,7 +297,7 @@ fn take_arrays(mesh: &mut Mesh) -> Option<(Array, Array)> {
     Some((positions, take(Mesh::ATTRIBUTE_NORMAL).unwrap_or_default()))
 }
 
-/// Puts them back.
+/// Return positions and normals to the mesh.
 fn put_arrays(mesh: &mut Mesh, positions: Array, normals: Array) {
     for (attribute, array) in [(Mesh::ATTRIBUTE_POSITION, positions), (Mesh::ATTRIBUTE_NORMAL, normals)] {
         if let Ok(VertexAttributeValues::Float32x3(values)) = mesh.try_attribute_mut(attribute) {

@@ -1,4 +1,4 @@
-//! An app without window or graphics, whose clock the test turns by hand.
+//! An app without window or graphics, with a clock driven by the test.
 
 #![allow(dead_code)]
 
@@ -10,15 +10,15 @@ use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy_sheetwork::SheetworkPlugins;
 
-/// All plugins of the group over the least of Bevy, with the assets that rendering would bring.
+/// All plugins of the group over a minimal Bevy app, with the assets of rendering.
 pub fn app() -> App {
     app_with(SheetworkPlugins.build())
 }
 
-/// The given plugins over the least of Bevy.
+/// The given plugins over a minimal Bevy app.
 pub fn app_with(plugins: impl PluginGroup) -> App {
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../assets".into(), ..default() }));
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../../assets".into(), ..default() }));
     app.add_plugins((bevy::mesh::MeshPlugin, bevy::camera::visibility::VisibilityPlugin));
     app.init_asset::<StandardMaterial>().init_asset::<Image>();
     app.add_plugins(plugins);
@@ -28,13 +28,13 @@ pub fn app_with(plugins: impl PluginGroup) -> App {
     app
 }
 
-/// One frame that lasts `seconds`.
+/// One frame of `seconds`.
 pub fn frame(app: &mut App, seconds: f64) {
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(seconds)));
     app.update();
 }
 
-/// Frames of a tick each, for `seconds` in all.
+/// Frames of one tick each, for `seconds` in all.
 pub fn run(app: &mut App, seconds: f64) {
     let tick = app.world().resource::<Time<Fixed>>().timestep().as_secs_f64();
     for _ in 0..(seconds / tick).round() as u32 {
@@ -42,7 +42,8 @@ pub fn run(app: &mut App, seconds: f64) {
     }
 }
 
-/// Frames until `done`, at most `most`; says whether it came to that. Sleeps a little in between, for files to be read.
+/// Frames until `done`, at most `most`; returns whether it became true. Sleeps between frames while
+/// files are read.
 pub fn run_until(app: &mut App, most: u32, done: impl Fn(&mut App) -> bool) -> bool {
     for _ in 0..most {
         frame(app, 1.0 / 64.0);

@@ -1,11 +1,11 @@
-//! The session as the panels that games have too turn it.
+//! The session as owner of parameters for the panels that the inspector shares.
 
-use bevy_sheetwork::inspector::Knobs;
+use bevy_sheetwork::inspector::ParameterAccess;
 use sheetwork::World;
 
 use super::Session;
 
-impl Knobs for Session {
+impl ParameterAccess for Session {
     fn world(&self) -> &World {
         Session::world(self)
     }

@@ -1,78 +1,81 @@
-//! What panels turn: the parameters of a world by path, whoever holds it.
+//! Parameters of a world for panels, whoever owns the world.
 
 use sheetwork::World;
 
 use crate::core::SheetWorld;
 
-/// A world whose parameters panels show and change. The editor's sessions are one, a game's [`SheetWorld`] under the inspector is another.
-pub trait Knobs {
-    /// The world.
+/// World whose parameters panels display and change. Implemented by the editor's sessions and, for
+/// a game's [`SheetWorld`], by [`InspectedGame`].
+pub trait ParameterAccess {
+    /// World of the parameters.
     fn world(&self) -> &World;
 
-    /// Sets the parameter at `path`; why not is told, and nothing changed. Whether it was taken.
+    /// Set the parameter at `path`. Returns whether the value was accepted; a rejection is reported
+    /// and changes nothing.
     fn set(&mut self, path: &str, value: &str) -> bool;
 
-    /// Sets it to what it was before anybody changed it. Whether there was such a value.
+    /// Set the parameter at `path` to its value before the first change. Returns whether there is
+    /// one.
     fn set_default(&mut self, path: &str) -> bool;
 
-    /// Tells the user that something was refused.
+    /// Report a rejection to the user.
     fn fail(&mut self, text: String);
 
-    /// Wall-clock time of a step, s; 0 where that is not known.
+    /// Wall-clock time of a step, s; 0 where unknown.
     fn step_s(&self) -> f64;
 
-    /// Simulated seconds a real second, as asked for.
+    /// Requested simulated seconds per real second.
     fn speed(&self) -> f64;
 
-    /// Largest step at which the undamped sheets hold, s; none where there is no limit or it is not known.
+    /// Stability limit of the undamped sheets, s; `None` without limit or where unknown.
     fn largest_step(&self) -> Option<f64> {
         None
     }
 
-    /// How many times faster than real time steps are; `None` before the first.
+    /// Simulated time over wall-clock time of a step; `None` before the first step.
     fn real_time_factor(&self) -> Option<f64> {
         (self.step_s() > 0.0).then(|| self.world().dt() / self.step_s())
     }
 
-    /// A parameter that is a number, as it is now; `None` when there is none at this path.
+    /// Present value of a numeric parameter; `None` when there is none at this path.
     fn parameter(&self, path: &str) -> Option<f64> {
         self.world().parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
     }
 }
 
-/// What the inspector has changed of a game's world.
+/// Parameters of a game's world changed by the inspector.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
-    /// Every parameter that was changed, with the value it had first.
+    /// Each changed parameter with its first value.
     first: Vec<(String, String)>,
-    /// What each edit changed, and the value before, oldest first.
+    /// Parameter and previous value of each edit, oldest first.
     undo: Vec<(String, String)>,
-    /// Whether the next edit is a step of undo of its own.
+    /// Whether the next edit starts an undo step of its own.
     sealed: bool,
-    /// What was refused.
+    /// Messages about rejected values.
     pub messages: Vec<String>,
 }
 
-/// Most edits that can be undone.
-const MOST_UNDO: usize = 200;
+/// Maximum number of undo steps.
+const MAX_UNDO: usize = 200;
 
 impl Changes {
-    /// Parameters that were changed and the values that the game had them at.
+    /// Changed parameters and their values in the game.
     pub fn all(&self) -> &[(String, String)] {
         &self.first
     }
 
-    /// The parameter that undo would bring back.
+    /// Parameter that the next undo restores.
     pub fn undoes(&self) -> Option<&str> {
         self.undo.last().map(|u| u.0.as_str())
     }
 
-    /// Ends a row of edits, as a drag makes them.
+    /// End a sequence of edits, such as a drag, which is one undo step.
     pub fn seal(&mut self) {
         self.sealed = true;
     }
 
-    /// Forgets what was changed: the world is another.
+    /// Forget all changes, after a restart of the world.
     pub fn forget(&mut self) {
         *self = Self { messages: std::mem::take(&mut self.messages), sealed: true, ..Self::default() };
     }
@@ -84,7 +87,7 @@ impl Changes {
         let goes_on = !self.sealed && self.undo.last().is_some_and(|u| u.0 == path);
         if !goes_on {
             self.undo.push((path.to_owned(), before));
-            if self.undo.len() > MOST_UNDO {
+            if self.undo.len() > MAX_UNDO {
                 self.undo.remove(0);
             }
         }
@@ -93,17 +96,17 @@ impl Changes {
 }
 
 /// A game under the inspector.
-pub struct Game<'a> {
-    /// Its world.
+pub struct InspectedGame<'a> {
+    /// World of the game.
     pub world: &'a mut SheetWorld,
-    /// Its speed.
+    /// Speed of the game's clock.
     pub speed: f64,
-    /// What was changed of it.
+    /// Changes of the game's world.
     pub changes: &'a mut Changes,
 }
 
-impl Game<'_> {
-    /// Takes the last edit back. Whether there was one.
+impl InspectedGame<'_> {
+    /// Undo the last edit. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some((path, before)) = self.changes.undo.pop() else { return false };
         self.changes.sealed = true;
@@ -117,7 +120,7 @@ impl Game<'_> {
     }
 }
 
-impl Knobs for Game<'_> {
+impl ParameterAccess for InspectedGame<'_> {
     fn world(&self) -> &World {
         self.world
     }
@@ -141,7 +144,7 @@ impl Knobs for Game<'_> {
     }
 
     fn fail(&mut self, text: String) {
-        // A slider held against a limit is refused every frame; it is said once.
+        // A slider held against a limit is rejected in every frame; one message suffices.
         if !self.changes.messages.contains(&text) {
             self.changes.messages.push(text);
         }

@@ -1,7 +1,10 @@
-//! What the editor keeps between runs: recent files, and a copy of unsaved work that a crash leaves behind.
+//! Files that persist between runs: the list of recent files, and a backup of unsaved work for
+//! recovery after a crash.
 //!
-//! Both are files of the user's state folder (`$XDG_STATE_HOME/sheetwork`, or `~/.local/state/sheetwork`). A copy of work is named by the process
-//! that wrote it; one whose process is gone is offered to the next. Nothing here may stop the editor: what cannot be written is not kept.
+//! Both are in the user's state folder (`$XDG_STATE_HOME/sheetwork`, or
+//! `~/.local/state/sheetwork`). The name of a backup holds the process id of its writer; a backup
+//! of an ended process is offered for recovery. Errors of writing are ignored, so that they cannot
+//! stop the editor.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -11,47 +14,47 @@ use sheetwork::scene::Scene;
 use crate::document::files;
 use crate::session::Session;
 
-/// How often unsaved work is written.
-pub const EVERY: Duration = Duration::from_secs(5);
-/// Most recent files.
-pub const MOST_RECENT: usize = 12;
+/// Interval between backups of unsaved work.
+pub const BACKUP_INTERVAL: Duration = Duration::from_secs(5);
+/// Maximum number of recent files.
+pub const MAX_RECENT: usize = 12;
 
-/// The folder and what was last written there.
+/// State folder and its contents.
 #[derive(Clone, Debug)]
-pub struct Keeper {
+pub struct Persistence {
     folder: Option<PathBuf>,
     recent: Vec<PathBuf>,
-    /// Generation and revision of the document that is in the copy.
+    /// Generation and revision of the document in the backup.
     written: Option<(u64, u64)>,
     last: Instant,
 }
 
-/// The state folder of the user; none where there is no home.
+/// State folder of the user; `None` without a home folder.
 pub fn usual_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local").join("state")))?;
     Some(state.join("sheetwork"))
 }
 
-impl Keeper {
-    /// One that keeps in `folder`, or nothing without one.
+impl Persistence {
+    /// State in `folder`, or nothing persistent with `None`.
     pub fn new(folder: Option<PathBuf>) -> Self {
         let list = folder.as_ref().and_then(|f| std::fs::read_to_string(f.join("recent.txt")).ok());
-        let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MOST_RECENT).collect();
+        let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MAX_RECENT).collect();
         Self { folder, recent, written: None, last: Instant::now() }
     }
 
-    /// Files opened or saved, the last first.
+    /// Files opened or saved, latest first.
     pub fn recent(&self) -> &[PathBuf] {
         &self.recent
     }
 
-    /// Remembers that `file` was opened or saved.
+    /// Add `file` to the recent files.
     pub fn note(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         self.recent.retain(|f| *f != file);
         self.recent.insert(0, file);
-        self.recent.truncate(MOST_RECENT);
+        self.recent.truncate(MAX_RECENT);
         let list: String = self.recent.iter().map(|f| format!("{}\n", f.display())).collect();
         self.write("recent.txt", &list);
     }
@@ -65,16 +68,17 @@ impl Keeper {
         Some(self.folder.as_ref()?.join(copy_name(std::process::id())))
     }
 
-    /// Writes a copy of unsaved work, at most every [`EVERY`]; takes it away once the work is saved.
-    pub fn look_after(&mut self, session: &Session) {
-        if self.last.elapsed() >= EVERY {
+    /// Write a backup of unsaved work, at most every [`BACKUP_INTERVAL`]; remove it once the work
+    /// is saved.
+    pub fn back_up_periodically(&mut self, session: &Session) {
+        if self.last.elapsed() >= BACKUP_INTERVAL {
             self.last = Instant::now();
-            self.copy(session);
+            self.back_up(session);
         }
     }
 
-    /// Writes a copy of unsaved work now, where there is some that has none.
-    pub fn copy(&mut self, session: &Session) {
+    /// Write a backup of unsaved work now, unless it exists.
+    pub fn back_up(&mut self, session: &Session) {
         let now = (session.generation(), session.document().revision());
         if self.written == Some(now) || session.playback().is_some() {
             return;
@@ -85,16 +89,16 @@ impl Keeper {
             let _ = std::fs::remove_file(copy);
             return;
         }
-        // From a folder that is nowhere near, names of files are whole.
+        // Relative to a distant folder, file names become absolute.
         let scene = files::moved(session.scene(), Path::new("/nowhere/near"));
         if let Ok(text) = scene.to_text() {
             self.write(&copy_name(std::process::id()), &text);
         }
     }
 
-    /// Writes unsaved work that is about to make room for another scene into a file of its own, among the recent ones; the file, where there
-    /// was any.
-    pub fn set_aside(&mut self, session: &Session) -> Option<PathBuf> {
+    /// Write unsaved work, before another scene replaces it, to a file of its own among the recent
+    /// ones. Returns the file, if there was unsaved work.
+    pub fn write_aside(&mut self, session: &Session) -> Option<PathBuf> {
         if !session.document().is_unsaved() || session.playback().is_some() {
             return None;
         }
@@ -112,8 +116,8 @@ impl Keeper {
         Some(file)
     }
 
-    /// Work that a process which is gone has left: the file and the scene. A copy that cannot be read is left alone.
-    pub fn left_behind(&self) -> Option<(PathBuf, Scene)> {
+    /// Backup of an ended process: file and scene. An unreadable backup is kept.
+    pub fn find_backup(&self) -> Option<(PathBuf, Scene)> {
         let entries = std::fs::read_dir(self.folder.as_ref()?).ok()?;
         let copies =
             entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| writer_of(p).is_some_and(|pid| !runs(pid)));
@@ -122,7 +126,7 @@ impl Keeper {
         copies.into_iter().rev().find_map(|p| Some((p.clone(), Scene::load(&p).ok()?)))
     }
 
-    /// Takes a copy away that was recovered or is not wanted.
+    /// Delete a backup.
     pub fn forget(&self, copy: &Path) {
         let _ = std::fs::remove_file(copy);
     }
@@ -132,12 +136,12 @@ fn copy_name(pid: u32) -> String {
     format!("unsaved-{pid}.ron")
 }
 
-/// The process that wrote a copy.
+/// Process id in the name of a backup.
 fn writer_of(file: &Path) -> Option<u32> {
     file.file_name()?.to_str()?.strip_prefix("unsaved-")?.strip_suffix(".ron")?.parse().ok()
 }
 
-/// Whether a process is there; where that cannot be seen, none is taken to be.
+/// Whether a process exists; false where the system does not tell.
 fn runs(pid: u32) -> bool {
     pid == std::process::id() || Path::new("/proc").join(pid.to_string()).exists()
 }
@@ -153,31 +157,31 @@ mod tests {
     }
 
     #[test]
-    fn recent_files_are_kept_in_order_and_once() {
+    fn recent_files_are_listed_in_order_and_once() {
         let folder = folder("recent");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         for name in ["/a.ron", "/b.ron", "/a.ron"] {
-            keeper.note(Path::new(name));
+            persistence.note(Path::new(name));
         }
-        let again = Keeper::new(Some(folder.clone()));
+        let again = Persistence::new(Some(folder.clone()));
         assert_eq!(again.recent(), [PathBuf::from("/a.ron"), PathBuf::from("/b.ron")]);
         for i in 0..30 {
-            keeper.note(Path::new(&format!("/{i}.ron")));
+            persistence.note(Path::new(&format!("/{i}.ron")));
         }
-        assert_eq!(keeper.recent().len(), MOST_RECENT);
+        assert_eq!(persistence.recent().len(), MAX_RECENT);
         std::fs::remove_dir_all(folder).expect("removed");
     }
 
     #[test]
     fn unsaved_work_that_makes_room_is_set_aside_among_recent_files() {
         let folder = folder("aside");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         let mut session = Session::new(&Scene::default()).expect("valid");
-        assert!(keeper.set_aside(&session).is_none(), "nothing to lose");
+        assert!(persistence.write_aside(&session).is_none(), "nothing to lose");
         assert!(session.set("gravity", "(0, -2, 0)"));
-        let (first, second) = (keeper.set_aside(&session).expect("written"), keeper.set_aside(&session));
+        let (first, second) = (persistence.write_aside(&session).expect("written"), persistence.write_aside(&session));
         assert!(second.is_some_and(|file| file != first), "each a file of its own");
-        assert!(keeper.recent().contains(&first));
+        assert!(persistence.recent().contains(&first));
         assert_eq!(Scene::load(&first).expect("a scene").gravity.y, -2.0);
         std::fs::remove_dir_all(folder).expect("removed");
     }
@@ -185,33 +189,33 @@ mod tests {
     #[test]
     fn unsaved_work_is_copied_and_found_by_the_next() {
         let folder = folder("copy");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         let mut session = Session::new(&Scene::default()).expect("valid");
-        keeper.copy(&session);
-        assert!(keeper.own_copy().is_some_and(|c| !c.exists()), "nothing to lose");
+        persistence.back_up(&session);
+        assert!(persistence.own_copy().is_some_and(|c| !c.exists()), "nothing to lose");
         assert!(session.set("gravity", "(0, -2, 0)"));
-        keeper.copy(&session);
-        let own = keeper.own_copy().expect("a folder");
-        assert!(own.exists() && keeper.left_behind().is_none(), "its writer is there");
-        // As if another process had written it, one that cannot be.
+        persistence.back_up(&session);
+        let own = persistence.own_copy().expect("a folder");
+        assert!(own.exists() && persistence.find_backup().is_none(), "its writer is there");
+        // Backup of a process id that cannot exist.
         let other = folder.join(copy_name(u32::MAX));
         std::fs::rename(&own, &other).expect("moved");
-        let (copy, scene) = keeper.left_behind().expect("found");
+        let (copy, scene) = persistence.find_backup().expect("found");
         assert_eq!((copy.as_path(), scene.gravity.y), (other.as_path(), -2.0));
-        keeper.forget(&copy);
-        assert!(keeper.left_behind().is_none());
+        persistence.forget(&copy);
+        assert!(persistence.find_backup().is_none());
         let file = folder.join("saved.ron");
         assert!(session.save_as(&file));
-        keeper.copy(&session);
+        persistence.back_up(&session);
         assert!(!own.exists(), "saved work needs no copy");
         std::fs::remove_dir_all(folder).expect("removed");
     }
 
     #[test]
-    fn without_a_folder_nothing_is_kept_and_nothing_fails() {
-        let mut keeper = Keeper::new(None);
-        keeper.note(Path::new("/a.ron"));
-        keeper.copy(&Session::new(&Scene::default()).expect("valid"));
-        assert!(keeper.left_behind().is_none() && keeper.recent().len() == 1);
+    fn without_a_folder_nothing_is_written_and_nothing_fails() {
+        let mut persistence = Persistence::new(None);
+        persistence.note(Path::new("/a.ron"));
+        persistence.back_up(&Session::new(&Scene::default()).expect("valid"));
+        assert!(persistence.find_backup().is_none() && persistence.recent().len() == 1);
     }
 }

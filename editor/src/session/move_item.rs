@@ -1,40 +1,19 @@
-//! Sheets, bodies, heaters and the heat gun carried elsewhere.
+//! Translation of sheets, bodies, heaters and the heat gun by hand.
 //!
-//! What stands, is led or heats is put elsewhere in the scene: there it is from the start. A sheet can be taken before time has passed, when it lies as it
-//! was placed. A body that moves freely has left its start once time has
-//! passed; it is put elsewhere in the run, at rest, and its start stays. Undo takes either back.
+//! Static and kinematic bodies, heaters and the heat gun are moved in the scene, from the start of
+//! the run. A sheet can be moved before the first step. A dynamic body that has left its initial
+//! pose is moved in the run, at rest, and its initial pose is kept. Both can be undone.
 
 use glam::DVec3;
 use sheetwork::scene::{BodySpec, Placement, path_at};
 
 use super::Session;
+use super::item::{Item, MovedItem};
 use crate::document::change::shifted;
 use crate::pick::box_of;
 
-/// Something that can be carried.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Item {
-    /// A sheet of the scene, by number.
-    Sheet(usize),
-    /// A body of the scene, by number.
-    Body(usize),
-    /// A heater of the scene, by number.
-    Heater(usize),
-    /// The nozzle of the heat gun.
-    HeatGun,
-}
-
-/// What is on its way and has not arrived.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
-    item: Item,
-    /// Where it was shown when it was taken, and how far it is from there, m.
-    from: DVec3,
-    by: DVec3,
-}
-
 impl Session {
-    /// Where an item is put in the scene; none where there is no such item.
+    /// Placement of an item in the scene; `None` when there is no such item.
     pub fn placement_of(&self, item: Item) -> Option<Placement> {
         let scene = self.scene();
         match item {
@@ -45,7 +24,7 @@ impl Session {
         }
     }
 
-    /// What an item is called.
+    /// Name of an item.
     pub fn name_of(&self, item: Item) -> String {
         let or = |name: &str, otherwise: String| if name.is_empty() { otherwise } else { name.to_owned() };
         match item {
@@ -58,7 +37,7 @@ impl Session {
         }
     }
 
-    /// Everything that can be carried now.
+    /// All items that can be moved now.
     pub fn items(&self) -> Vec<Item> {
         let scene = self.scene();
         let sheets = (0..scene.sheets.len()).filter(|_| self.world.steps() == 0).map(Item::Sheet);
@@ -67,24 +46,26 @@ impl Session {
         sheets.chain(bodies).chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
     }
 
-    /// Where the nozzle of the heat gun is shown, m, and the unit vector that it blows along; none where there is no gun.
+    /// Displayed position of the nozzle of the heat gun, m, and the unit vector of its jet; `None`
+    /// without a gun.
     pub fn gun_aim(&self) -> Option<(DVec3, DVec3)> {
         let spec = self.scene().heat_gun.as_ref()?;
         let (offset, rotation) = path_at(&spec.path, self.world.time());
         let turn = Placement { position: DVec3::ZERO, rotation }.quaternion();
-        let there = self.carried_to(Item::HeatGun).unwrap_or(spec.position + offset);
+        let there = self.moved_position(Item::HeatGun).unwrap_or(spec.position + offset);
         Some((there, (turn * spec.direction).normalize_or(DVec3::NEG_Y)))
     }
 
-    /// Shows `item` moved by `by` (m) from where it was shown when it was taken, until [`Session::put_down`]. A body that stands is moved at once
-    /// where time passes, so that it pushes what it meets.
-    pub fn carry(&mut self, item: Item, by: DVec3) {
+    /// Display `item` moved by `by` (m) from its position at the grab, until
+    /// [`Session::release_item`]. A static body is moved in a running world at once, so that it
+    /// pushes what it meets.
+    pub fn move_item(&mut self, item: Item, by: DVec3) {
         if self.playback.is_some() {
             return;
         }
-        let taken = self.carried.filter(|c| c.item == item).map(|c| c.from);
-        let Some(from) = taken.or_else(|| self.shown_at(item)) else { return };
-        self.carried = Some(Carried { item, from, by });
+        let taken = self.moved_item.filter(|c| c.item == item).map(|c| c.from);
+        let Some(from) = taken.or_else(|| self.displayed_position(item)) else { return };
+        self.moved_item = Some(MovedItem { item, from, by });
         self.revision += 1;
         let Item::Body(index) = item else { return };
         let Some(spec) = self.scene().bodies.get(index) else { return };
@@ -96,108 +77,111 @@ impl Session {
         }
     }
 
-    /// What is carried, and how far, m.
-    pub fn carried(&self) -> Option<(Item, DVec3)> {
-        self.carried.map(|c| (c.item, c.by))
+    /// Item that is being moved, and its displacement, m.
+    pub fn moved_item(&self) -> Option<(Item, DVec3)> {
+        self.moved_item.map(|c| (c.item, c.by))
     }
 
-    /// Where `item` is shown while it is carried, m.
-    pub(super) fn carried_to(&self, item: Item) -> Option<DVec3> {
-        self.carried.filter(|c| c.item == item).map(|c| c.from + c.by)
+    /// Displayed position of `item` while it is being moved, m.
+    pub(super) fn moved_position(&self, item: Item) -> Option<DVec3> {
+        self.moved_item.filter(|c| c.item == item).map(|c| c.from + c.by)
     }
 
-    /// Puts down what is carried: from the start, or where it moves freely and has left its start, in the run. Returns whether anything was.
-    pub fn put_down(&mut self) -> bool {
-        let Some(Carried { item, from, by }) = self.carried.take() else { return false };
+    /// Release the moved item: at its start, or in the run for a dynamic body that has left its
+    /// start. Returns whether an item was moved.
+    pub fn release_item(&mut self) -> bool {
+        let Some(MovedItem { item, from, by }) = self.moved_item.take() else { return false };
         self.revision += 1;
         let Some(placement) = self.placement_of(item).filter(|_| by != DVec3::ZERO) else { return false };
         match item {
-            Item::Body(index) if self.is_on_its_way(index) => self.put_body(index, from + by),
+            Item::Body(index) if self.has_left_start(index) => self.place_dynamic_body(index, from + by),
             _ => self.place(item, shifted(&placement, by)),
         }
     }
 
-    /// Whether a body has left its start by itself: it is put elsewhere in the run, and not at the start.
-    pub fn is_on_its_way(&self, index: usize) -> bool {
+    /// Whether a dynamic body has left its initial pose, and is therefore moved in the run.
+    pub fn has_left_start(&self, index: usize) -> bool {
         let mut pins = self.scene().sheets.iter().flat_map(|sheet| &sheet.pins);
         let name = self.body_name(index);
-        // A sheet would be torn from what it is glued to.
+        // A body with an attached sheet is moved at its start: the attachment would tear.
         let is_glued = pins.any(|pin| pin.body.is_some() && pin.body == name);
         self.world.steps() > 0 && !is_glued && self.scene().bodies.get(index).is_some_and(BodySpec::is_dynamic)
     }
 
-    /// Puts a body that moves freely somewhere else (m) in the run, at rest: one step of undo. Returns whether it was there.
-    fn put_body(&mut self, index: usize, position: DVec3) -> bool {
+    /// Move a dynamic body in the run to a position (m), at rest, as one undo step. Returns whether
+    /// the body exists.
+    fn place_dynamic_body(&mut self, index: usize, position: DVec3) -> bool {
         let rotation = self.world.rigid().and_then(|r| r.pose(index)).map(|pose| pose.1);
         let (Some(name), Some(rotation)) = (self.body_name(index), rotation) else { return false };
         let before = self.world.snapshot();
         if !self.world.place_body(&name, position, rotation) {
             return false;
         }
-        for other in self.beside.iter_mut().filter_map(|b| b.session_mut()) {
-            // One that has no such body has nothing moved.
+        for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+            // A variant without this body is unchanged.
             _ = other.world.place_body(&name, position, rotation);
-            other.settle_display();
+            other.show_present();
         }
         self.document.seal();
         self.document.commit_with(format!("move of {name}"), "carry", self.scene().clone(), before);
         self.document.seal();
-        self.go_another_way();
-        self.timeline.renew(&self.world);
-        self.settle_display();
+        self.discard_future();
+        self.timeline.replace_present(&self.world);
+        self.show_present();
         true
     }
 
-    /// The name that the world has for body `index`.
+    /// Name of body `index` in the world.
     fn body_name(&self, index: usize) -> Option<String> {
         self.world.rigid().and_then(|r| r.bodies().get(index)).map(|b| b.name.clone())
     }
 
-    /// Where the origin of an item is, as it is shown, m.
-    pub(crate) fn shown_at(&self, item: Item) -> Option<DVec3> {
+    /// Displayed position of the origin of an item, m.
+    pub(crate) fn displayed_position(&self, item: Item) -> Option<DVec3> {
         match item {
             Item::Body(i) => self.body_pose(i).map(|p| p.0),
             Item::HeatGun => self.gun_aim().map(|aim| aim.0),
             Item::Sheet(_) | Item::Heater(_) => {
-                self.carried_to(item).or_else(|| self.placement_of(item).map(|p| p.position))
+                self.moved_position(item).or_else(|| self.placement_of(item).map(|p| p.position))
             }
         }
     }
 
-    /// Where the handle of an item is, m: in the middle of what is seen of it, which may be far from its origin.
+    /// Position of the handle of an item, m: the centre of its displayed shape, which may be far
+    /// from its origin.
     pub fn handle_of(&self, item: Item) -> Option<DVec3> {
-        let origin = self.shown_at(item)?;
+        let origin = self.displayed_position(item)?;
         Some(match item {
             Item::Sheet(i) => {
-                let by = self.carried.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
+                let by = self.moved_item.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
                 let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.x.bounds()?;
                 0.5 * (low + high) + by
             }
             Item::Body(i) => {
-                // A ball has no corners; its origin is its middle.
+                // A ball has no vertices; its origin is its centre.
                 let corners =
                     self.world.rigid()?.bodies().get(i)?.polyhedra.iter().flat_map(|p| p.vertices.iter().copied());
                 origin + self.body_pose(i)?.1 * middle(corners).unwrap_or_default()
             }
             Item::Heater(i) => {
-                let local = self.heater_middles.get(i).copied().unwrap_or_default();
+                let local = self.heater_centres.get(i).copied().unwrap_or_default();
                 origin + self.placement_of(item)?.quaternion() * local
             }
             Item::HeatGun => origin,
         })
     }
 
-    /// Finds the middles of the heaters, in their own axes: files are read once.
-    pub(super) fn find_heaters(&mut self) {
+    /// Compute the centres of the heaters in their own axes. Heater files are read once.
+    pub(super) fn update_heater_centres(&mut self) {
         let scene = self.document.scene();
         let of = |heaters: Vec<sheetwork::scene::heater::Heater>| {
             middle(heaters.iter().flat_map(|h| h.polyhedron.vertices.iter().copied())).unwrap_or_default()
         };
         let middles = scene.heaters.iter().map(|spec| spec.resolve(&scene.base).map(of).unwrap_or_default());
-        self.heater_middles = middles.collect();
+        self.heater_centres = middles.collect();
     }
 
-    /// Puts an item elsewhere, as an edit. Returns whether it was taken.
+    /// Change the placement of an item, as an edit. Returns whether it was accepted.
     pub fn place(&mut self, item: Item, placement: Placement) -> bool {
         let name = self.name_of(item);
         self.edit(&format!("move of {name}"), &format!("place {name}"), |scene| match item {
@@ -209,7 +193,7 @@ impl Session {
     }
 }
 
-/// The middle of the box around some points.
+/// Centre of the bounding box of points.
 fn middle(points: impl Iterator<Item = DVec3>) -> Option<DVec3> {
     box_of(points).map(|(low, high)| 0.5 * (low + high))
 }

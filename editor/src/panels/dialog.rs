@@ -1,0 +1,33 @@
+//! State of the file dialog.
+
+use std::path::PathBuf;
+
+use crate::browser::Browser;
+
+/// Purpose of a file dialog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Open a file, or add it to the scene.
+    Open,
+    /// Save the scene.
+    Save,
+    /// Write the samples as CSV.
+    Csv,
+    /// Draw the present view.
+    Picture,
+    /// Draw a run as a sequence of pictures.
+    Sequence,
+    /// Write a run as glTF.
+    Gltf,
+}
+
+/// File dialog.
+#[derive(Clone, Debug)]
+pub struct Dialog {
+    pub(super) purpose: Purpose,
+    pub(super) browser: Browser,
+    /// Existing file that would be overwritten.
+    pub(super) over: Option<PathBuf>,
+    /// Whether the dialog was shown before: the first typed text is the name.
+    pub(super) shown: bool,
+}

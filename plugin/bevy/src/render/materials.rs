@@ -1,0 +1,58 @@
+//! Default materials of entities without one.
+
+use bevy::prelude::*;
+
+/// Default materials, created when first needed.
+#[derive(Resource, Default)]
+pub(super) struct Materials {
+    sheet: Option<Handle<StandardMaterial>>,
+    /// White variant of `sheet` for vertex colours.
+    coloured: Option<Handle<StandardMaterial>>,
+    body: Option<Handle<StandardMaterial>>,
+    heater: Option<Handle<StandardMaterial>>,
+}
+
+impl Materials {
+    /// Saturated plastic, visible from both sides.
+    pub fn sheet(&mut self, coloured: bool, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: if coloured { Color::WHITE } else { Color::srgb(0.86, 0.13, 0.03) },
+            perceptual_roughness: 0.38,
+            reflectance: 0.5,
+            double_sided: true,
+            cull_mode: None,
+            // Draws a sheet in front of the body on which it rests, by about 0.1 % of the distance.
+            depth_bias: 10_000.0,
+            ..default()
+        };
+        let kept = if coloured { &mut self.coloured } else { &mut self.sheet };
+        kept.get_or_insert_with(|| assets.add(make())).clone()
+    }
+
+    /// Whether a material came from [`Materials::sheet`].
+    pub fn is_of_sheet(&self, material: &Handle<StandardMaterial>) -> bool {
+        [&self.sheet, &self.coloured].into_iter().flatten().any(|m| m == material)
+    }
+
+    /// Dark metal.
+    pub fn heater(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: Color::srgb(0.42, 0.43, 0.45),
+            perceptual_roughness: 0.7,
+            reflectance: 0.35,
+            ..default()
+        };
+        self.heater.get_or_insert_with(|| assets.add(make())).clone()
+    }
+
+    /// Cool light grey.
+    pub fn body(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: Color::srgb(0.60, 0.68, 0.78),
+            perceptual_roughness: 0.62,
+            reflectance: 0.35,
+            ..default()
+        };
+        self.body.get_or_insert_with(|| assets.add(make())).clone()
+    }
+}
