@@ -10,8 +10,8 @@
 //! # Ok::<(), sheetwork::InputError>(())
 //! ```
 //!
-//! A [`Scene`](scene::Scene) is built in code or read from a file ([`Scene::load`](scene::Scene::load));
-//! a [`World`] steps it.
+//! A [`Scene`](scene::Scene) is built in code or read from a file
+//! ([`Scene::load`](scene::Scene::load)); a [`World`] steps it.
 //!
 //! | what | where |
 //! |---|---|
@@ -26,12 +26,12 @@
 //! | `parallel` | yes | steps islands and assembles large systems on rayon's thread pool |
 //!
 //! A debug build of a dependent steps about 80 times slower than a release build, unless its
-//! `Cargo.toml` has `[profile.dev.package."*"] opt-level = 3`. [`World::set_threads`] sets the number
-//! of threads, 1 by default; results do not depend on it.
+//! `Cargo.toml` has `[profile.dev.package."*"] opt-level = 3`. [`World::set_threads`] sets the
+//! number of threads, 1 by default; results do not depend on it.
 //!
-//! Units are SI (temperatures in °C), numbers `f64`; the same input gives the same bits on any number
-//! of threads. The hidden modules are internals that the test rigs use; they are not part of the
-//! public interface.
+//! Units are SI (temperatures in °C), numbers `f64`; the same input gives the same bits on any
+//! number of threads. The hidden modules are internals that the test rigs use; they are not part of
+//! the public interface.
 
 #[doc(hidden)]
 pub mod collision;

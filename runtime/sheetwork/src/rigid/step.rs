@@ -9,9 +9,10 @@
 //! (`substeps`), and bounces off static and kinematic bodies according to its restitution
 //! (`impact`). A ball with only such bodies around it is advanced without Rapier (`rolling_ball`).
 //!
-//! Touching bodies fall asleep together if each has rested (slower than [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed) for
-//! [`SleepSettings::delay`](crate::scene::sleep::SleepSettings::delay)) and one of them lies on a body at rest. A sleeping body keeps its state bit for
-//! bit until a moving body touches it.
+//! Touching bodies fall asleep together if each has rested (slower than
+//! [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed) for
+//! [`SleepSettings::delay`](crate::scene::sleep::SleepSettings::delay)) and one of them lies on a
+//! body at rest. A sleeping body keeps its state bit for bit until a moving body touches it.
 
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;

@@ -7,6 +7,7 @@
 
 pub(crate) mod body;
 pub(crate) mod builder;
+#[doc(hidden)]
 pub mod cards;
 pub mod contact;
 pub(crate) mod detail;
@@ -14,6 +15,7 @@ pub mod flow;
 pub(crate) mod heat;
 pub mod heater;
 pub mod integrator;
+#[doc(hidden)]
 pub mod library;
 pub(crate) mod literal;
 pub mod load;
@@ -24,11 +26,13 @@ pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;
 pub mod sht;
+#[doc(hidden)]
 pub mod sleep;
 pub mod spot;
 pub mod sticking;
 pub mod tearing;
 pub(crate) mod unstable;
+#[doc(hidden)]
 pub mod validate;
 
 use std::collections::BTreeMap;

@@ -54,6 +54,7 @@ impl Sheet {
     }
 
     /// Release the pins that end by time `t` (s); their nodes keep the prescribed velocity.
+    #[doc(hidden)]
     pub fn release_pins(&mut self, t: f64) {
         if self.pins.ends(t) {
             let freed = self.pins.release(t);

@@ -16,8 +16,8 @@ pub(crate) struct Stuck {
     pub pull: Vectors,
     /// Bond force on each node in the last step, N.
     pub was_pull: Vectors,
-    /// Bond forces on dynamic bodies: index in the bodies of the step, force (N), point in the body's
-    /// frame (m).
+    /// Bond forces on dynamic bodies: index in the bodies of the step, force (N), point in the
+    /// body's frame (m).
     pub on_bodies: Vec<(u32, DVec3, DVec3)>,
     /// Whether each node has a bond.
     pub held: Vec<bool>,

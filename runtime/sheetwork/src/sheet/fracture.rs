@@ -190,11 +190,13 @@ impl Sheet {
     }
 
     /// Open cells of a sheet that has some.
+    #[doc(hidden)]
     pub fn opened(&self) -> Option<&Open> {
         self.tears.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
     }
 
     /// Material coordinates (u, v) of node `i` in cells of the lowest layer.
+    #[doc(hidden)]
     pub fn in_cells(&self, i: u32) -> (f64, f64) {
         let (columns, rows) = self.tears.as_ref().map_or((0, 0), |t| t.open.size());
         let (u, v) = self.uv[i as usize];
@@ -202,6 +204,7 @@ impl Sheet {
     }
 
     /// Triangles of a layer without those in open cells.
+    #[doc(hidden)]
     pub fn closed_triangles(&self, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
         if let Some(open) = self.opened() {
             triangles.retain(|t| {

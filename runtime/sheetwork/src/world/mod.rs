@@ -209,6 +209,7 @@ impl World {
     }
 
     /// Set gravity (m/s²) without the range of a scene, for rigs that search for a limit.
+    #[doc(hidden)]
     pub fn set_gravity_unbounded(&mut self, gravity: DVec3) {
         self.gravity = gravity;
     }
@@ -223,6 +224,7 @@ impl World {
 
     /// Creep of every sheet over `dt` (s), in equilibrium throughout; see [`Sheet::flow_settled`].
     /// The world's time does not advance.
+    #[doc(hidden)]
     pub fn flow_settled(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
         self.sheets.iter_mut().map(|s| s.flow_settled(field, dt, tolerance)).collect()
@@ -411,6 +413,7 @@ impl World {
     }
 
     /// Counters of the contact solver of the island whose first sheet is `index`.
+    #[doc(hidden)]
     pub fn contact_counters(&self, index: usize) -> ContactCounters {
         self.groups.contact_counters(index)
     }

@@ -1,18 +1,25 @@
-//! Rapier's soft body on the square cantilever: one JSON object a configuration, on standard output.
+//! Rapier's soft body on the square cantilever: one JSON object a configuration, on standard
+//! output.
 //!
-//!     rapier_softbody [--grid 11,21] [--case cantilever|release] [--hz 60] [--solver fem|constraints] [--hinges lines|surface]
+//!     rapier_softbody [--grid 11,21] [--case cantilever|release] [--hz 60]
+//!         [--solver fem|constraints] [--hinges lines|surface]
 //!
-//! The sheet: 0.25 m square, 0.5 mm thick, E 3 GPa, Poisson ratio 0, 1050 kg/m³, clamped along one edge, let go from flat.
-//! `cantilever` is damped and stepped until no mass moves faster than 1 mm/s for 0.5 s, 10 s at most; `release` has no damping but
-//! the integrator's own and reports the first extreme of the free edge's mean, interpolated between steps; it runs for 2 s.
+//! The sheet: 0.25 m square, 0.5 mm thick, E 3 GPa, Poisson ratio 0, 1050 kg/m³, clamped along one
+//! edge, let go from flat. `cantilever` is damped and stepped until no mass moves faster than 1
+//! mm/s for 0.5 s, 10 s at most; `release` has no damping but the integrator's own and reports the
+//! first extreme of the free edge's mean, interpolated between steps; it runs for 2 s.
 //!
-//! What Rapier is told, and why:
-//! - `fem`: its implicit solver, one substep a step (four cost four times as much and rest no nearer), up to 1000 iterations of
-//!   its conjugate gradients: with its default of 20, and at 21x21 with 100, the sheet is not held at all.
-//! - `constraints`: its default solver, with 16 substeps and 10 iterations in each; it never comes to rest.
-//! - Hinges and springs: see `sheet.rs`. Rapier takes frequencies, not E and t; they are computed, none is fitted.
-//! - Damping in `cantilever`: with `fem` proportional to stiffness, 0.05 s, a third of critical in the first mode; with
-//!   `constraints` its default, every spring critical by itself (more makes it creep and look settled at twice the drop).
+//! Settings of Rapier, with reasons:
+//! - `fem`: its implicit solver, one substep a step (four cost four times as much and rest no
+//!   nearer), up to 1000 iterations of its conjugate gradients: with its default of 20, and at
+//!   21x21 with 100, the sheet is not held at all.
+//! - `constraints`: its default solver, with 16 substeps and 10 iterations in each; it never comes
+//!   to rest.
+//! - Hinges and springs: see `sheet.rs`. Rapier takes frequencies, not E and t; they are computed,
+//!   none is fitted.
+//! - Damping in `cantilever`: with `fem` proportional to stiffness, 0.05 s, a third of critical in
+//!   the first mode; with `constraints` its default, every spring critical by itself (more makes it
+//!   creep and look settled at twice the drop).
 //! - Nothing can touch: the sheet has no collider.
 //!
 //! CPU time is that of the process over `step` alone; the crate's `parallel` feature is off.
@@ -121,7 +128,8 @@ impl Rig {
         still >= REST_TIME
     }
 
-    /// Steps for `RELEASE_TIME`; drop, m, and time, s, of the first extreme, on a parabola through three steps.
+    /// Steps for `RELEASE_TIME`; drop, m, and time, s, of the first extreme, on a parabola through
+    /// three steps.
     fn first_extreme(&mut self) -> Option<(f64, f64)> {
         let dt = self.world.integration_parameters.dt;
         let mut drops = vec![self.drop()];

@@ -1,13 +1,15 @@
 //! The heavy elastica: a clamped strip bent by its own weight, inextensible, of any rotation.
 //!
-//! B θ'' = -q (L - s) cos θ, θ(0) = 0, θ'(L) = 0 (Rohde 1953; Wang 1986): B the bending stiffness per width, N·m, q the weight per
-//! area, Pa, s the arc length from the clamp, m, θ the slope below the horizontal.
+//! B θ'' = -q (L - s) cos θ, θ(0) = 0, θ'(L) = 0 (Rohde 1953; Wang 1986): B the bending stiffness
+//! per width, N·m, q the weight per area, Pa, s the arc length from the clamp, m, θ the slope below
+//! the horizontal.
 
 const PIECES: usize = 2000;
 
 /// Drop of the tip over the length, for Γ = q L³ / B.
 pub fn tip_drop(gamma: f64) -> f64 {
-    // Shooting from the tip, where the curvature vanishes: the slope there is sought that gives slope 0 at the clamp.
+    // Shooting from the tip, where the curvature vanishes: the slope there is sought that gives
+    // slope 0 at the clamp.
     let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
@@ -20,7 +22,8 @@ pub fn tip_drop(gamma: f64) -> f64 {
     from_tip(gamma, low).1
 }
 
-/// Slope at the clamp, and height of the clamp over the tip, of the curve with slope `tip` at its tip.
+/// Slope at the clamp, and height of the clamp over the tip, of the curve with slope `tip` at its
+/// tip.
 fn from_tip(gamma: f64, tip: f64) -> (f64, f64) {
     let h = 1.0 / PIECES as f64;
     let rate = |u: f64, [slope, bend, _]: [f64; 3]| [-bend, gamma * u * slope.cos(), slope.sin()];

@@ -1,10 +1,11 @@
 //! The sheet as a Rapier soft body: particles, springs for stretch, dihedral hinges for bending.
 //!
-//! Rapier's springs and hinges are given as natural frequencies of the mass they move, ω² = k w, w = Σ |∇C|² / m. Here each is
-//! turned back into the stiffness k of the sheet: a hinge at a node on a line of spacing h bends with k = D b / h for each of the
-//! lines that share the width b (½ k θ² with θ = κ h is ½ D κ² over h b), D = E t³ / 12, and its w is 6 / (m h²).
-//! Springs along the sides and both diagonals of a cell carry an isotropic membrane of Poisson ratio 1/3, ⅔ and ⅓ of E t / (1 - ν²).
-//! SI units.
+//! Rapier's springs and hinges are given as natural frequencies of the mass they move, ω² = k w, w
+//! = Σ |∇C|² / m. Here each is turned back into the stiffness k of the sheet: a hinge at a node on
+//! a line of spacing h bends with k = D b / h for each of the lines that share the width b (½ k θ²
+//! with θ = κ h is ½ D κ² over h b), D = E t³ / 12, and its w is 6 / (m h²). Springs along the
+//! sides and both diagonals of a cell carry an isotropic membrane of Poisson ratio 1/3, ⅔ and ⅓ of
+//! E t / (1 - ν²). SI units.
 
 use std::f64::consts::TAU;
 
@@ -26,14 +27,16 @@ pub const GRAVITY: f64 = 9.81;
 pub enum Hinges {
     /// On the edges of Rapier's own cloth triangulation, by its own `surface_dihedrals`.
     Surface,
-    /// At every node, along and across, on the two triangles either side of it on its grid line, and on each cell's diagonal: a
-    /// discretisation of ours in Rapier's terms, and the kindest found.
+    /// At every node, along and across, on the two triangles either side of it on its grid line,
+    /// and on each cell's diagonal: a discretisation of ours in Rapier's terms, and the kindest
+    /// found.
     Lines,
 }
 
 impl Hinges {
-    /// How much softer than the sheet's the membrane is made: under its weight it still stretches by less than a thousandth. Of what
-    /// was tried (1, 0.1, 0.01, 0.001) the kindest that comes to rest; line hinges hardly mind.
+    /// Factor on the membrane stiffness of the sheet, which still stretches by less than a
+    /// thousandth under its weight: the most favourable of 1, 0.1, 0.01 and 0.001 with which the
+    /// soft body comes to rest; line hinges hardly depend on it.
     fn membrane(self) -> f64 {
         match self {
             Self::Surface => 0.1,
@@ -47,8 +50,8 @@ struct Springs {
     softness: Vec<(u32, SpringCoefficients<f64>)>,
 }
 
-/// A grid of n x n particles with two pinned rows; the clamp lies half a spacing beyond the last of them, because hinges that
-/// touch pinned particles move less mass and are stiffer by just that.
+/// A grid of n x n particles with two pinned rows; the clamp lies half a spacing beyond the last of
+/// them, because hinges that touch pinned particles move less mass and are stiffer by just that.
 pub struct Grid {
     n: usize,
     along: f64,
@@ -102,8 +105,8 @@ impl Grid {
         self.nodes().map(place).collect()
     }
 
-    /// Equal masses along a row, so that all hinges have one frequency; half of it in the free edge's row, so that the weight and
-    /// its lever are right.
+    /// Equal masses along a row, so that all hinges have one frequency; half of it in the free
+    /// edge's row, so that the weight and its lever are right.
     fn masses(&self) -> Vec<f64> {
         let mass = DENSITY * THICKNESS * self.along * LENGTH / self.n as f64;
         self.nodes().map(|(i, _)| if i == self.n - 1 { 0.5 * mass } else { mass }).collect()

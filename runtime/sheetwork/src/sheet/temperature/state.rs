@@ -361,6 +361,7 @@ impl Sheet {
 
     /// Start the thermal state at `celsius` (°C), or at the initial temperature of its
     /// specification. Without effect when it exists.
+    #[doc(hidden)]
     pub fn begin_heat(&mut self, celsius: f64) {
         if self.heat.is_none() {
             let points = if self.has_gradient { 2 } else { 1 };
