@@ -25,12 +25,12 @@ pub struct ContactSettings {
     pub buried_depth: f64,
     /// Approach speed (m/s) above which restitution applies; resting contacts stay below it.
     pub restitution_speed: f64,
-    /// Work budget of one step, in node-iterations: outer iterations × nodes + factorisations of
-    /// the primal solver × (nodes + contacts) + factorisations of the dual solver × contacts² / 16
-    /// + PGS sweeps × contacts. Beyond it the outer iteration ends and the remaining substeps are
-    /// skipped. Steps that need more do not converge, such as those of interpenetrating sheets. The
-    /// largest value in the shipped scenes is 2.5 million: a ball that hits a house of fifteen
-    /// cards.
+    /// Work budget of one step, in node-iterations: the sum of outer iterations × nodes,
+    /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual solver
+    /// × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration ends and the
+    /// remaining substeps are skipped. Steps that need more do not converge, such as those of
+    /// interpenetrating sheets. The largest value in the shipped scenes is 2.5 million: a ball that
+    /// hits a house of fifteen cards.
     pub maximum_work: u64,
     /// Work budget of one step of a single sheet on kinematic and static bodies, in
     /// node-iterations. The largest value in the shipped scenes is 120,000: a film drawn onto its
