@@ -91,6 +91,12 @@ impl ContactSettings {
     };
 }
 
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Contact of single nodes, for explicit integrators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeContactSettings {

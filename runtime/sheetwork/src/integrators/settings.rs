@@ -20,6 +20,12 @@ impl IntegratorSettings {
         Self { newton: NewtonSettings::DEFAULT, resting_speed: 5e-3, leaving_speed: 0.1, minimum_adaptive_step: 1e-6 };
 }
 
+impl Default for IntegratorSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Newton iteration of implicit stages. Energies are fractions of the inertial term of the stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {

@@ -37,6 +37,12 @@ impl StepSettings {
     };
 }
 
+impl Default for StepSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Broad phase and islands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IslandSettings {

@@ -41,6 +41,12 @@ impl RigidSettings {
     };
 }
 
+impl Default for RigidSettings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// Impacts of a body on several points at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpactSettings {

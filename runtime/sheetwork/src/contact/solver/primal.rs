@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::collision::constraint::Side;
+use crate::collision::settings::{DetectionSettings, DuplicateSettings};
 use crate::contact::settings::{ContactSettings, PrimalSettings};
 use crate::contact::solver::augmented_lagrangian::{Accuracy, OnMasses, Primal, Row, Space, Tangent, covers};
 use crate::contact::solver::delassus::{Group, frame_of};
@@ -15,11 +16,8 @@ use crate::contact::stage::{ContactCounters, Scratch};
 use crate::contact::warm_start::Remembered;
 
 const SETTINGS: PrimalSettings = ContactSettings::DEFAULT.primal;
+const DUPLICATES: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
-
-/// Weight of a node in a contact and cosine between normals above which two contacts count as
-/// equal.
-const ALIKE: f64 = 0.98;
 
 impl Scratch {
     /// Solve the positions. Returns false if the solver did not converge.
@@ -257,8 +255,10 @@ impl Scratch {
         let (Side::Sheet { sheet, point }, Side::Body { .. }) = (contact.a, contact.b) else { return false };
         let first = self.joint.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
-            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > ALIKE);
-            row.is_some_and(|(row, _)| self.normals[(first + row) as usize].dot(contact.normal) > ALIKE)
+            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > DUPLICATES.node_weight);
+            row.is_some_and(|(row, _)| {
+                self.normals[(first + row) as usize].dot(contact.normal) > DUPLICATES.normal_cosine
+            })
         };
         point.weights[0] != 1.0 && point.terms().any(doubles)
     }
