@@ -9,3 +9,4 @@ pub mod geometry;
 pub mod narrow_phase;
 pub mod overlap;
 pub mod penetration;
+pub(crate) mod settings;

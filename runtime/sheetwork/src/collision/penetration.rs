@@ -13,11 +13,11 @@ use glam::DVec3;
 use crate::collision::collision_surface::Skin;
 use crate::collision::features::{Features, Mesh, Solid};
 use crate::collision::geometry::{point_triangle, segment_segment};
+use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
 
-/// Subdivisions of a triangle side where depths are sampled.
-const SAMPLES: u32 = 16;
+const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Greatest depth (m) of the surface of a sheet (nodes at `x`) in a body; 0 if it is outside. With
 /// `thickness` the surface of the material is meant, one contact offset from the triangles;
@@ -97,9 +97,10 @@ fn sampled_depth(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
         return 0.0;
     }
     let mut deepest = 0.0_f64;
-    for i in 0..=SAMPLES {
-        for j in 0..=SAMPLES - i {
-            let (v, w) = (f64::from(i) / f64::from(SAMPLES), f64::from(j) / f64::from(SAMPLES));
+    let parts = SETTINGS.penetration_subdivisions;
+    for i in 0..=parts {
+        for j in 0..=parts - i {
+            let (v, w) = (f64::from(i) / f64::from(parts), f64::from(j) / f64::from(parts));
             let p = combined(triangle, [1.0 - v - w, v, w]);
             let Some(near) = mesh.nearest(p, low.distance(high)) else { continue };
             let distance = p.distance(near.point);

@@ -15,25 +15,20 @@
 //!
 //! Because f moves the free motion deep into the other side, only the part of σ A that may be
 //! needed is applied. It is the larger of two values: the force that accelerates the node by
-//! [`RESERVE`] (plus the share of a suspended body), and twice the load of the bond in the last
-//! step. A load must therefore more than double within a step, from 200 m/s² on, to break a bond
-//! that σ would hold.
+//! [`AdhesionSettings::node_acceleration`] (plus the share of a suspended body), and twice the load
+//! of the bond in the last step. A load must therefore more than double within a step, from 200
+//! m/s² on, to break a bond that σ would hold.
 
 use glam::DVec3;
 
 use crate::collision::constraint::{Contact, SheetPoint, Side};
+use crate::contact::settings::{AdhesionSettings, ContactSettings};
 use crate::contact::stage::Scratch;
 use crate::contact::step_bodies::Surroundings;
 use crate::scene::Tack;
 use crate::sheet::Sheet;
 
-/// Acceleration of a node (m/s²) that a bond bears without an earlier load.
-const RESERVE: f64 = 200.0;
-/// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an earlier
-/// load.
-const RESERVE_OF_BODY: f64 = 20.0;
-/// Largest ratio of the bond force to the load in the last step.
-const GROWTH: f64 = 2.0;
+const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
 
 /// Adhesion strength at a point of the sheet, Pa; 0 if it is too cold. `stuck` selects the
 /// lower temperature limit of existing bonds.
@@ -93,17 +88,17 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
         if most_stress <= 0.0 {
             return;
         }
-        let mut need = RESERVE * own.mass(mass as usize);
+        let mut need = SETTINGS.node_acceleration * own.mass(mass as usize);
         let body = other_body(contact).and_then(|b| Some((b, around.bodies.get(*bodies.get(b as usize)? as usize)?)));
         if let Some((body, over)) = body.filter(|(_, over)| over.start.gives()) {
             if last.0 != body {
                 last = (body, hanging(body));
             }
-            need += RESERVE_OF_BODY * over.start.mass() / f64::max(last.1, 1.0);
+            need += SETTINGS.body_acceleration * over.start.mass() / f64::max(last.1, 1.0);
         }
         let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
         let before = stuck.was_pull.get(mass as usize).length() / parts;
-        need = (need / parts).max(GROWTH * borne(scratch, contact, before));
+        need = (need / parts).max(SETTINGS.maximum_load_growth * borne(scratch, contact, before));
         let most = most_stress * share * own.area_of(mass) / parts;
         pull(sheets, members, contact, need.min(most), bodies, around);
         if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck {

@@ -9,46 +9,26 @@
 use glam::DVec3;
 
 use crate::collision::constraint::{Contact, Side};
+use crate::contact::settings::{ContactSettings, ConvergenceSettings};
 use crate::contact::solver::delassus::Group;
 
-/// Displacement (m) of all nodes below which a stage of a single sheet needs no further detection.
-const STILL: f64 = 2e-5;
-/// Displacement (m) of all nodes below which a stage of several sheets needs no further detection.
-/// It is smaller because sheets would otherwise creep into each other.
-const STILL_TOGETHER: f64 = 2e-6;
-
-/// Penetration tolerance (m) of a single sheet in the first [`SPARE`] iterations.
-const FINE: f64 = 1e-5;
-/// Penetration tolerance (m) of a single sheet in later iterations or after stagnation.
-const ENOUGH: f64 = 6e-5;
-/// Penetration tolerance (m) with several sheets, of which some are always in motion.
-const TOGETHER: f64 = 2e-4;
-
-/// Penetration of two sheets, as a fraction of the contact offset, above which they may exit on the
-/// opposite side.
-const CROSSED: f64 = 0.3;
-/// Growth of the penetration of two sheets in a stage, as a fraction of the contact offset, that
-/// would add up from step to step.
-const DEEPER: f64 = 0.2;
-
-/// Iterations with the finer tolerance.
-const SPARE: u32 = 5;
+const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 
 /// Penetration tolerance (m) after iteration `round` with `sheets` sheets; `stalled` says whether
 /// the iteration has stagnated.
 pub(crate) fn allowed(round: u32, sheets: usize, stalled: bool) -> f64 {
     if sheets > 1 {
-        TOGETHER
-    } else if round < SPARE && !stalled {
-        FINE
+        SETTINGS.penetration_several
+    } else if round < SETTINGS.fine_iterations && !stalled {
+        SETTINGS.fine_penetration
     } else {
-        ENOUGH
+        SETTINGS.penetration_single
     }
 }
 
 /// Whether any node moved far enough in the stage to require another detection.
 pub(crate) fn has_moved(group: &Group) -> bool {
-    let still = if group.members.len() > 1 { STILL_TOGETHER } else { STILL };
+    let still = if group.members.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
     group.members.iter().any(|i| group.sheets[*i as usize].has_moved(still))
 }
 
@@ -86,5 +66,7 @@ pub(crate) fn has_crossed(group: &Group, contact: &Contact) -> bool {
     };
     let was = contact.offset - contact.normal.dot(start(&contact.a) - start(&contact.b));
     let now = overlap(group, contact);
-    now > CROSSED * contact.offset && now > was.max(0.0) + DEEPER * contact.offset && was < contact.offset
+    now > SETTINGS.crossed_penetration * contact.offset
+        && now > was.max(0.0) + SETTINGS.crossed_growth * contact.offset
+        && was < contact.offset
 }

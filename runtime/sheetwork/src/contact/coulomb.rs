@@ -18,6 +18,10 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
+use crate::contact::settings::{ContactSettings, CoulombSettings};
+
+const SETTINGS: CoulombSettings = ContactSettings::DEFAULT.coulomb;
+
 /// Law of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
@@ -26,11 +30,6 @@ pub enum Law {
     /// Bilateral constraint in all directions, as of an attachment.
     Glue,
 }
-
-/// Maximum number of fixed-point iterations.
-const ROUNDS: u32 = 40;
-/// Tolerance of the fixed-point iteration, as a fraction of the normal force.
-const CLOSE: f64 = 1e-12;
 
 /// Return the force p (N) that satisfies u = A p + b and `law`; `before` is the initial guess.
 pub fn solve(a: &DMat3, b: DVec3, law: Law, before: DVec3) -> DVec3 {
@@ -72,7 +71,7 @@ fn stuck(a: &DMat3, b: DVec3) -> Option<DVec3> {
 fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64) -> Option<DVec3> {
     let mut p = DVec3::new(before.x.max(1e-3 * frictionless), before.y, before.z);
     let stiff = a.y_axis.y.max(a.z_axis.z);
-    for _ in 0..ROUNDS {
+    for _ in 0..SETTINGS.maximum_iterations {
         let normal = (-(b.x + a.y_axis.x * p.y + a.z_axis.x * p.z) / a.x_axis.x).max(0.0);
         let at = DVec3::new(normal, p.y, p.z);
         let slip = *a * at + b;
@@ -84,7 +83,7 @@ fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64)
         let next = DVec3::new(normal, tangential.x, tangential.y);
         let change = (next - p).abs().element_sum();
         p = next;
-        if change <= CLOSE * (p.x.abs() + f64::MIN_POSITIVE) {
+        if change <= SETTINGS.tolerance * (p.x.abs() + f64::MIN_POSITIVE) {
             return (p.x > 0.0).then_some(p);
         }
     }

@@ -11,15 +11,13 @@ use crate::collision::constraint::{Contact, Key, Side};
 use crate::collision::narrow_phase::is_of_ball;
 use crate::contact::convergence;
 use crate::contact::gap::{At, gap, moved, place};
+use crate::contact::settings::{ContactSettings, PgsSettings};
 use crate::contact::solver::delassus::Group;
-use crate::contact::solver::node_sweeps::ACCURACY;
 use crate::contact::stage::Scratch;
 use crate::contact::warm_start::Memory;
 
-/// Penetration (m) at the start of a stage that exceeds the remainder of an earlier stage.
-const BEGUN: f64 = 2e-5;
-/// Cosine between two normals below which two contacts oppose each other.
-const OPPOSED: f64 = -0.9;
+const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
+const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
 
 /// Detected contacts of an island.
 #[derive(Default)]
@@ -94,7 +92,9 @@ impl Found {
             }
             Side::Body { body, .. } => !group.movers[*body as usize].gives(),
         };
-        self.retain(|contact| !(fixed(&contact.a) && fixed(&contact.b) && gap(group, contact, At::Free) < -ACCURACY));
+        self.retain(|contact| {
+            !(fixed(&contact.a) && fixed(&contact.b) && gap(group, contact, At::Free) < -PGS.tolerance)
+        });
     }
 
     /// Remove contacts between nodes and the body to which they are attached. The attachment
@@ -135,15 +135,15 @@ impl Found {
         };
         let opposes = |one: &Contact, other: &Contact| {
             let cosine = one.normal.dot(other.normal);
-            cosine < OPPOSED && shares(&one.a, &other.a) && shares(&one.b, &other.b)
-                || cosine > -OPPOSED && shares(&one.a, &other.b) && shares(&one.b, &other.a)
+            cosine < SETTINGS.opposed_normal_cosine && shares(&one.a, &other.a) && shares(&one.b, &other.b)
+                || cosine > -SETTINGS.opposed_normal_cosine && shares(&one.a, &other.b) && shares(&one.b, &other.a)
         };
         for i in (0..self.parts.len()).rev() {
             let contact = &self.contacts[i];
             let overlap = start(contact);
             // The contact with a ball is unique. A node that meets the ball during the stage starts
             // behind the tangent plane at the later contact point, but outside the ball.
-            if overlap >= -BEGUN || is_of_ball(&contact.key) {
+            if overlap >= -SETTINGS.residual_penetration || is_of_ball(&contact.key) {
                 continue;
             }
             let holds = |other: &Contact| {
@@ -154,7 +154,7 @@ impl Found {
                         (false, true) => true,
                         _ => apart > overlap,
                     };
-                    is_right && apart + overlap < -BEGUN
+                    is_right && apart + overlap < -SETTINGS.residual_penetration
                 }
             };
             if self.of_sheets().iter().any(holds) {

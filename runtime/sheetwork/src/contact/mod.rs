@@ -63,6 +63,7 @@ pub(crate) mod detected;
 pub(crate) mod gap;
 pub mod node;
 pub(crate) mod outer_iteration;
+pub(crate) mod settings;
 pub(crate) mod sheet_contact;
 pub mod solver;
 pub(crate) mod solver_body;
@@ -73,7 +74,3 @@ pub(crate) mod warm_start;
 pub(crate) use crate::contact::sheet_contact::SheetContact;
 pub(crate) use crate::contact::solver::delassus::Group;
 pub use crate::contact::stage::ContactCounters;
-
-/// Approach speed (m/s) below which a node of an explicit integrator does not rebound. A resting
-/// node falls into the surface by g·dt per step and must stay on it.
-pub const REST_SPEED: f64 = 0.01;

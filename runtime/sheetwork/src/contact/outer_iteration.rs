@@ -16,40 +16,13 @@ use glam::DVec3;
 
 use crate::contact::convergence;
 use crate::contact::detected::Found;
+use crate::contact::settings::{ContactSettings, OuterIterationSettings};
 use crate::contact::solver::delassus::Group;
 use crate::contact::stage::Scratch;
 use crate::sheet::Field;
 use crate::sheet::stage::StageWork;
 
-/// Maximum number of outer iterations of a single sheet.
-const ROUNDS: u32 = 10;
-/// Additional outer iterations that may be used until the contact status of the last one agrees
-/// with that of the earlier ones.
-const LAST: u32 = 3;
-/// Maximum number of outer iterations with several sheets, which rarely converge fully in an
-/// impact.
-const TOGETHER: u32 = 3;
-/// Maximum number of outer iterations with several sheets in the shortest substep, where
-/// interpenetration leads to a fallback.
-const TOGETHER_AT_LAST: u32 = 8;
-/// Outer iterations after which divergence is tested.
-const PATIENCE: u32 = 2;
-/// Strain error, as a multiple of the tolerance, that counts as divergence; the step is then
-/// bisected.
-const HOPELESS: f64 = 100.0;
-/// Strain error, as a multiple of the tolerance, that counts as divergence after the second outer
-/// iteration of several sheets, whose iterations are expensive.
-const HOPELESS_SOON: f64 = 1e4;
-/// Maximum search margin, m.
-const WIDEST: f64 = 0.1;
-/// Maximum number of times that the margins are widened in one position solve.
-const WIDENINGS: u32 = 3;
-/// Displacement by contact (m) above which a single sheet is searched at its displaced position, as
-/// for a kinematic sheet that is pushed into a body in every step.
-const FAR: f64 = 5e-3;
-/// Ratio of the penetration to that of the previous iteration above which the iteration has
-/// stagnated.
-const HELPED: f64 = 0.8;
+const SETTINGS: OuterIterationSettings = ContactSettings::DEFAULT.outer_iteration;
 
 /// Positions and pairs that detection covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,8 +65,8 @@ impl Margins {
     fn widen(&mut self, furthest: Self) -> bool {
         let is_enough = furthest.bodies <= self.bodies && furthest.sheets <= self.sheets;
         if !is_enough {
-            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(WIDEST));
-            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(WIDEST));
+            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(SETTINGS.maximum_margin));
+            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(SETTINGS.maximum_margin));
         }
         !is_enough
     }
@@ -111,11 +84,11 @@ fn solve_and_widen(
 ) -> Option<bool> {
     let mut touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
     let mut margins = Margins::of(group.members.len());
-    for _ in 0..WIDENINGS {
+    for _ in 0..SETTINGS.maximum_widenings {
         if !touched || scratch.failed || !margins.widen(furthest(group)) {
             break;
         }
-        let is_far = group.members.len() == 1 && margins.sheets > FAR;
+        let is_far = group.members.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
         let overlaps = if is_far {
             find(group, Look::Moved, Margins::NARROW, &mut scratch.seen);
             scratch.seen.leave_out_opposed(group, &scratch.memory);
@@ -166,7 +139,7 @@ pub(crate) fn solve_rounds(
     let mut before = f64::INFINITY;
     let mut look = Look::First;
     scratch.begin_rounds();
-    for round in 0..ROUNDS + LAST {
+    for round in 0..SETTINGS.maximum_iterations_single + SETTINGS.additional_iterations {
         scratch.effort += group.masses() as u64;
         if !move_freely(group, field) {
             return Rounds::Failed;
@@ -184,8 +157,7 @@ pub(crate) fn solve_rounds(
         met |= touched;
         let firm = scratch.is_glue_alone() || scratch.single && group.pieces() == 1;
         let worst = accept(group, field, touched, firm);
-        let soon = sheets > 1 && round + 1 == PATIENCE && worst > HOPELESS_SOON;
-        if (soon || round >= PATIENCE && worst > HOPELESS) && met && !scratch.last {
+        if met && !scratch.last && has_diverged(round, sheets, worst) {
             return Rounds::Hopeless;
         }
         let moved = met && convergence::has_moved(group);
@@ -198,7 +170,7 @@ pub(crate) fn solve_rounds(
         let mut apart = !scratch.crossed;
         if apart && done && moved {
             let overlap = scratch.overlap(group, |group, found| find(group, Look::Reached, Margins::NARROW, found));
-            apart = overlap <= convergence::allowed(round, sheets, overlap > HELPED * before);
+            apart = overlap <= convergence::allowed(round, sheets, overlap > SETTINGS.stagnation_ratio * before);
             before = overlap;
         }
         if done && apart {
@@ -211,20 +183,28 @@ pub(crate) fn solve_rounds(
         if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
         }
-        if round + 1 >= rounds + LAST {
+        if round + 1 >= rounds + SETTINGS.additional_iterations {
             break;
         }
     }
     Rounds::Open
 }
 
+/// Whether the strain error `worst` after iteration `round` counts as divergence, as a multiple of
+/// the tolerance.
+fn has_diverged(round: u32, sheets: usize, worst: f64) -> bool {
+    let early = sheets > 1 && round + 1 == SETTINGS.iterations_before_divergence;
+    early && worst > SETTINGS.early_divergence_threshold
+        || round >= SETTINGS.iterations_before_divergence && worst > SETTINGS.divergence_threshold
+}
+
 /// Maximum number of outer iterations; `met` says whether any contact has closed.
 fn most(scratch: &Scratch, met: bool) -> u32 {
     match scratch.single || scratch.is_glue_alone() || !met {
         _ if scratch.is_spent() => 1,
-        true => ROUNDS,
-        false if scratch.last => TOGETHER_AT_LAST,
-        false => TOGETHER,
+        true => SETTINGS.maximum_iterations_single,
+        false if scratch.last => SETTINGS.maximum_iterations_shortest_substep,
+        false => SETTINGS.maximum_iterations_several,
     }
 }
 

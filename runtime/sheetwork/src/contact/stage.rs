@@ -23,35 +23,19 @@ use crate::contact::convergence;
 use crate::contact::coulomb::Law;
 use crate::contact::detected::Found;
 use crate::contact::gap::{At, Gaps, gap, place, velocity};
+use crate::contact::settings::{ContactSettings, PgsSettings};
 use crate::contact::solver::augmented_lagrangian::{Joint, Primal};
 use crate::contact::solver::delassus::Group;
 use crate::contact::solver::dual::Few;
-use crate::contact::solver::node_sweeps::{ACCURACY, Dual};
+use crate::contact::solver::node_sweeps::Dual;
 use crate::contact::solver_body::Mover;
 use crate::contact::warm_start::{Memory, Remembered};
 use crate::profiler::{Phase, Watched};
 use crate::rigid::Support;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Gap (m) below which a contact is closed and takes part in the velocity solve.
-pub(crate) const CLOSED: f64 = 1e-5;
-/// Impact distance, m: a contact with a gap above it at the start and a penetration above it after
-/// the free motion is an impact. Gravity alone moves less in a stage.
-const IMPACT: f64 = 2e-3;
-/// Depth inside a body, as a fraction of the sheet's diagonal. A node that starts a stage deeper
-/// was placed there by an edit of the scene.
-const BURIED: f64 = 0.1;
-/// Work budget of one step, in node-iterations: outer iterations × nodes + factorisations of the
-/// primal solver × (nodes + contacts) + factorisations of the dual solver × contacts²/16 + PGS
-/// sweeps × contacts. Beyond it the outer iteration ends and the remaining substeps are skipped.
-/// Steps that need more do not converge, such as those of interpenetrating sheets. The largest
-/// value in the shipped scenes is 2.5 million: a ball that hits a house of fifteen cards.
-const EFFORT: u64 = 4_000_000;
-/// Work budget of one step of a single sheet on kinematic and static bodies, in node-iterations.
-/// The largest value in the shipped scenes is 120,000: a film drawn onto its mould.
-const EFFORT_ALONE: u64 = 400_000;
-/// Approach speed (m/s) above which restitution applies; resting contacts stay below it.
-const BOUNCES_ABOVE: f64 = 0.2;
+const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
+const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
 
 /// Counters of the contact solver since the start of the simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -156,7 +140,7 @@ pub(crate) struct Scratch {
     pub last_resort: bool,
     /// Whether the substep is the shortest allowed one.
     pub last: bool,
-    /// Work of the step so far, in node-iterations, compared to [`EFFORT`].
+    /// Work of the step so far, in node-iterations, compared to [`ContactSettings::maximum_work`].
     pub effort: u64,
     /// Bisection level at which the step of several sheets starts: one less than the deepest level
     /// of the previous step.
@@ -359,7 +343,7 @@ impl Scratch {
 
     /// Whether the work budget of the step is spent.
     pub fn is_spent(&self) -> bool {
-        self.effort > if self.alone { EFFORT_ALONE } else { EFFORT }
+        self.effort > if self.alone { SETTINGS.maximum_work_of_single_sheet } else { SETTINGS.maximum_work }
     }
 
     /// Begin the outer iteration of a stage.
@@ -370,10 +354,13 @@ impl Scratch {
         self.left_open.clear();
     }
 
-    /// Whether a contact was open by more than [`IMPACT`] and would penetrate by more than that.
+    /// Whether a contact was open by more than [`ContactSettings::impact_distance`] and would
+    /// penetrate by more than that.
     /// The linearisation of this outer iteration is then far from the solution.
     pub(crate) fn is_impact(&self, group: &Group) -> bool {
-        self.found.contacts.iter().any(|c| gap(group, c, At::Free) < -IMPACT && gap(group, c, At::Start) > IMPACT)
+        self.found.contacts.iter().any(|c| {
+            gap(group, c, At::Free) < -SETTINGS.impact_distance && gap(group, c, At::Start) > SETTINGS.impact_distance
+        })
     }
 
     /// Deepest penetration of a node in a body surface at the start of the stage, m.
@@ -393,7 +380,7 @@ impl Scratch {
             let depth = -gap(group, c, At::Start);
             // A node that a body passes by is behind its far side at the start and outside at the
             // end.
-            depth > BURIED * sheet.spread
+            depth > SETTINGS.buried_depth * sheet.spread
                 && -gap(group, c, At::Free) > 0.5 * depth
                 && is_of_surface(&c.key)
                 && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
@@ -431,13 +418,13 @@ impl Scratch {
         let free = velocity(group, &contact.a, At::Free) - velocity(group, &contact.b, At::Free);
         let mut u = frame.transpose() * free;
         if i < self.found.glue_from {
-            if self.gaps.now[i] > CLOSED {
+            if self.gaps.now[i] > SETTINGS.closed_gap {
                 return None;
             }
             let start = velocity(group, &contact.a, At::Start) - velocity(group, &contact.b, At::Start);
             let airborne = self.gaps.airborne(i);
             let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
-            if approach < -BOUNCES_ABOVE {
+            if approach < -SETTINGS.restitution_speed {
                 u.x += contact.restitution * approach;
             }
         }
@@ -462,8 +449,8 @@ impl Scratch {
             dual.delassus.displace(group, &self.found.contacts, h);
             self.gaps.update(&self.found.contacts, group);
             if !dual.grow(self, group, h) {
-                if !rough || swept.change <= ACCURACY {
-                    break swept.change <= ACCURACY;
+                if !rough || swept.change <= PGS.tolerance {
+                    break swept.change <= PGS.tolerance;
                 }
                 rough = false;
             }
@@ -493,7 +480,7 @@ impl Scratch {
         }
         let swept = dual.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
-        self.counters.unsettled += u64::from(swept.change > ACCURACY);
+        self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
         dual.delassus.kick(group, &self.found.contacts, h);
         let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
@@ -566,7 +553,7 @@ impl Scratch {
             Side::Sheet { .. } => Some(DVec3::ZERO),
         };
         let all = self.found.contacts[..self.found.glue_from].iter().zip(&self.gaps.now);
-        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * CLOSED) {
+        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * SETTINGS.closed_gap) {
             let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
                 (true, _) => (contact.normal, &contact.b),
                 (_, true) => (-contact.normal, &contact.a),
@@ -582,7 +569,7 @@ impl Scratch {
     /// Call `touched` for every closed contact, with the index of its collider in the island.
     pub fn closed(&self, mut touched: impl FnMut(&Contact, u32)) {
         let all = self.found.contacts.iter().zip(&self.gaps.now).zip(&self.found.parts);
-        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * CLOSED) {
+        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
             touched(contact, *part);
         }
     }

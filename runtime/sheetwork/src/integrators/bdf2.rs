@@ -14,10 +14,13 @@ use crate::integrators::implicit::newton::Work;
 use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{Jump, Staged};
 use crate::integrators::implicit::{Complex, Implicit, Stage};
+use crate::integrators::settings::IntegratorSettings;
 use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
 use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
+
+const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Bdf2,
@@ -32,10 +35,6 @@ pub(crate) const INFO: EngineInfo = EngineInfo {
     amplification: Some(amplification),
     make: || Box::new(Bdf2::default()),
 };
-
-/// A sheet in contact counts as resting below the first speed (m/s), until it exceeds the second.
-const RESTS: f64 = 5e-3;
-const LEAVES: f64 = 0.1;
 
 /// The root ζ of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that approximates e^z, at z = iθ.
 fn amplification(angle: f64) -> (f64, f64) {
@@ -127,7 +126,7 @@ impl Staged for Bdf2 {
             self.x_old.add_scaled(-dt, &jump.dv);
             self.v_old.add_scaled(1.0, &jump.dv);
         }
-        let limit = if self.rests > 0.0 { LEAVES } else { RESTS };
+        let limit = if self.rests > 0.0 { SETTINGS.leaving_speed } else { SETTINGS.resting_speed };
         self.rests = f64::from(problem.is_glued() || jump.is_some() && v.max_squared() < limit * limit);
     }
 

@@ -8,10 +8,13 @@
 //! of at most `dt`, so that contact is resolved after each. The thesis names this method as future
 //! work.
 
+use crate::integrators::settings::IntegratorSettings;
 use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
 use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
+
+const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Rk45,
@@ -44,9 +47,6 @@ const A: [[f64; 6]; STAGES] = [
 /// Order-5 weights minus order-4 weights: the error estimate.
 const E: [f64; STAGES] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
-/// Minimum step as a fraction of `dt`; it is accepted with any error. An unstable sheet is then
-/// detected by its speed instead of by an endless loop.
-const SMALLEST: f64 = 1e-6;
 
 struct Rk45 {
     tolerance: f64,
@@ -115,7 +115,7 @@ impl Engine for Rk45 {
         self.u[0].copy_from(v);
         forces.accelerations(t, x, v, &mut self.a[0]);
         done.evaluations += 1;
-        let smallest = SMALLEST * dt;
+        let smallest = SETTINGS.minimum_adaptive_step * dt;
         let mut h = self.next.map_or(dt, |next| next.min(dt)).max(smallest.min(dt));
         loop {
             let error = self.attempt(forces, t, h, x, v);

@@ -11,40 +11,16 @@
 //! step.
 
 use crate::contact::Group;
+use crate::contact::settings::ContactSettings;
 use crate::contact::solver_body::Mover;
+use crate::islands::settings::{EnergyBudgetSettings, StepSettings};
 use crate::sheet::Field;
 
 use crate::islands::implicit_step::Part;
 use crate::islands::rigid_motion::whole_group;
 
-/// Energy gain, as a fraction of the energy available for motion at the start, above which a step
-/// is bisected.
-const GAIN: f64 = 0.1;
-/// Energy gain tolerance, as a fraction of the energy available for motion: integrators gain as
-/// much without contact.
-const SLIGHT: f64 = 1e-3;
-/// Speed (m/s) and lift (m) of the reference energy below which gains are ignored; the lift exceeds
-/// the accuracy of a contact solve, a fraction of a micrometre.
-const STILL: f64 = 5e-3;
-const LIFT: f64 = 1e-4;
-/// Lift of the reference energy for several sheets, m: each may penetrate the next by a few
-/// micrometres, and their depenetration lifts the whole pile.
-const LIFT_TOGETHER: f64 = 2e-3;
-/// Range of initial penetration whose removal may add potential energy, m: from the penetration
-/// that contact leaves to the largest that initial positions may have.
-const OVERLAPS: (f64, f64) = (2e-5, 5e-4);
-/// Energy gain, as a fraction of the energy available for motion, above which a lone sheet has
-/// diverged, as one that begins deep within a body and is expelled. In an island of several sheets
-/// the fallback applies instead, so that one sheet does not stop the others.
-const RUNAWAY: f64 = 1e6;
-/// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of the
-/// sheet's triangles is lifted at each by up to a twentieth of its energy, which exceeds the
-/// rolling resistance.
-const LINGERING: f64 = 0.03;
-/// Fraction of its velocity that a frozen sheet keeps.
-pub(crate) const KEPT: f64 = 0.5;
-/// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
-pub(crate) const WITHIN: f64 = 3e-4;
+const SETTINGS: EnergyBudgetSettings = StepSettings::DEFAULT.energy;
+const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// Result of the energy check of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,8 +57,8 @@ impl Energies {
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
             let mass: f64 = group.sheets[*i as usize].mass.iter().sum();
-            let lift = if group.members.len() > 1 { LIFT_TOGETHER } else { LIFT };
-            all.still += mass * (0.5 * STILL * STILL + lift * field.gravity.length());
+            let lift = if group.members.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
+            all.still += mass * (0.5 * STEP.reference_speed * STEP.reference_speed + lift * field.gravity.length());
         }
         if group.lift > 0.0 {
             all.still += weight(group, field) * group.lift;
@@ -111,9 +87,10 @@ impl Energies {
 
     /// Add the work of depenetration: of a lone sheet and its load from an initial penetration of
     /// `depth` (m), and of bodies by `parted` (m). Depenetration is complete within one step,
-    /// however short. [`LIFT_TOGETHER`] covers several sheets.
+    /// however short. [`EnergyBudgetSettings::lift_several`] covers several sheets.
     pub fn lift_out(&mut self, group: &Group, field: &Field, (depth, parted): (f64, f64)) {
-        let depth = if depth > OVERLAPS.0 { depth.min(OVERLAPS.1) } else { 0.0 };
+        let is_initial = depth > ContactSettings::DEFAULT.residual_penetration;
+        let depth = if is_initial { depth.min(SETTINGS.maximum_initial_penetration) } else { 0.0 };
         if depth + parted > 0.0 && group.members.len() == 1 {
             self.lifts += weight(group, field) * (depth + parted);
         }
@@ -134,19 +111,19 @@ impl Energies {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total() - self.lifts;
-        if met && gain <= GAIN * free && is_lingering(group, loose) {
+        if met && gain <= SETTINGS.bisection_gain * free && is_lingering(group, loose) {
             *owed = (*owed + gain + self.lifts).max(0.0);
             *owed -= take(group, *owed, now.sheets + now.bodies);
             return Verdict::Stands;
         }
         *owed = 0.0;
-        if gain <= if met { SLIGHT } else { GAIN } * free {
+        if gain <= if met { SETTINGS.gain_tolerance } else { SETTINGS.bisection_gain } * free {
             return Verdict::Stands;
         }
-        if gain > GAIN * free && !last {
+        if gain > SETTINGS.bisection_gain * free && !last {
             return Verdict::Again;
         }
-        if group.members.len() == 1 && (gain.is_nan() || gain > RUNAWAY * free) {
+        if group.members.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
             return Verdict::Runaway;
         }
         if let Some(own) = loose.then(|| whole_group(group)).flatten() {
@@ -171,14 +148,15 @@ impl Energies {
     }
 }
 
-/// Whether all objects in `group` are slower than [`LINGERING`], one of them is a dynamic body, and
-/// the sheets are held: in free sheets only relative motion may be reduced.
+/// Whether all objects in `group` are slower than [`EnergyBudgetSettings::resting_speed`], one of
+/// them is a dynamic body, and the sheets are held: in free sheets only relative motion may be
+/// reduced.
 fn is_lingering(group: &Group, loose: bool) -> bool {
     let gives = group.movers.iter().any(|m| m.gives());
-    let slow = |m: &Mover| !m.gives() || m.start.velocity().length() < LINGERING;
+    let slow = |m: &Mover| !m.gives() || m.start.velocity().length() < SETTINGS.resting_speed;
     gives
         && group.movers.iter().all(slow)
-        && group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < LINGERING)
+        && group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < SETTINGS.resting_speed)
         && !(loose && whole_group(group).is_some())
 }
 
@@ -207,7 +185,7 @@ fn weight(group: &Group, field: &Field) -> f64 {
 pub(crate) fn stay(group: &mut Group) {
     group.each(|sheet| {
         sheet.put_back();
-        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
         sheet.restart_engine();
     });
 }

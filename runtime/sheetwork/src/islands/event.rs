@@ -5,9 +5,12 @@ use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 use serde::Serialize;
 
 use crate::contact::node::detection::Touch;
+use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::{Opening, Sheet};
+
+const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -157,15 +160,6 @@ impl Event {
     }
 }
 
-/// Time without contact after which a sheet has left a body, s.
-const OFF_AFTER: f64 = 0.1;
-
-/// Fraction of a layer's nodes that must touch for the sheet to lie flat.
-const FLAT_SHARE: f64 = 0.95;
-
-/// Flatness threshold: deviation from a plane as a fraction of the sheet's diagonal.
-const FLATNESS: f64 = 0.02;
-
 /// Whether the bottom layer is plane: every node near the plane through three corners.
 fn is_flat(sheet: &Sheet) -> bool {
     let Some(layer) = sheet.layers.first() else { return false };
@@ -176,7 +170,7 @@ fn is_flat(sheet: &Sheet) -> bool {
     };
     let [origin, a, b] = corners.map(|m| sheet.x.get(m as usize));
     let normal = (a - origin).cross(b - origin).normalize_or_zero();
-    let bound = FLATNESS * sheet.spread;
+    let bound = SETTINGS.flatness * sheet.spread;
     layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
 }
 
@@ -286,7 +280,7 @@ impl Touches {
     /// Turn the counts of this step into events.
     pub fn end(&mut self, time: f64, sheet: &Sheet) {
         let layer = sheet.layers.first().map_or(0, |l| l.len());
-        let here = |t: &Touched| t.known && time - t.last <= OFF_AFTER;
+        let here = |t: &Touched| t.known && time - t.last <= SETTINGS.separation_delay;
         let alone = self.list.iter().filter(|t| here(t) || t.masses > 0).count() == 1;
         for t in &mut self.list {
             if t.masses > 0 {
@@ -296,11 +290,15 @@ impl Touches {
                 }
                 t.last = time;
                 t.off = false;
-                if !t.flat && alone && f64::from(t.masses) >= FLAT_SHARE * f64::from(layer) && is_flat(sheet) {
+                if !t.flat
+                    && alone
+                    && f64::from(t.masses) >= SETTINGS.flat_node_fraction * f64::from(layer)
+                    && is_flat(sheet)
+                {
                     t.flat = true;
                     self.events.push((time, EventKind::Flat, Some(t.collider)));
                 }
-            } else if !t.off && time - t.last > OFF_AFTER {
+            } else if !t.off && time - t.last > SETTINGS.separation_delay {
                 t.off = true;
                 self.events.push((t.last, EventKind::SlidOff, Some(t.collider)));
             }

@@ -13,45 +13,20 @@ use crate::contact::Group;
 use crate::contact::detected::Found;
 use crate::contact::gap::{At, gap};
 use crate::contact::outer_iteration::{Look, Margins, Rounds, solve_rounds};
+use crate::contact::settings::ContactSettings;
 use crate::contact::solver_body::Mover;
 use crate::contact::stage::Scratch;
-use crate::islands::energy_budget::{Energies, KEPT, Verdict, WITHIN, stay};
+use crate::islands::energy_budget::{Energies, Verdict, stay};
 use crate::islands::is_unstable;
 use crate::islands::rigid_motion::{go_on, is_loose, whole};
+use crate::islands::settings::{BisectionSettings, FallbackSettings, StepSettings};
 use crate::scene::sleep::SLEEP;
 use crate::sheet::Field;
 
-/// Maximum number of bisections of a step. With three, sheets thrown at edges at 20 m/s often end a
-/// step unconverged, with millimetres of penetration. Sheets with self-contact have a lower maximum
-/// to bound the cost. Islands of several sheets converge over the following steps too, and are
-/// bisected only for an energy error, a strain error or interpenetration.
-const HALVINGS: u32 = 6;
-const HALVINGS_FOLDED: u32 = 4;
-const HALVINGS_TOGETHER: u32 = 4;
-
-/// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island slower
-/// than the speed (m/s) sleeps, since its contacts contradict one another, and a faster one is
-/// unstable.
-const STRAYS: u32 = 10;
-const ALL_BUT_STILL: f64 = 1e-2;
-
-/// Increase of a body's penetration into a frozen sheet that is accepted, m: the penetration that
-/// the contact solver leaves.
-const GONE_IN: f64 = 2e-5;
-
-/// Lift of a body by contact that a fallback accepts, m.
-const LIFTS: f64 = 1e-6;
-
-/// Penetration tolerance for a sheet that was solved without contact, m: the tolerance of contact.
-const UNSEEN: f64 = 6e-5;
-
-/// Penetration above which an island of several sheets with unconverged outer iterations bisects
-/// the step, m.
-const GONE_DEEP: f64 = 1e-4;
-
-/// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is linearised in
-/// the rotation; with a larger one a struck needle swings through the sheet.
-const TURNS: f64 = 0.2;
+const CONTACT: ContactSettings = ContactSettings::DEFAULT;
+const SETTINGS: BisectionSettings = StepSettings::DEFAULT.bisection;
+const FALLBACK: FallbackSettings = StepSettings::DEFAULT.fallback;
+const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// A substep.
 #[derive(Clone, Copy)]
@@ -157,7 +132,8 @@ fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, par
     scratch.swap_kept(&mut group.movers);
     if gains(group, &scratch.kept_movers, &part.field) {
         for (mover, went) in group.movers.iter_mut().zip(&scratch.kept_movers) {
-            let (v, w) = (mover.start.velocity() * KEPT, mover.start.spin() * KEPT);
+            let kept = STEP.velocity_retention;
+            let (v, w) = (mover.start.velocity() * kept, mover.start.spin() * kept);
             mover.start = if mover.gives() { mover.start.with_velocity(v, w) } else { went.start };
             mover.begin(mover.start);
         }
@@ -172,7 +148,8 @@ fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, par
     group.each(|sheet| sheet.work.stage.free.clone_from(&sheet.x));
     finder.find(group, Look::First, Margins::NARROW, &mut scratch.seen);
     let Found { contacts, parts, .. } = &scratch.seen;
-    let goes_in = |c: &Contact| gap(group, c, At::Free) < gap(group, c, At::Start).min(0.0) - GONE_IN;
+    let goes_in =
+        |c: &Contact| gap(group, c, At::Free) < gap(group, c, At::Start).min(0.0) - CONTACT.residual_penetration;
     let clear = !contacts[..parts.len()].iter().any(goes_in);
     for mover in &mut group.movers {
         let end = mover.free;
@@ -185,13 +162,14 @@ fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, par
 fn gains(group: &Group, went: &[Mover], field: &Field) -> bool {
     let sheets = group.members.iter().map(|i| group.sheets[*i as usize].energy(field.gravity));
     // Frozen sheets have lost part of their speed: kinetic energy over the squared factor.
-    let mut had: f64 = sheets.map(|energy| energy.kinetic / (KEPT * KEPT) + energy.elastic).sum();
+    let kept = STEP.velocity_retention;
+    let mut had: f64 = sheets.map(|energy| energy.kinetic / (kept * kept) + energy.elastic).sum();
     let mut have = 0.0;
     for (mover, went) in group.movers.iter().zip(went).filter(|(mover, _)| mover.gives()) {
         had += mover.start.kinetic_energy() + mover.start.gravity_energy(field.gravity);
         have += went.start.kinetic_energy() + went.start.gravity_energy(field.gravity);
         // Accuracy of contact, for nearly resting bodies.
-        had += mover.start.mass() * LIFTS * field.gravity.length();
+        had += mover.start.mass() * FALLBACK.lift * field.gravity.length();
     }
     have > had || have.is_nan()
 }
@@ -200,14 +178,14 @@ fn gains(group: &Group, went: &[Mover], field: &Field) -> bool {
 /// steps, put a slow island in contact to sleep and mark a fast one as unstable.
 fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
-    if scratch.strays <= STRAYS {
+    if scratch.strays <= FALLBACK.maximum_rollbacks {
         give_up(group, scratch, finder, part);
         group.each(|sheet| sheet.work.stage.failed = false);
         return;
     }
     group.each(|sheet| sheet.put_back());
     scratch.put_back(&mut group.movers);
-    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < ALL_BUT_STILL);
+    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < FALLBACK.sleep_speed);
     if slow && !scratch.found.contacts.is_empty() {
         stay(group);
         group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP.delay));
@@ -250,9 +228,9 @@ fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
 fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
     match (members, scratch.single) {
         _ if scratch.is_spent() => 0,
-        (1, true) => HALVINGS,
-        (1, false) => HALVINGS_FOLDED,
-        _ => HALVINGS_TOGETHER,
+        (1, true) => SETTINGS.maximum_depth_single,
+        (1, false) => SETTINGS.maximum_depth_self_contact,
+        _ => SETTINGS.maximum_depth_several,
     }
 }
 
@@ -264,7 +242,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let last = part.halvings >= most_halvings(group.members.len(), scratch);
     scratch.last = last;
     scratch.last_resort = last || group.members.len() > 1;
-    if !last && finder.spin(group) * part.dt > TURNS {
+    if !last && finder.spin(group) * part.dt > SETTINGS.maximum_rotation {
         return false;
     }
     let mut before = Energies::before(group, part);
@@ -312,7 +290,10 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         if by_itself || matches!(rounds, Rounds::Failed | Rounds::Open) {
             overlap = overlap
                 .max(scratch.overlap(group, |group, found| finder.find(group, Look::Reached, Margins::NARROW, found)));
-            if !last && overlap > if by_itself { UNSEEN } else { GONE_DEEP } {
+            if !last
+                && overlap
+                    > if by_itself { CONTACT.convergence.penetration_single } else { SETTINGS.penetration_several }
+            {
                 return false;
             }
         }
@@ -372,7 +353,7 @@ fn conclude(
     let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose), &mut scratch.owed);
     let verdict = before.filter(|_| judged).map_or(Verdict::Stands, judge);
     let gives = group.movers.iter().any(|m| m.gives());
-    let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;
+    let within = before.is_some() && overlap > FALLBACK.penetration && verdict == Verdict::Stands;
     if crossed || verdict == Verdict::Fails || within && !gives {
         give_up(group, scratch, finder, part);
     } else if within && loose && group.members.len() == 1 && go_on(group, scratch, finder, part) {

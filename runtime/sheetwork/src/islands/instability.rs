@@ -14,23 +14,13 @@
 //! their fallbacks fail, the sheet is frozen. Energies in J.
 
 use crate::islands::event::{Alarm, EventKind, Handled, Touches};
+use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::{Stage, is_unstable};
 use crate::scene::WhenUnstable;
 use crate::sheet::{GUARDED, Guard, Level, Sheet, Status};
 
-/// Maximum energy gain of one step as a fraction of the energy at its start, and maximum
-/// accumulated gain as a fraction of the present energy.
-const GAIN: f64 = 0.1;
-const SURPLUS: f64 = 0.5;
-/// Speed of the reference kinetic energy below which gains are ignored, m/s.
-const STILL: f64 = 5e-3;
-/// Maximum number of shorter trials of a strain-limited step.
-const TRIALS: u32 = 4;
-/// Fraction of its velocity that a sheet keeps after an energy gain by contact.
-const KEPT: f64 = 0.5;
-/// Maximum number of substeps per step of a strain-limited sheet; with more needed, the sheet is
-/// frozen.
-const LIMITED_PARTS: u32 = 16;
+const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
+const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// Ease recovery policies and exchange integrators that are due, before the step of a world.
 pub(crate) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
@@ -81,7 +71,7 @@ pub(crate) fn close(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, bro
         guard.state.alarmed();
         sheet.go_to_start();
         guard.state.energy = sheet.level().total();
-        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
         sheet.restart_engine();
         match guard.next().or_else(|| guard.shorten_limited()) {
             Some(handled) => touches.tell(stage.time, EventKind::Contained, Alarm { handled, ..seen }),
@@ -165,7 +155,10 @@ impl Guard {
     /// Recovery action for contact of a sheet whose strain is limited already: a shorter substep.
     fn shorten_limited(&mut self) -> Option<Handled> {
         let limits = matches!(self.policy, WhenUnstable::Limit { .. });
-        limits.then(|| self.state.shorten(LIMITED_PARTS)).flatten().map(|parts| Handled::StepReduced { parts })
+        limits
+            .then(|| self.state.shorten(SETTINGS.maximum_limited_substeps))
+            .flatten()
+            .map(|parts| Handled::StepReduced { parts })
     }
 
     /// Whether the energy gain of the whole step is acceptable.
@@ -173,13 +166,14 @@ impl Guard {
         if is_unstable(sheet) {
             return false;
         }
-        let still = 0.5 * sheet.total_mass() * STILL * STILL;
+        let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
         let work = sheet.work_since(sheet.start_positions(), &stage.field) + sheet.may_gain(&stage.field, stage.dt);
         let after = sheet.level().total();
         let gain = after - self.before - work - brought;
         self.state.surplus = (self.state.surplus + gain).max(0.0);
         // The comparisons treat NaN as unacceptable.
-        gain <= GAIN * (self.before + still) && self.state.surplus <= SURPLUS * (after + still)
+        gain <= SETTINGS.maximum_gain * (self.before + still)
+            && self.state.surplus <= SETTINGS.maximum_accumulated_gain * (after + still)
     }
 
     /// Whether the energy gain of a substep of `taken` (s) from `before` is acceptable.
@@ -188,12 +182,13 @@ impl Guard {
             return false;
         }
         let after = sheet.level();
-        let still = 0.5 * sheet.total_mass() * STILL * STILL;
+        let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
         let work = sheet.work_since(sheet.kept_positions(), &stage.field);
         let gain = after.total() - before.total() - work - sheet.may_gain(&stage.field, taken);
         self.state.surplus = (self.state.surplus + gain).max(0.0);
         // The comparisons treat NaN as unacceptable.
-        gain <= GAIN * (before.total() + still) && self.state.surplus <= SURPLUS * (after.total() + still)
+        gain <= SETTINGS.maximum_gain * (before.total() + still)
+            && self.state.surplus <= SETTINGS.maximum_accumulated_gain * (after.total() + still)
     }
 
     /// Limit strain and energy of the sheet where the policy does so. Returns whether it does and
@@ -219,7 +214,7 @@ impl Guard {
         let own = sheet.stretch_to(limit, start, &end.0, taken);
         let mut part = if own > 0.5 * strain { 0.5 * strain / own } else { 1.0 };
         let mut eased = part < 1.0;
-        for trial in 0..=TRIALS {
+        for trial in 0..=SETTINGS.maximum_trials {
             if part < 1.0 {
                 sheet.carry_part(start, (&end.0, &end.1), taken, part);
             }
@@ -231,7 +226,7 @@ impl Guard {
                 (self.state.energy + sheet.work_since(start, &stage.field), sheet.may_gain(&stage.field, taken));
             let allowed = earned + slack;
             let most = allowed - sheet.level().elastic;
-            if most >= 0.0 || trial == TRIALS {
+            if most >= 0.0 || trial == SETTINGS.maximum_trials {
                 if sheet.slow_down(most.max(0.0)) {
                     sheet.slow_spin(most.max(0.0));
                     sheet.slow_drift(most.max(0.0), stage.field.gravity * taken);
@@ -241,7 +236,7 @@ impl Guard {
                 self.state.energy = sheet.level().total().min(earned.max(slack)).max(0.0);
                 break;
             }
-            (part, eased) = (if trial + 1 == TRIALS { 0.0 } else { 0.25 * part }, true);
+            (part, eased) = (if trial + 1 == SETTINGS.maximum_trials { 0.0 } else { 0.25 * part }, true);
         }
         if eased {
             self.state.calm = 0.0;

@@ -18,18 +18,17 @@ use crate::islands::implicit_step::Find;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
+use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Crossing;
+
+const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
 /// Contact cache keys of attachments and of contacts between bodies; keys of sheet contacts are
 /// smaller.
 const GLUE: u64 = u64::MAX;
 const BODIES: u64 = u64::MAX - 1;
-
-/// Fraction of the penetration of two bodies that a step removes, and the penetration tolerance, m.
-const RECOVERED: f64 = 0.2;
-const LET_BE: f64 = 1e-4;
 
 /// State of detection between steps.
 #[derive(Default)]
@@ -130,7 +129,7 @@ impl Near<'_> {
             group.movers.push(Mover::new(self.surroundings.bodies[*index as usize].start));
         }
         group.lift = 0.0;
-        for c in self.body_contacts.iter().filter(|c| c.distance < -LET_BE) {
+        for c in self.body_contacts.iter().filter(|c| c.distance < -SETTINGS.penetration_tolerance) {
             if [c.a, c.b].iter().any(|index| bodies.binary_search(&(*index as u32)).is_ok()) {
                 group.lift = group.lift.max(recovered(c));
             }
@@ -371,7 +370,7 @@ impl Find for Near<'_> {
 /// Penetration of two bodies that a step removes, m. A fast body can penetrate deeply before Rapier
 /// detects it; the penetration that Rapier itself allows is left.
 fn recovered(contact: &BodyContact) -> f64 {
-    RECOVERED * (-contact.distance - LET_BE).max(0.0)
+    SETTINGS.penetration_recovery * (-contact.distance - SETTINGS.penetration_tolerance).max(0.0)
 }
 
 /// Add the bodies that touch `bodies`, transitively through dynamic bodies, which pass forces on.

@@ -19,6 +19,7 @@ use crate::contact::{Group, SheetContact};
 use crate::islands::event::{EventKind, Recorder, Touches};
 use crate::islands::implicit_step::{Part, advance};
 use crate::islands::island_detection::{Near, NearWork};
+use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::{Stage, give_up, instability, is_unstable, note_rest};
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
@@ -26,13 +27,7 @@ use crate::scene::sleep::SLEEP;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Crossing, Sheet, Status};
 
-/// Margin of the broad phase beyond the distance from speeds, m.
-const ROOM: f64 = 1e-3;
-/// Maximum number of iterations in which islands grow by their largest speed.
-const GROWING: u32 = 4;
-
-/// Consecutive steps with a fallback after which sheets are tested for interpenetration.
-const STUCK: u32 = 20;
+const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 /// State of a dynamic body of the world after the step of its island.
 pub(crate) struct Claim {
@@ -167,7 +162,11 @@ impl Groups {
             if moves {
                 self.active.push(index as u32);
             }
-            self.reach.push(if moves { sheet.max_speed() * stage.dt + fall + ROOM } else { 0.0 });
+            self.reach.push(if moves {
+                sheet.max_speed() * stage.dt + fall + SETTINGS.broad_phase_margin
+            } else {
+                0.0
+            });
         }
         for (index, over) in self.surroundings.bodies.iter().enumerate() {
             let parts = self.surroundings.parts.iter().filter(|p| p.body == index as u32);
@@ -213,7 +212,7 @@ impl Groups {
                     self.takes_part[i] = true;
                     let at = self.active.partition_point(|j| (*j as usize) < i);
                     self.active.insert(at, i as u32);
-                    self.reach[i] = stage.field.gravity.length() * stage.dt * stage.dt + ROOM;
+                    self.reach[i] = stage.field.gravity.length() * stage.dt * stage.dt + SETTINGS.broad_phase_margin;
                     woken = true;
                 }
             }
@@ -241,7 +240,7 @@ impl Groups {
                 unite(&mut self.root, i, sheets + body);
             }
         }
-        for _ in 0..GROWING {
+        for _ in 0..SETTINGS.maximum_growth_iterations {
             let mut grown = false;
             for (k, a) in active.iter().map(|a| *a as usize).enumerate() {
                 // Contacts between bodies are known from Rapier.
@@ -444,7 +443,7 @@ impl Shared<'_> {
             }
         }
         scratch.stuck = if scratch.gave_up { scratch.stuck + 1 } else { 0 };
-        if scratch.stuck >= STUCK {
+        if scratch.stuck >= SETTINGS.fallbacks_before_overlap_test {
             scratch.stuck = 0;
             group.each(Sheet::doubt_apart);
         }
@@ -531,7 +530,7 @@ impl Shared<'_> {
             speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
         }
         let (dt, gravity) = (self.stage.dt, self.stage.field.gravity.length());
-        (around, speed * dt + gravity * dt * dt + ROOM)
+        (around, speed * dt + gravity * dt * dt + SETTINGS.broad_phase_margin)
     }
 
     /// Stop unstable sheets, place pins, and record touches and events.

@@ -18,10 +18,12 @@ pub(crate) mod instability;
 pub(crate) mod island_detection;
 pub(crate) mod island_manager;
 pub(crate) mod rigid_motion;
+pub(crate) mod settings;
 
 use crate::contact::SheetContact;
 use crate::contact::node::detection::resolve_node_contact;
 use crate::islands::event::{Alarm, EventKind, Handled, Recorder, Touches};
+use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
 use crate::rigid::RigidView;
@@ -30,14 +32,7 @@ use crate::sheet::{Sheet, Status};
 
 pub use crate::sheet::Field;
 
-/// Speed above which a sheet is unstable, m/s: above any velocity that a scene may set.
-const SPEED_LIMIT: f64 = 2e4;
-/// Ratio of the diagonal of a sheet's bounding box to its diagonal at the start above which the
-/// sheet is unstable.
-const SPREAD_LIMIT: f64 = 20.0;
-/// Maximum number of substeps of an adaptive integrator in one step; above it the sheet is
-/// unstable.
-const MOST_SUBSTEPS: u32 = 100_000;
+const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 
 /// Inputs of the step of a sheet.
 #[derive(Clone, Copy)]
@@ -73,7 +68,7 @@ pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut T
         last = taken;
         done += last;
         substeps += 1;
-        if substeps > MOST_SUBSTEPS {
+        if substeps > SETTINGS.maximum_adaptive_substeps {
             give_up(sheet, touches, stage, last);
             break;
         }
@@ -139,8 +134,8 @@ fn substep(
 
 fn is_unstable(sheet: &Sheet) -> bool {
     // The comparisons treat NaN as unstable.
-    let slow = sheet.v.max_squared() < SPEED_LIMIT * SPEED_LIMIT;
-    let most = SPREAD_LIMIT * sheet.spread;
+    let slow = sheet.v.max_squared() < SETTINGS.maximum_speed * SETTINGS.maximum_speed;
+    let most = SETTINGS.maximum_diagonal_ratio * sheet.spread;
     let together = match sheet.opened() {
         None => sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
         // Pieces of a fractured sheet may separate.

@@ -17,13 +17,13 @@ use crate::contact::Group;
 use crate::contact::gap::{At, gap};
 use crate::contact::outer_iteration::{Look, Margins};
 use crate::contact::stage::Scratch;
-use crate::islands::energy_budget::KEPT;
 use crate::islands::implicit_step::{Find, Part};
+use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::Sheet;
 
-/// Increase of penetration by a rigid motion that counts as rounding, m.
-const ROUNDING: f64 = 1e-9;
+const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
+const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// Sums over nodes and bodies that move as one rigid body, about `from` (m).
 struct Whole {
@@ -121,7 +121,7 @@ pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn F
         scratch.swap_kept(&mut group.movers);
         return false;
     };
-    let kept = if scratch.along.contains(&true) { 0.0 } else { KEPT };
+    let kept = if scratch.along.contains(&true) { 0.0 } else { STEP.velocity_retention };
     group.each(|sheet| {
         for i in 0..sheet.masses() {
             let (x, v) = (sheet.x.get(i), sheet.v.get(i));
@@ -180,7 +180,8 @@ fn take_along(group: &Group, scratch: &mut Scratch) -> Option<bool> {
     let Scratch { along, seen, .. } = scratch;
     let mut more = false;
     for (i, contact) in seen.contacts.iter().enumerate() {
-        let meets = || gap(group, contact, At::Free) < gap(group, contact, At::Start).min(0.0) - ROUNDING;
+        let meets =
+            || gap(group, contact, At::Free) < gap(group, contact, At::Start).min(0.0) - SETTINGS.penetration_rounding;
         let goes = |side: &Side| match side {
             Side::Body { body, .. } => along[*body as usize],
             Side::Sheet { .. } => true,

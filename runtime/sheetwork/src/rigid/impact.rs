@@ -8,15 +8,11 @@
 use glam::DVec3;
 
 use crate::rigid::RigidWorld;
+use crate::rigid::settings::{ImpactSettings, RigidSettings};
 use crate::rigid::state::BodyState;
 
-/// Approach speed above which restitution acts, m/s.
-const BOUNCES: f64 = 0.01;
-/// Fraction of the contact distance below which a point counts as touching.
-const LIES: f64 = 0.1;
-/// Maximum number of sweeps, and of points.
-const PASSES: usize = 100;
-const POINTS: usize = 16;
+const SETTINGS: ImpactSettings = RigidSettings::DEFAULT.impact;
+const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A contact point of an impact.
 #[derive(Clone, Copy, Default)]
@@ -42,21 +38,21 @@ impl RigidWorld {
     /// bodies pushed it, after an impact; `None` if no point bounces.
     pub(crate) fn bounced(&self, index: usize, part: f64, g: DVec3) -> Option<BodyState> {
         let from = self.motions[index].from;
-        let mut points = [Point::default(); POINTS];
+        let mut points = [Point::default(); SETTINGS.maximum_points];
         let mut count = 0;
         self.each_strike(index, |point| {
             // Points in contact already are included with those that strike.
-            let reached = (point.approach * part).max(LIES * f64::from(self.owners.reach));
-            if point.gap <= reached && count < POINTS {
+            let reached = (point.approach * part).max(SETTINGS.touch_fraction * f64::from(self.owners.reach));
+            if point.gap <= reached && count < SETTINGS.maximum_points {
                 points[count] = point;
                 count += 1;
             }
         });
         let points = &mut points[..count];
-        if !points.iter().any(|p| p.restitution > 0.0 && p.approach > BOUNCES) {
+        if !points.iter().any(|p| p.restitution > 0.0 && p.approach > RIGID.restitution_speed) {
             return None;
         }
-        let strike = points.iter().filter(|p| p.approach > BOUNCES);
+        let strike = points.iter().filter(|p| p.approach > RIGID.restitution_speed);
         let time = strike.map(|p| p.gap.max(0.0) / p.approach).fold(part, f64::min);
         let there = from.fly(time, g);
         let after = left(&there, points);
@@ -98,11 +94,11 @@ fn left(at: &BodyState, points: &mut [Point]) -> BodyState {
     for point in points.iter_mut() {
         point.approach = (point.wall - at.velocity_at(at.place(point.local))).dot(point.normal);
     }
-    for _ in 0..PASSES {
+    for _ in 0..SETTINGS.maximum_sweeps {
         for point in points.iter_mut() {
             let place = at.place(point.local);
             let mobility = at.mobility(place, place);
-            let e = if point.approach > BOUNCES { point.restitution } else { 0.0 };
+            let e = if point.approach > RIGID.restitution_speed { point.restitution } else { 0.0 };
             let speed = (state.velocity_at(place) - point.wall).dot(point.normal);
             let push = (point.push + (e * point.approach - speed) / point.normal.dot(mobility * point.normal)).max(0.0);
             state = state.kicked(point.normal * (push - point.push), place);

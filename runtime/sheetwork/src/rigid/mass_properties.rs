@@ -11,7 +11,10 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use crate::rigid::settings::{RigidSettings, RotationSettings};
 use crate::scene::{Polyhedron, Shape};
+
+const SETTINGS: RotationSettings = RigidSettings::DEFAULT.rotation;
 
 /// Mass, centre of mass and inertia of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,9 +29,6 @@ pub struct MassProperties {
     /// Rotation from the principal axes to the body frame.
     pub axes: DQuat,
 }
-
-/// Maximum number of Jacobi sweeps. Convergence is quadratic, so that few are needed.
-const ROUNDS: usize = 12;
 
 impl MassProperties {
     /// Mass properties of a static or kinematic body, with the origin in place of the centre of
@@ -102,7 +102,7 @@ fn outer(p: DVec3) -> DMat3 {
 /// Eigenvalues of a symmetric matrix, and the rotation from its eigenvectors to the given axes.
 fn principal_axes(mut a: DMat3) -> (DVec3, DQuat) {
     let mut axes = DMat3::IDENTITY;
-    for _ in 0..ROUNDS {
+    for _ in 0..SETTINGS.maximum_jacobi_sweeps {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             let beside = a.col(q)[p];
             if beside.abs() <= f64::EPSILON * 0.01 * (a.col(p)[p].abs() + a.col(q)[q].abs()) {

@@ -10,6 +10,7 @@ pub(crate) mod mass_properties;
 pub(crate) mod rolling_ball;
 pub(crate) mod rolling_resistance;
 pub(crate) mod serialization;
+pub(crate) mod settings;
 pub(crate) mod shape;
 pub(crate) mod state;
 pub(crate) mod step;

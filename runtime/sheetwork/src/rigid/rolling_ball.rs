@@ -9,34 +9,19 @@
 //! most by the motion of c.
 //!
 //! An impact with approach speed v has the impulse (1 + e) m v along the normal, with e = 0 below
-//! [`BOUNCES`], and friction of at most μ times that, which reduces the slip of the contact point
-//! to at least zero. While a ball rests, slides or rolls, the impulse of gravity is compensated in
-//! the same way.
+//! [`RigidSettings::restitution_speed`], and friction of at most μ times that, which reduces the
+//! slip of the contact point to at least zero. While a ball rests, slides or rolls, the impulse of
+//! gravity is compensated in the same way.
 
 use glam::{DMat3, DVec3};
 use rapier3d::prelude::*;
 
 use crate::rigid::rolling_resistance::Support;
+use crate::rigid::settings::{RigidSettings, RollingBallSettings};
 use crate::rigid::state::BodyState;
 
-/// Distance below which a surface is touched, m.
-const TOUCH: f64 = 1e-5;
-/// Distance to which the ball is advanced at an impact, m; well below the touch distance.
-const MEETS: f64 = 2e-6;
-/// Approach speed above which restitution acts, m/s.
-const BOUNCES: f64 = 0.01;
-/// Separation speed up to which a surface supports the ball against gravity, m/s, and speed that
-/// counts as zero: positions in single precision cause small errors of the normals.
-const STAYS: f64 = 1e-3;
-const STILL: f64 = 1e-6;
-/// Penetration that is removed at once, m, and the fraction of a larger one that is removed.
-const SMALL: f64 = 1e-4;
-const RECOVERED: f64 = 0.2;
-/// Maximum number of segments of a step between impacts, and of steps of conservative advancement.
-const STRETCHES: usize = 24;
-const ROUNDS: usize = 48;
-/// Maximum number of sweeps over simultaneous contacts; one contact needs one.
-const PASSES: usize = 12;
+const SETTINGS: RollingBallSettings = RigidSettings::DEFAULT.rolling_ball;
+const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A static or kinematic collider near the ball.
 pub(crate) struct Wall {
@@ -119,9 +104,9 @@ impl Rolling {
         let ball = Ball { radius, mass: start.mass(), inverse_inertia: start.inverse_inertia() };
         let mut state = *start;
         let mut done = 0.0;
-        for stretch in 0..STRETCHES {
+        for stretch in 0..SETTINGS.maximum_segments {
             state = self.part_from_walls(colliders, &ball, &state, begun + done);
-            let motion = self.bounce(&ball, (state.velocity(), state.spin()), stretch + 1 < STRETCHES);
+            let motion = self.bounce(&ball, (state.velocity(), state.spin()), stretch + 1 < SETTINGS.maximum_segments);
             let left = span - done;
             let mut end = self.carried(&ball, motion, g * left);
             let acceleration = (end.0 - motion.0) / left;
@@ -149,11 +134,12 @@ impl Rolling {
         let mut state = *state;
         for wall in 0..self.walls.len() {
             let Some(gap) = self.gap(colliders, ball, wall, state.centre(), time) else { continue };
-            if gap.size >= TOUCH {
+            if gap.size >= SETTINGS.touch_distance {
                 continue;
             }
             if gap.size < 0.0 {
-                let out = if gap.size < -SMALL { -RECOVERED * gap.size } else { MEETS - gap.size };
+                let is_deep = gap.size < -RIGID.penetration_tolerance;
+                let out = if is_deep { -RIGID.penetration_recovery * gap.size } else { SETTINGS.impact_gap - gap.size };
                 state = state.displaced(gap.normal * out, DVec3::ZERO);
             }
             self.touching.push(gap);
@@ -167,7 +153,7 @@ impl Rolling {
     /// Velocities after the impacts with all approaching contacts; restitution acts only if
     /// `may_bounce`.
     fn bounce(&self, ball: &Ball, mut motion: (DVec3, DVec3), may_bounce: bool) -> (DVec3, DVec3) {
-        for _ in 0..PASSES {
+        for _ in 0..SETTINGS.maximum_sweeps {
             let mut struck = false;
             for gap in &self.touching {
                 let approach = -ball.slip(gap, motion).dot(gap.normal);
@@ -176,7 +162,7 @@ impl Rolling {
                 }
                 struck = true;
                 let wall = &self.walls[gap.wall];
-                let bounces = may_bounce && approach > BOUNCES;
+                let bounces = may_bounce && approach > RIGID.restitution_speed;
                 let push = ball.mass * approach * if bounces { 1.0 + wall.restitution } else { 1.0 };
                 let friction = ball.friction(gap, motion, DVec3::ZERO, wall.friction * push);
                 motion = ball.kicked(gap, motion, gap.normal * push + friction);
@@ -191,7 +177,7 @@ impl Rolling {
     /// Velocities after gravity has added `pull` (m/s), with the support, friction and rolling
     /// resistance of the touched obstacles.
     fn carried(&self, ball: &Ball, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
-        let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < STAYS;
+        let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < SETTINGS.support_speed;
         let mut support = Support::default();
         for gap in self.touching.iter().filter(below) {
             let wall = &self.walls[gap.wall];
@@ -201,7 +187,7 @@ impl Rolling {
         let spin = support.slowed(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
         let mut now = (motion.0 + pull, spin);
         let mut held = [(0.0, DVec3::ZERO); 8];
-        for _ in 0..PASSES {
+        for _ in 0..SETTINGS.maximum_sweeps {
             for (gap, (push, friction)) in self.touching.iter().filter(below).zip(&mut held) {
                 let more = (*push - ball.mass * ball.slip(gap, now).dot(gap.normal)).max(0.0) - *push;
                 *push += more;
@@ -244,20 +230,23 @@ impl Rolling {
         (now, left): (f64, f64),
     ) -> Option<f64> {
         let mut time = 0.0;
-        for _ in 0..ROUNDS {
+        for _ in 0..RIGID.maximum_advancement_steps {
             let there = place + (velocity + acceleration * (0.5 * time)) * time;
             let gap = self.gap(colliders, ball, wall, there, now + time)?;
             let speed = velocity + acceleration * time - gap.velocity;
             let (along, bend) = (speed.dot(gap.normal), acceleration.dot(gap.normal));
-            let room = gap.size - MEETS;
-            if gap.size < 0.5 * TOUCH && along < -STILL {
+            let room = gap.size - SETTINGS.impact_gap;
+            if gap.size < 0.5 * SETTINGS.touch_distance && along < -SETTINGS.zero_speed {
                 return Some(time);
             }
             // A touched obstacle that is neither left nor approached supports the ball.
-            if gap.size < TOUCH && along < STILL && bend.abs() * (left - time) < STILL {
+            if gap.size < SETTINGS.touch_distance
+                && along < SETTINGS.zero_speed
+                && bend.abs() * (left - time) < SETTINGS.zero_speed
+            {
                 return None;
             }
-            time += if self.walls[wall].convex || gap.size < TOUCH {
+            time += if self.walls[wall].convex || gap.size < SETTINGS.touch_distance {
                 falls_to(room, along, bend)?
             } else {
                 room / (speed.length() + acceleration.length() * (left - time))

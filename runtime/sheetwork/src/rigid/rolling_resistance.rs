@@ -13,12 +13,10 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::rigid::settings::{RigidSettings, RollingResistanceSettings};
 use crate::rigid::state::BodyState;
 
-/// Coefficient C of rolling resistance; hard balls on hard ground have 0.0003 to 0.002.
-const ROLLING: f64 = 5e-4;
-/// Patch radius over ball radius, A; that of an indentation of 2e-4 radii.
-const PATCH: f64 = 0.02;
+const SETTINGS: RollingResistanceSettings = RigidSettings::DEFAULT.rolling_resistance;
 
 /// Contacts on which a body lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -60,9 +58,9 @@ impl Support {
         let spin = spin - ground;
         let drilling = spin.dot(normal);
         let rolling = spin - normal * drilling;
-        let brake = (2.0 / 3.0) * friction * PATCH * radius * pressed * yields(normal);
+        let brake = (2.0 / 3.0) * friction * SETTINGS.patch_ratio * radius * pressed * yields(normal);
         let kept = drilling - drilling.clamp(-brake, brake);
-        let slower = ROLLING * radius * pressed * yields(rolling.normalize_or_zero());
+        let slower = SETTINGS.coefficient * radius * pressed * yields(rolling.normalize_or_zero());
         let rolls = rolling - rolling.clamp_length_max(slower);
         ground + normal * kept + rolls
     }

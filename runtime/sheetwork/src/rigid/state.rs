@@ -19,15 +19,10 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::rigid::mass_properties::MassProperties;
+use crate::rigid::settings::{RigidSettings, RotationSettings};
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Maximum rotation per step of the midpoint rule, rad.
-const TURN: f64 = 0.125;
-/// Maximum number of steps of the midpoint rule per free flight.
-const MOST_STEPS: f64 = 4000.0;
-/// Maximum number of Newton iterations per step of the midpoint rule; each gains at least one
-/// digit.
-const ITERATIONS: usize = 24;
+const SETTINGS: RotationSettings = RigidSettings::DEFAULT.rotation;
 
 /// State of a rigid body at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -233,7 +228,8 @@ impl BodyState {
         if self.is_even() || self.angular_momentum == DVec3::ZERO {
             return DQuat::from_scaled_axis(self.spin * time) * self.rotation;
         }
-        let steps = (self.spin.length() * time.abs() / TURN).ceil().clamp(1.0, MOST_STEPS);
+        let steps =
+            (self.spin.length() * time.abs() / SETTINGS.maximum_rotation).ceil().clamp(1.0, SETTINGS.maximum_steps);
         let mut q = self.principal_rotation();
         for _ in 0..steps as u32 {
             q = (q * DQuat::from_scaled_axis(self.half_turns(q, time / steps))).normalize();
@@ -247,7 +243,7 @@ impl BodyState {
         let momentum = q.conjugate() * self.angular_momentum;
         let before = inverse * momentum;
         let mut turn = before * h;
-        for _ in 0..ITERATIONS {
+        for _ in 0..SETTINGS.maximum_newton_iterations {
             let after = DQuat::from_scaled_axis(turn).conjugate() * momentum;
             let residual = turn - (before + inverse * after) * (0.5 * h);
             // d(J⁻¹ exp(-θ) L) = J⁻¹ L₁ × T dθ with T = 1 - ½ θ× + ⅙ θ×θ× - ...; the truncation

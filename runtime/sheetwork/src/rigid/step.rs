@@ -21,12 +21,13 @@ use crate::rigid::body_contacts;
 use crate::rigid::body_contacts::BodyContact;
 use crate::rigid::rolling_ball::{Rolling, Wall};
 use crate::rigid::rolling_resistance::Support;
+use crate::rigid::settings::{RigidSettings, RigidSubstepSettings};
 use crate::rigid::state::BodyState;
 use crate::rigid::{Kind, RigidWorld, pose_of, substeps};
 use crate::scene::sleep::SLEEP;
 
-/// Speed (m/s) above which a body wakes a sleeping one that it touches.
-const WAKE_SPEED: f64 = 0.01;
+const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
+const SUBSTEPS: RigidSubstepSettings = RigidSettings::DEFAULT.substeps;
 
 /// Motion of a body in a step.
 pub(crate) struct Motion {
@@ -151,7 +152,7 @@ impl RigidWorld {
                 (rolled.unwrap_or(flown), rolled.is_some())
             }
             None => {
-                let strikes = push && alone && part <= dt * substeps::STRIKE;
+                let strikes = push && alone && part <= dt * SUBSTEPS.impact_fraction;
                 let bounced = if strikes { self.bounced(index, part, g) } else { None };
                 let end = bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown);
                 let ball = self.radius(index).filter(|_| push);
@@ -283,7 +284,7 @@ impl RigidWorld {
             let touches = c.distance < self.reach_of_rest();
             match other.kind {
                 Kind::Standing => false,
-                Kind::Free => !other.asleep && touches && other.speed() > WAKE_SPEED,
+                Kind::Free => !other.asleep && touches && other.speed() > SETTINGS.wake_speed,
                 Kind::Path | Kind::Sent(_) => touches && other.start.moves(),
             }
         })

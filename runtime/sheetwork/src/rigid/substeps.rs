@@ -15,21 +15,12 @@ use rapier3d::parry::query;
 use rapier3d::prelude::*;
 
 use crate::rigid::RigidWorld;
+use crate::rigid::settings::{RigidSettings, RigidSubstepSettings};
 use crate::rigid::state::BodyState;
 use crate::rigid::view::CONVEX;
 
-/// Length of an impact substep, and the minimum length of any substep, as fractions of a step.
-pub(crate) const STRIKE: f64 = 1.0 / 16.0;
-const SHORTEST: f64 = 1.0 / 64.0;
-/// Maximum number of substeps of a step.
-const MOST: u32 = 48;
-/// Maximum rotation of a touching body per substep, rad.
-const TURN: f64 = 0.3;
-/// Motion of a touching body per substep, as a fraction of the prediction distance, above which
-/// other contact points are predicted.
-const ROCKS: f64 = 0.05;
-/// Maximum number of steps of conservative advancement.
-const ROUNDS: usize = 48;
+const SETTINGS: RigidSubstepSettings = RigidSettings::DEFAULT.substeps;
+const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A moving body and an obstacle near it.
 struct Pair<'a> {
@@ -81,13 +72,20 @@ impl Pair<'_> {
         if first.size <= reach {
             let over = self.over.velocity_at(first.place);
             let closing = -(self.body.velocity_at(first.place) - over).dot(first.normal);
-            let turns = TURN / self.body.spin().length().max(TURN / whole);
+            let turns = SETTINGS.maximum_rotation / self.body.spin().length().max(SETTINGS.maximum_rotation / whole);
             let strikes = closing * whole > reach;
-            return (turns.max(SHORTEST * whole).min(if strikes { STRIKE * whole } else { whole }), true);
+            return (
+                turns.max(SETTINGS.minimum_fraction * whole).min(if strikes {
+                    SETTINGS.impact_fraction * whole
+                } else {
+                    whole
+                }),
+                true,
+            );
         }
         let mut time = 0.0;
         let mut apart = first;
-        for _ in 0..ROUNDS {
+        for _ in 0..RIGID.maximum_advancement_steps {
             let fall = if self.convex { (-g.dot(apart.normal)).max(0.0) * left } else { pull };
             let speed = self.approach(apart.normal) + fall;
             if speed <= 0.0 {
@@ -102,7 +100,7 @@ impl Pair<'_> {
                 _ => break,
             }
         }
-        (time.max(SHORTEST * whole), false)
+        (time.max(SETTINGS.minimum_fraction * whole), false)
     }
 
     fn approach_at_most(&self) -> f64 {
@@ -123,7 +121,12 @@ impl RigidWorld {
             let speed = motion.end.velocity().length() + motion.end.spin().length() * motion.extent;
             let way = (speed + g.length() * left) * left;
             let ball = self.radius(index).is_some();
-            if !motion.is_free() || motion.asleep || ball || (way <= reach && !self.moving) || number >= MOST {
+            if !motion.is_free()
+                || motion.asleep
+                || ball
+                || (way <= reach && !self.moving)
+                || number >= SETTINGS.maximum_substeps
+            {
                 continue;
             }
             let mut touches = false;
@@ -133,7 +136,7 @@ impl RigidWorld {
                 touches |= touching;
             });
             // Resting bodies need no extended prediction.
-            if touches && speed * part > ROCKS * reach {
+            if touches && speed * part > SETTINGS.prediction_motion * reach {
                 far = far.max(speed + g.length() * part);
             }
         }

@@ -10,26 +10,14 @@ use glam::DVec3;
 use crate::elements::{Geometric, NO_BLOCK};
 use crate::integrators::implicit::Implicit;
 use crate::integrators::implicit::staged::{Jump, Staged};
+use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
 use crate::linear::{HalfSolutions, Loads};
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, System};
 use crate::sheet::{Field, Sheet};
 
-/// Tolerance on the energy of mispredicted strain, as a fraction of the inertial term of the stage:
-/// without contact, and with contact.
-const MISSED: [f64; 2] = [1e-4, 1e-2];
-/// Tolerance on the energy of mispredicted strain for a sheet attached to a dynamic body. A
-/// rotation by φ in an outer iteration mispredicts an energy proportional to φ⁴, but the attachment
-/// forces on two rows of a stiff sheet, hundreds of newtons, are wrong by φ. At 0.01 rad, which the
-/// tolerance of other sheets allows, a strip on a drum loses a fifth of its angular momentum in one
-/// step.
-const MISSED_GLUED: f64 = 1e-12;
-/// Tolerance on the rise of the incremental potential without contact, as a fraction of its
-/// inertial term.
-const SLACK: f64 = 0.02;
-/// Speed (m/s) whose kinetic energy is the minimum of the reference energy of a stage.
-const STILL: f64 = 5e-3;
+const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 
 /// Workspace and state of a stage.
 #[derive(Default)]
@@ -136,7 +124,10 @@ impl Sheet {
                 stage.iterate.copy_from(&stage.free);
             }
             stage.reference = back.min(ahead);
-            stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL)).max(pressed);
+            stage.scale = problem
+                .inertial(&problem_stage, x)
+                .max(problem.kinetic_at(SETTINGS.reference_speed_stage))
+                .max(pressed);
             stage.done = false;
             stage.missed = f64::INFINITY;
             stage.failed = false;
@@ -185,8 +176,9 @@ impl Sheet {
     /// the tighter tolerance of attached sheets, as long as further outer iterations reduce the
     /// error.
     pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
-        let enough = MISSED[usize::from(contact.is_some())];
-        let passes = if contact.is_some() && firm && self.is_glued() { MISSED_GLUED } else { enough };
+        let enough = if contact.is_some() { SETTINGS.prediction_error_contact } else { SETTINGS.prediction_error };
+        let passes =
+            if contact.is_some() && firm && self.is_glued() { SETTINGS.prediction_error_attached } else { enough };
         self.with_scheme(field, |problem, scheme, stage, _| {
             stage.d.set_sum(&stage.free, -1.0, &stage.iterate);
             if let Some(dx) = contact {
@@ -202,7 +194,7 @@ impl Sheet {
                 Some(_) => near,
                 None => {
                     let rise = problem.potential(&scheme.stage(), &stage.iterate) - stage.reference;
-                    near && rise <= SLACK * stage.scale
+                    near && rise <= SETTINGS.potential_rise * stage.scale
                 }
             };
         });

@@ -11,9 +11,9 @@ use rapier3d::parry::query::{PointQueryWithLocation, Ray, RayCast};
 use rapier3d::parry::shape::{FeatureId, TriMesh, TriMeshFlags};
 
 use crate::collision::features::topology::Topology;
+use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
-/// Number of faces up to which all planes of a convex solid are tested without a query structure.
-const FEW: usize = 32;
+const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
 
 /// A face: connected triangles of one plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ impl Mesh {
             Aabb::new((a.min(b) - room).as_vec3(), (a.max(b) + room).as_vec3())
         });
         let edge_tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate());
-        let many = !convex || topology.faces.len() > FEW;
+        let many = !convex || topology.faces.len() > SETTINGS.maximum_faces_without_tree;
         let surface = if many { surface_of(&topology) } else { None };
         let Topology { vertices, triangles, face_of, faces, edges, corners, .. } = topology;
         let bounds = (low, high);

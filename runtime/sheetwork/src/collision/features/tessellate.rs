@@ -12,19 +12,16 @@ use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::parry::transformation::try_convex_hull;
 
 use crate::collision::features::{Features, Solid};
+use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
-/// Maximum width of a face of a curved surface, m.
-const WIDTH: f64 = 3e-3;
-
-/// Maximum distance of such a face from the true surface, m.
-const AWAY: f64 = 2e-5;
+const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
 
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
 /// Number of faces around a circle of this radius (m).
 fn around(radius: f32) -> u32 {
     let radius = f64::from(radius).max(1e-9);
-    let width = WIDTH.min((8.0 * radius * AWAY).sqrt());
+    let width = SETTINGS.maximum_face_width.min((8.0 * radius * SETTINGS.maximum_face_distance).sqrt());
     // The cast is exact: the quotient is clamped.
     (TAU * radius / width).ceil().clamp(12.0, 128.0) as u32
 }

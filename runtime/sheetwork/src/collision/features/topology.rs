@@ -9,12 +9,9 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::collision::features::mesh::{Corner, Edge, Face};
+use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
-/// Sine of the angle between triangles below which they form one face.
-const PLANE: f64 = 1e-3;
-
-/// Distance, as a fraction of the size of the surface, below which vertices are merged.
-const WELD: f64 = 1e-6;
+const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
 
 /// Topology of a surface.
 pub(crate) struct Topology {
@@ -45,8 +42,9 @@ impl Topology {
             let [a, b, c] = t.map(|i| renamed.get(i as usize).copied());
             Some([a?, b?, c?])
         });
+        let weld = SETTINGS.weld_distance;
         let triangles: Vec<[u32; 3]> =
-            named.filter(|t| area_vector(corners(*t)).length() > WELD * WELD * size * size).collect();
+            named.filter(|t| area_vector(corners(*t)).length() > weld * weld * size * size).collect();
         if triangles.is_empty() {
             return None;
         }
@@ -82,7 +80,7 @@ impl Topology {
                 [f, g] if f == g => continue,
                 [f, g] => {
                     let normals = [f, g].map(|i| self.faces[i as usize].normal);
-                    let convex = normals[0].cross(normals[1]).dot(along) > PLANE;
+                    let convex = normals[0].cross(normals[1]).dot(along) > SETTINGS.plane_sine;
                     if convex {
                         self.edges.push(Edge { ends, normals });
                     }
@@ -114,7 +112,7 @@ fn weld(vertices: &[DVec3]) -> Option<(Vec<DVec3>, Vec<u32>)> {
         return None;
     }
     let size = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
-    let cell = (WELD * size).max(f64::MIN_POSITIVE);
+    let cell = (SETTINGS.weld_distance * size).max(f64::MIN_POSITIVE);
     let mut names: BTreeMap<[i64; 3], u32> = BTreeMap::new();
     let mut kept = Vec::new();
     let renamed = vertices.iter().map(|v| {
@@ -153,7 +151,7 @@ fn faces_of(normals: &[DVec3], sides: &[Side]) -> Vec<u32> {
         // The comparison with the first triangle of the face keeps a fine curve from merging step
         // by step.
         let (a, b) = (find(&root, a), find(&root, b));
-        if normals[a].dot(normals[b]) > 0.0 && normals[a].cross(normals[b]).length() < PLANE {
+        if normals[a].dot(normals[b]) > 0.0 && normals[a].cross(normals[b]).length() < SETTINGS.plane_sine {
             root[a.max(b)] = a.min(b);
         }
     }

@@ -7,9 +7,12 @@ use crate::collision::collision_surface::{Skin, SkinEdge};
 use crate::collision::constraint::{Contact, SheetPoint, Side};
 use crate::collision::narrow_phase::edge_edge::Facing;
 use crate::collision::narrow_phase::feature_keys::{Kind, name};
-use crate::collision::narrow_phase::{BodyMotion, DEEP, Limits, Problem, SheetMotion};
+use crate::collision::narrow_phase::{BodyMotion, Limits, Problem, SheetMotion};
+use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
+
+const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Positions of the nodes in the frame of the body at start, base and end, m.
 #[derive(Default)]
@@ -92,7 +95,7 @@ impl<'a> Meeting<'a> {
 
     /// Distances of detection for a solid of this least width, m.
     pub fn limits(&self, thinness: f64) -> Limits {
-        let deep = DEEP.min(0.4 * (thinness + 2.0 * self.offset));
+        let deep = SETTINGS.maximum_initial_overlap.min(0.4 * (thinness + 2.0 * self.offset));
         Limits { offset: self.offset, margin: self.margin, deep }
     }
 

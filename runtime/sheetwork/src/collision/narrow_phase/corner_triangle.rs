@@ -12,11 +12,10 @@ use crate::collision::geometry::{barycentric_along, point_meets_triangle, point_
 use crate::collision::narrow_phase::Limits;
 use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 use crate::collision::narrow_phase::feature_keys::Kind;
+use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings};
 
-use crate::collision::narrow_phase::edge_edge::{BEYOND, SLACK, SLIPS};
-
-/// Distance of a point from a triangle at the time of impact, m: rounding.
-const TOUCH: f64 = 1e-9;
+const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
+const EDGE_EDGE: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
 
 /// Add the constraints of all convex corners of a collider surface. Return the number of triangles
 /// tested.
@@ -86,8 +85,8 @@ fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -
     let normal = facing(corner, base)?;
     let slid = (at(end, w) - at(base, w)).reject_from_normalized(normal).length();
     // Beyond the border of the sheet its edges are in contact.
-    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + TOUCH;
-    let off = base == start && slid > SLIPS;
+    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SETTINGS.impact_distance_tolerance;
+    let off = base == start && slid > SETTINGS.maximum_slide;
     if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
         return None;
     }
@@ -139,7 +138,7 @@ fn met_on_the_way(
     limits: &Limits,
 ) -> Option<(DVec3, Option<[f64; 3]>)> {
     let four = |[a, b, c]: [DVec3; 3]| [corner.place, a, b, c];
-    if let Some(hit) = point_meets_triangle(four(start), four(end), TOUCH) {
+    if let Some(hit) = point_meets_triangle(four(start), four(end), SETTINGS.impact_distance_tolerance) {
         let there = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time));
         return facing(corner, there).map(|n| (n, Some(hit.weights)));
     }
@@ -154,7 +153,7 @@ fn met_on_the_way(
 /// plane.
 fn facing(corner: &Corner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let normal = (b - a).cross(c - a).try_normalize()?;
-    [normal, -normal].into_iter().find(|n| corner.faces(*n, SLACK))
+    [normal, -normal].into_iter().find(|n| corner.faces(*n, EDGE_EDGE.normal_cone_tolerance))
 }
 
 pub(crate) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
@@ -163,7 +162,7 @@ pub(crate) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
 
 /// Barycentric weights clamped to the triangle if they exceed it by rounding; `None` otherwise.
 pub(crate) fn within(w: [f64; 3]) -> Option<[f64; 3]> {
-    if w.iter().any(|x| x.is_nan() || *x < -BEYOND) {
+    if w.iter().any(|x| x.is_nan() || *x < -EDGE_EDGE.parameter_tolerance) {
         return None;
     }
     let inside = w.map(|x| x.max(0.0));

@@ -9,14 +9,9 @@ use glam::DVec3;
 use crate::collision::constraint::{Contact, SheetPoint, Side};
 use crate::collision::narrow_phase::feature_keys::{Kind, name};
 use crate::collision::narrow_phase::{Problem, SheetMotion};
+use crate::collision::settings::{DetectionSettings, DuplicateSettings};
 
-/// Cosine between normals above which two constraints may be equivalent.
-const ALIKE: f64 = 0.98;
-/// Distance between the points of two constraints, as a fraction of the contact offset, below which
-/// they may be equivalent.
-const SAME: f64 = 0.05;
-/// Barycentric weight above which a point counts as the node.
-const MASS: f64 = 0.98;
+const SETTINGS: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;
 
 /// Remove from `rows` those equivalent to an earlier one. `rows` is sorted by unique keys; `keep`
 /// is a buffer.
@@ -58,7 +53,8 @@ fn place(problem: &Problem, side: &Side) -> Option<DVec3> {
 
 fn same(problem: &Problem, row: &Contact, other: &Contact) -> bool {
     let apart = place(problem, &row.b).zip(place(problem, &other.b)).map(|(p, q)| p.distance(q));
-    row.normal.dot(other.normal) > ALIKE && apart.is_some_and(|d| d < SAME * row.offset)
+    row.normal.dot(other.normal) > SETTINGS.normal_cosine
+        && apart.is_some_and(|d| d < SETTINGS.point_distance * row.offset)
 }
 
 /// Whether constraint `i`, of a node at a node of `sheet`, exists with both nodes exchanged and a
@@ -71,7 +67,7 @@ fn is_told_by_other(
     (sheet, on): (u32, &SheetPoint),
 ) -> bool {
     let Side::Sheet { sheet: own, point } = rows[i].a else { return false };
-    let Some(at) = (0..3).find(|k| on.weights[*k] > MASS).map(|k| on.masses[k]) else { return false };
+    let Some(at) = (0..3).find(|k| on.weights[*k] > SETTINGS.node_weight).map(|k| on.masses[k]) else { return false };
     let Some(id) = problem.sheets.get(sheet as usize).map(|s| s.id) else { return false };
     let key = name(Kind::Mass, id, at);
     if key >= rows[i].key[0] {
@@ -81,7 +77,9 @@ fn is_told_by_other(
     let others = rows[from..].iter().zip(&keep[from..]).take_while(|(row, _)| row.key[0] == key);
     others.filter(|(_, keep)| **keep).any(|(row, _)| {
         let back = mass_on_sheet(row).filter(|(s, _)| *s == own);
-        let meets = back.is_some_and(|(_, p)| (0..3).any(|k| p.weights[k] > MASS && p.masses[k] == point.masses[0]));
-        meets && row.normal.dot(rows[i].normal) < -ALIKE
+        let meets = back.is_some_and(|(_, p)| {
+            (0..3).any(|k| p.weights[k] > SETTINGS.node_weight && p.masses[k] == point.masses[0])
+        });
+        meets && row.normal.dot(rows[i].normal) < -SETTINGS.normal_cosine
     })
 }

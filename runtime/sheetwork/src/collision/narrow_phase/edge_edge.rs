@@ -14,37 +14,12 @@ use crate::collision::features::{Edge, Mesh};
 use crate::collision::geometry::{EdgeImpact, edges_meet, segment_segment};
 use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 use crate::collision::narrow_phase::feature_keys::Kind;
-use crate::collision::narrow_phase::vertex_face::GRAZE;
 use crate::collision::narrow_phase::{Limits, box_of};
+use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings, VertexFaceSettings};
 
-/// Sine of the angle below which two edges are parallel and have no edge contact.
-pub(crate) const PARALLEL: f64 = 0.01;
-
-/// Sine of the angle below which the normal of the sheet is used.
-pub(crate) const NEARLY_PARALLEL: f64 = 0.1;
-
-/// Tolerance, as a sine, for a normal beyond those of the faces.
-pub(crate) const SLACK: f64 = 0.1;
-
-/// Tolerance of an edge parameter beyond its ends.
-pub(crate) const BEYOND: f64 = 1e-3;
-
-/// Cosine between contact normal and surface normal up to which an inner edge of a sheet has no
-/// contact.
-const ALONG: f64 = 0.3;
-
-/// Sine of the angle by which the normal at a border or a fold may point out of the sheet.
-const INWARD: f64 = 0.1;
-
-/// Distance (m) along the edges by which closest points may be displaced: rounding.
-const BESIDE: f64 = 1e-7;
-
-/// Distance of lines at the time of impact, m: rounding.
-const TOUCH: f64 = 1e-9;
-
-/// Slide (m) from the base above which an edge contact is lost, unless an outer iteration has shown
-/// that contact holds it.
-pub(crate) const SLIPS: f64 = 3e-3;
+const SETTINGS: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
+const DETECTION: DetectionSettings = DetectionSettings::DEFAULT;
+const VERTEX_FACE: VertexFaceSettings = DetectionSettings::DEFAULT.vertex_face;
 
 /// Parameters on both edges at the contact, if known.
 type Met = Option<(f64, f64)>;
@@ -95,9 +70,9 @@ pub(crate) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
 /// Point at the parameter `s` of an edge with its feature. An end is a node, which other edges
 /// share.
 pub(crate) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, Kind, u32) {
-    if s <= BEYOND {
+    if s <= SETTINGS.parameter_tolerance {
         (SheetPoint::mass(i), Kind::Mass, i)
-    } else if s >= 1.0 - BEYOND {
+    } else if s >= 1.0 - SETTINGS.parameter_tolerance {
         (SheetPoint::mass(j), Kind::Mass, j)
     } else {
         (SheetPoint { masses: [i, j, i], weights: [1.0 - s, s, 0.0] }, Kind::SheetEdge, number)
@@ -119,8 +94,8 @@ impl Facing {
     /// Whether a contact along the normal `n`, towards the edge, comes from outside: at a border or
     /// a fold from where the surface leads away from it, otherwise from above or below.
     pub fn allows(&self, n: DVec3) -> bool {
-        let stands_out = self.flanks.iter().all(|flank| n.dot(*flank) > -INWARD);
-        stands_out || !self.is_border && self.sides.iter().any(|side| n.dot(*side).abs() > ALONG)
+        let stands_out = self.flanks.iter().all(|flank| n.dot(*flank) > -SETTINGS.inward_sine);
+        stands_out || !self.is_border && self.sides.iter().any(|side| n.dot(*side).abs() > SETTINGS.inner_edge_cosine)
     }
 
     /// Surface normal on the side of `n`, not normalised.
@@ -139,7 +114,7 @@ fn stays_parallel(edge: &Edge, places: [[DVec3; 2]; 3]) -> bool {
     let across = ways.iter().map(|way| way.cross(direction).length_squared()).fold(0.0, f64::max);
     let turns = along.iter().any(|a| a * along[0] <= 0.0);
     let least = along.iter().fold(f64::INFINITY, |least, a| least.min(a.abs()));
-    !turns && across < (0.99 * PARALLEL * least).powi(2)
+    !turns && across < (0.99 * SETTINGS.parallel_sine * least).powi(2)
 }
 
 /// Contact of a sheet edge that moves through `start`, `base` and `end` with an edge of a body.
@@ -195,13 +170,13 @@ fn near(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits:
     }
     let normal = outward(edge, base[1] - base[0], side)?;
     // A closest point at the end of an edge belongs to other features.
-    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
+    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance;
     // The pair must be on the side on which the stage began.
     if beside || (base == start && normal.dot(gap) < -limits.deep) {
         return None;
     }
     let slid = (apart(end, edge, s, t) - gap).reject_from_normalized(normal).length();
-    Some((normal, (base != start || slid < SLIPS).then_some((s, t))))
+    Some((normal, (base != start || slid < DETECTION.maximum_slide).then_some((s, t))))
 }
 
 /// Normal of a pair that is far apart at the base, and its parameters at the time of impact;
@@ -229,7 +204,8 @@ fn met_on_the_way(
 /// Impact of a sheet edge with a body edge.
 fn hit(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
     let [q, r] = edge.ends;
-    edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH).or_else(|| cut_off(edge, start, end))
+    edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], DETECTION.impact_distance_tolerance)
+        .or_else(|| cut_off(edge, start, end))
 }
 
 /// Impact of a sheet edge of which one end cuts across the body edge from one face to the other,
@@ -253,7 +229,11 @@ fn cut_off(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact
         let (along, at) = (edge.ends[1] - edge.ends[0], start[k].lerp(end[k], time) - edge.ends[0]);
         let t = along.dot(at) / along.length_squared();
         let deepest = edge.normals.map(|n| -n.dot(at)).into_iter().fold(f64::INFINITY, f64::min);
-        let cuts = enters > 0.0 && leaves < 1.0 && enters < leaves && deepest < GRAZE && (0.0..=1.0).contains(&t);
+        let cuts = enters > 0.0
+            && leaves < 1.0
+            && enters < leaves
+            && deepest < VERTEX_FACE.corner_cut_depth
+            && (0.0..=1.0).contains(&t);
         cuts.then_some(EdgeImpact { time, s: k as f64, t })
     })
 }
@@ -265,9 +245,9 @@ fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
     let direction = (edge.ends[1] - edge.ends[0]).normalize_or_zero();
     let across = along.normalize_or_zero().cross(direction);
     let sine = across.length();
-    let normal = if sine >= NEARLY_PARALLEL {
+    let normal = if sine >= SETTINGS.nearly_parallel_sine {
         across / sine
-    } else if sine >= PARALLEL {
+    } else if sine >= SETTINGS.parallel_sine {
         side.towards(edge.normals[0] + edge.normals[1]).reject_from_normalized(direction).try_normalize()?
     } else {
         return None;
@@ -282,7 +262,7 @@ fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
     let (a, b) = (normal.dot(m), normal.dot(n));
     let sine = (1.0 - cosine * cosine).max(1e-12).sqrt();
     let (alpha, beta) = ((a - cosine * b) / sine, (b - cosine * a) / sine);
-    if alpha < -SLACK || beta < -SLACK {
+    if alpha < -SETTINGS.normal_cone_tolerance || beta < -SETTINGS.normal_cone_tolerance {
         None
     } else if alpha < 0.0 {
         Some(n)
@@ -299,11 +279,11 @@ pub(crate) fn above(p: [DVec3; 2], q: [DVec3; 2], n: DVec3) -> Option<(f64, f64)
     let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
     let (vn, un) = (v.cross(n), u.cross(n));
     let turn = u.dot(vn);
-    if turn.is_nan() || turn.abs() <= 0.5 * PARALLEL * u.length() * v.length() {
+    if turn.is_nan() || turn.abs() <= 0.5 * SETTINGS.parallel_sine * u.length() * v.length() {
         return None;
     }
     let (s, t) = (-w.dot(vn) / turn, -w.dot(un) / turn);
-    let within = |x: f64| (-BEYOND..=1.0 + BEYOND).contains(&x);
+    let within = |x: f64| (-SETTINGS.parameter_tolerance..=1.0 + SETTINGS.parameter_tolerance).contains(&x);
     (within(s) && within(t)).then(|| (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0)))
 }
 

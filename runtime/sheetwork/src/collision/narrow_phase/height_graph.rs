@@ -19,12 +19,10 @@ use glam::DVec3;
 
 use crate::collision::collision_surface::Skin;
 use crate::collision::narrow_phase::SheetMotion;
+use crate::collision::settings::{DetectionSettings, SheetPairSettings};
 use crate::math::Vectors;
 
-/// Minimum cosine between a triangle and the projection direction, and minimum cosine times height
-/// of a triangle over contact offset.
-const STEEPEST: f64 = 0.2;
-const ROOM: f64 = 3.0;
+const SETTINGS: SheetPairSettings = DetectionSettings::DEFAULT.sheet_pairs;
 
 /// Whether the sheet is a single rectangle and such a graph. `height` is the least height of its
 /// triangles, m.
@@ -39,7 +37,7 @@ pub(crate) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
     };
     let whole = |x| skin.triangles().iter().map(|t| area(x, t.masses)).sum::<DVec3>();
     let up = (whole(start) + whole(end)).normalize_or_zero();
-    let least = STEEPEST.max(ROOM * skin.offset() / height);
+    let least = SETTINGS.minimum_graph_cosine.max(SETTINGS.minimum_graph_height * skin.offset() / height);
     let faces_up = |a: DVec3| {
         let along = a.dot(up);
         along > 0.0 && along * along > least * least * a.length_squared()

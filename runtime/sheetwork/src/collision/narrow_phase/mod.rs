@@ -37,9 +37,12 @@ use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 pub(crate) use crate::collision::narrow_phase::feature_keys::{is_of_ball, is_of_surface, thing};
 use crate::collision::narrow_phase::height_graph::stays_graph;
 use crate::collision::narrow_phase::sheet_pairs::{Between, couple, half_room};
+use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
+
+const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Motion of a sheet over a stage.
 #[derive(Clone, Copy)]
@@ -153,14 +156,6 @@ pub struct Finder {
     counters: FindCounters,
     scope: Scope,
 }
-
-/// Distance (m), added to three contact offsets, up to which the closest features at the base
-/// determine the contact.
-const NEAR: f64 = 5e-4;
-
-/// Overlap (m) at the start of a stage above which a pair is rejected: it then lies on opposite
-/// sides of a thin sheet or body.
-const DEEP: f64 = 2e-4;
 
 impl Finder {
     /// Counts since construction.
@@ -410,7 +405,7 @@ pub(crate) struct Limits {
 impl Limits {
     /// Distance up to which the closest features at the base determine the contact.
     fn near(&self) -> f64 {
-        3.0 * self.offset + NEAR
+        3.0 * self.offset + SETTINGS.closest_feature_distance
     }
 }
 

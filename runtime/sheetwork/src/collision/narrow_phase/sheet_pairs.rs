@@ -10,16 +10,11 @@ use glam::DVec3;
 use crate::collision::bvh::{Cuboid, Drift, SkinTree};
 use crate::collision::constraint::Contact;
 use crate::collision::narrow_phase::triangle_pairs::{Couple, Party};
-use crate::collision::narrow_phase::{DEEP, Limits, Pair, Problem, SheetMotion};
+use crate::collision::narrow_phase::{Limits, Pair, Problem, SheetMotion};
+use crate::collision::settings::{DetectionSettings, SheetPairSettings};
 
-/// Pairs of sheets per parallel task.
-const AT_A_TIME: usize = 4;
-
-/// Shift, as a fraction of the contact offset, by which one sheet is moved to test
-/// interpenetration. Two sheets interpenetrate if they intersect with the shift in either
-/// direction; sheets that only touch do not. The unequal components keep nodes off triangles and
-/// edges off edges of a sheet that is created in the same place.
-const ASIDE: DVec3 = DVec3::new(4.8e-4, 6.1e-4, 6.3e-4);
+const SETTINGS: SheetPairSettings = DetectionSettings::DEFAULT.sheet_pairs;
+const DETECTION: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Two sheets whose swept boxes overlap, by indices of the detection input.
 #[derive(Clone, Copy)]
@@ -88,7 +83,7 @@ impl Between {
                 tree.refresh_ridges(sheet, crosses);
             }
         };
-        let parallel = parallel && self.meetings.len() > AT_A_TIME;
+        let parallel = parallel && self.meetings.len() > SETTINGS.pairs_per_task;
         match parallel {
             true => trees.par_iter_mut().zip(sheets).zip(&self.meets).for_each(refresh),
             false => trees.iter_mut().zip(sheets).zip(&self.meets).for_each(refresh),
@@ -114,14 +109,15 @@ impl Between {
         if !parallel {
             return self.meetings.iter().fold(all, |seen, meeting| seen.and(work(meeting, rows)));
         }
-        self.shares.resize_with(self.shares.len().max(self.meetings.len().div_ceil(AT_A_TIME)), Share::default);
-        let parts = self.meetings.par_chunks(AT_A_TIME).zip(&mut self.shares);
+        self.shares
+            .resize_with(self.shares.len().max(self.meetings.len().div_ceil(SETTINGS.pairs_per_task)), Share::default);
+        let parts = self.meetings.par_chunks(SETTINGS.pairs_per_task).zip(&mut self.shares);
         parts.for_each(|(meetings, share)| {
             share.rows.clear();
             let Share { rows, seen } = share;
             *seen = meetings.iter().fold(Seen::default(), |seen, meeting| seen.and(work(meeting, rows)));
         });
-        let shares = &self.shares[..self.meetings.len().div_ceil(AT_A_TIME)];
+        let shares = &self.shares[..self.meetings.len().div_ceil(SETTINGS.pairs_per_task)];
         shares.iter().for_each(|share| rows.extend_from_slice(&share.rows));
         shares.iter().fold(all, |seen, share| seen.and(share.seen))
     }
@@ -149,7 +145,7 @@ impl Between {
                 return true;
             };
             let around = Cuboid::swept(other, &drift).grown(couple.limits.offset);
-            let by = ASIDE * couple.limits.offset;
+            let by = SETTINGS.interpenetration_shift * couple.limits.offset;
             let is_cut = |by: DVec3| {
                 let mut pairs = couple.a.tree.pairs_with(couple.b.tree, around);
                 pairs.any(|(p, q)| couple.cut_when_moved(p, q, by))
@@ -205,6 +201,6 @@ pub(crate) fn couple<'a>(
     let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
     // The overlap limit is at most half the offset: sheets created in the same place have no
     // defined side.
-    let limits = Limits { offset, margin, deep: DEEP.min(0.5 * offset) };
+    let limits = Limits { offset, margin, deep: DETECTION.maximum_initial_overlap.min(0.5 * offset) };
     Some(Couple { a, b, limits, coefficients })
 }

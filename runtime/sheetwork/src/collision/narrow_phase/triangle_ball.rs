@@ -22,23 +22,11 @@ use crate::collision::constraint::{Contact, SheetPoint};
 use crate::collision::geometry::point_triangle;
 use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 use crate::collision::narrow_phase::corner_triangle::at;
-use crate::collision::narrow_phase::edge_edge::SLIPS;
 use crate::collision::narrow_phase::feature_keys::Kind;
+use crate::collision::settings::{DetectionSettings, TriangleBallSettings};
 
-/// Maximum number of steps of conservative advancement; each removes most of the distance.
-const ROUNDS: usize = 40;
-
-/// Cosine within which the direction at the end counts as that at the base.
-const SAME_SIDE: f64 = 0.8;
-
-/// Distance (m) from contact within which the triangle rests on the ball.
-const RESTS: f64 = 2e-5;
-
-/// Relative tolerance of comparisons of distances: rounding.
-const LESS: f64 = 1e-9;
-
-/// Maximum number of triangles visited around a node.
-const FAN: usize = 64;
+const SETTINGS: TriangleBallSettings = DetectionSettings::DEFAULT.triangle_ball;
+const DETECTION: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Distances of the features of triangles near a ball, with buffers reused between calls.
 #[derive(Default)]
@@ -76,7 +64,7 @@ pub(crate) fn ball(
                 let [start, base, end] = meeting.in_axes_of_the_world(seen);
                 tests += 1;
                 let there = touch.seen.map_or(base, |time| between(start, end, time));
-                closest(there).0.length() < touch.distance * (1.0 - LESS)
+                closest(there).0.length() < touch.distance * (1.0 - SETTINGS.relative_tolerance)
             };
             !around(meeting, t, closest_feature(triangle, t, touch.weights), nearer)
         };
@@ -169,7 +157,7 @@ fn around(meeting: &Meeting, t: u32, (kind, index): (Kind, u32), mut is: impl Fn
             // first pass.
             for first in sides {
                 let (mut from, mut through) = (t, first);
-                for _ in 0..FAN {
+                for _ in 0..SETTINGS.maximum_fan {
                     let Some(next) = across(through, from) else { break };
                     if next == t {
                         return false;
@@ -214,9 +202,9 @@ fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) 
     // A stretched sheet moves deep into the ball in free motion, where another point is closest. A
     // resting contact keeps its point, so that its force is found in the contact cache.
     let slid = || (at(end, there_weights) - there).reject_from(there).length();
-    let rests = there.length() - touching < RESTS && slid() < SLIPS;
+    let rests = there.length() - touching < SETTINGS.resting_distance && slid() < DETECTION.maximum_slide;
     let normal = last.normalize_or_zero();
-    let same = first && !rests && distance > 0.5 * radius && normal.dot(arrived.normal) > SAME_SIDE;
+    let same = first && !rests && distance > 0.5 * radius && normal.dot(arrived.normal) > SETTINGS.same_side_cosine;
     let at_end = same.then_some(Touch { normal, weights, distance, near: is_near, seen: Some(1.0) });
     let closes = |touch: &Touch| touch.normal.dot(at(end, touch.weights)) - touching <= meeting.margin;
     if at_end.as_ref().is_some_and(|touch| !closes(touch)) {
@@ -229,7 +217,7 @@ fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) 
 fn arrival(start: [DVec3; 3], end: [DVec3; 3], reach: f64) -> Option<f64> {
     let speed = (0..3).map(|i| start[i].distance(end[i])).fold(0.0, f64::max);
     let mut time = 0.0;
-    for _ in 0..ROUNDS {
+    for _ in 0..SETTINGS.maximum_advancement_steps {
         let room = closest(between(start, end, time)).0.length() - reach;
         if room <= 1e-6 * reach {
             return Some(time);

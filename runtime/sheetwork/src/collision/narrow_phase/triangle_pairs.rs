@@ -17,39 +17,15 @@ use crate::collision::geometry::{
     barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment, triangles_cut,
 };
 use crate::collision::narrow_phase::corner_triangle::{at, within};
-use crate::collision::narrow_phase::edge_edge::{Crossing, Facing, NEARLY_PARALLEL, PARALLEL, above, on_edge};
+use crate::collision::narrow_phase::edge_edge::{Crossing, Facing, above, on_edge};
 use crate::collision::narrow_phase::feature_keys::{Kind, name};
 use crate::collision::narrow_phase::{Limits, SheetMotion};
+use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings, SheetPairSettings};
 use crate::math::Vectors;
 
-/// Distance of features at a time of impact, m: rounding.
-const TOUCH: f64 = 1e-9;
-
-/// Fraction of the contact offset below which the side of a node is undetermined.
-const INSIDE: f64 = 0.3;
-
-/// Height (m) of a point over a triangle below which its side is taken from the start of the stage.
-const SIDE: f64 = 1e-7;
-
-/// Fraction of an edge at each end within which a contact belongs to the end node.
-const ENDS: f64 = 0.02;
-
-/// Cosine between normals above which two constraints act in the same direction.
-const ALONG: f64 = 0.9;
-
-/// Fraction of the contact offset above which one sheet lies over another.
-const OVER: f64 = 0.8;
-
-/// Fraction of the contact offset above which the motion within a stage may carry features past
-/// each other that are near at the base.
-const SWIFT: f64 = 0.5;
-
-/// Factor on the neighbour distance at rest below which features belong to the same region of a
-/// sheet.
-const KIN: f64 = 4.0;
-
-/// Fraction of the contact offset below which a ridge counts as flat.
-const FLAT: f64 = 0.02;
+const SETTINGS: SheetPairSettings = DetectionSettings::DEFAULT.sheet_pairs;
+const DETECTION: DetectionSettings = DetectionSettings::DEFAULT;
+const EDGE_EDGE: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
 
 /// A sheet of a pair, with its index in the detection input.
 #[derive(Clone, Copy)]
@@ -128,7 +104,7 @@ impl Party<'_> {
 
     /// Whether the surface at `edge` touches a node at `place` with a normal close to `normal`.
     fn meets_along(&self, edge: &SkinEdge, place: [DVec3; 2], normal: DVec3) -> bool {
-        let is_along = |side: &DVec3| side.dot(normal).abs() > ALONG;
+        let is_along = |side: &DVec3| side.dot(normal).abs() > SETTINGS.same_direction_cosine;
         !self.ends_before(edge, place) && self.tree.edge_normals(edge.triangles).iter().any(is_along)
     }
 
@@ -161,7 +137,7 @@ impl Couple<'_> {
         }
         self.points((&self.a, p), (&self.b, tb, q), rows);
         self.points((&self.b, q), (&self.a, ta, p), rows);
-        let flat = FLAT * self.limits.offset;
+        let flat = SETTINGS.flat_ridge_height * self.limits.offset;
         for i in (0..3).filter(|i| p.owns_edge[*i] && !self.a.is_flat(p.edges[*i], flat)) {
             for j in (0..3).filter(|j| q.owns_edge[*j] && !self.b.is_flat(q.edges[*j], flat)) {
                 let swap = self.is_self() && p.edges[i] > q.edges[j];
@@ -192,7 +168,7 @@ impl Couple<'_> {
     /// Whether features with these nodes belong to one region of one sheet, which can bend but not
     /// touch itself.
     fn kin(&self, p: &[u32], q: &[u32], size: f64) -> bool {
-        self.is_self() && self.rest_nearer(p, q, KIN * (self.limits.offset + size))
+        self.is_self() && self.rest_nearer(p, q, SETTINGS.neighbour_factor * (self.limits.offset + size))
     }
 
     /// Whether any two of these nodes of one sheet are nearer than `reach` (m) at rest.
@@ -286,7 +262,7 @@ impl Couple<'_> {
     /// Whether features that are near at the base may pass each other within the stage. Features of
     /// the same region do not, and constraints between them would resist bending.
     fn is_swift(&self, kin: impl Fn() -> bool) -> bool {
-        self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset && !kin()
+        self.a.tree.travel + self.b.tree.travel > SETTINGS.fast_motion * self.limits.offset && !kin()
     }
 
     /// Contact of a node that is near a triangle at the base: the node is at `base`, `gap` from the
@@ -303,13 +279,13 @@ impl Couple<'_> {
         let plane = unit_normal(b)?;
         if barycentric_along(base, plane, b).and_then(within).is_some() {
             let mut height = gap.dot(plane);
-            if height.abs() < INSIDE * self.limits.offset {
+            if height.abs() < SETTINGS.undetermined_side_height * self.limits.offset {
                 // A pair within the tolerance takes its side from the start of the stage.
                 height = (start - s[0]).dot(unit_normal(s)?);
             }
             // A pair that is coincident at the start as well has no defined side, such as two
             // sheets created in the same place.
-            if height.abs() < INSIDE * self.limits.offset {
+            if height.abs() < SETTINGS.undetermined_side_height * self.limits.offset {
                 return None;
             }
             let normal = if height >= 0.0 { plane } else { -plane };
@@ -326,7 +302,7 @@ impl Couple<'_> {
         if !of.sheet.skin.on_border(mass) {
             let across = of.tree.mass_normal(mass as usize);
             let cosine = direction.dot(across);
-            if cosine.abs() < ALONG {
+            if cosine.abs() < SETTINGS.same_direction_cosine {
                 return None;
             }
             direction = across * cosine.signum();
@@ -368,7 +344,7 @@ impl Couple<'_> {
     ) -> Option<(DVec3, [f64; 3])> {
         let four = |p: DVec3, [a, b, c]: [DVec3; 3]| [p, a, b, c];
         let reach = self.limits.offset + self.limits.margin;
-        if let Some(hit) = point_meets_triangle(four(start, s), four(end, e), TOUCH) {
+        if let Some(hit) = point_meets_triangle(four(start, s), four(end, e), DETECTION.impact_distance_tolerance) {
             let there = [0, 1, 2].map(|i: usize| s[i].lerp(e[i], hit.time));
             let plane = unit_normal(there)?;
             let approach = (end - start) - (at(e, hit.weights) - at(s, hit.weights));
@@ -392,7 +368,7 @@ impl Couple<'_> {
             return;
         }
         let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b), size) else { return };
-        let near_end = |x: f64| !(ENDS..=1.0 - ENDS).contains(&x);
+        let near_end = |x: f64| !(SETTINGS.end_fraction..=1.0 - SETTINGS.end_fraction).contains(&x);
         // Near its end an edge is represented by its node, whose own constraint acts along the
         // normal of the other sheet, unless the node lies beside that sheet.
         if near_end(found.s) && self.b.meets_along(edge_b, self.a.tip(edge_a, found.s), found.normal)
@@ -434,10 +410,13 @@ impl Couple<'_> {
         let ([s, b, _], [u, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
         let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
         let facing = || [self.a.facing(one.1), self.b.facing(other.1)];
-        let beside = |normal: DVec3| gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE;
+        let beside = |normal: DVec3| {
+            gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance
+        };
         let normal = self.normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]));
         let usual = normal.filter(|normal| !beside(*normal)).and_then(|normal| {
-            let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
+            let side =
+                if normal.dot(gap).abs() > DETECTION.rounding_distance { normal.dot(gap) } else { normal.dot(before) };
             self.stands_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
         });
         usual.or_else(|| {
@@ -458,7 +437,7 @@ impl Couple<'_> {
     ) -> Option<Crossing> {
         let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
         let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
-        if out < FLAT * self.limits.offset {
+        if out < SETTINGS.flat_ridge_height * self.limits.offset {
             return None;
         }
         let (k, l) = above(e, f, normal).or(met)?;
@@ -477,7 +456,9 @@ impl Couple<'_> {
     fn edges_from_afar(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge)) -> Option<Crossing> {
         let ((_, edge_a), (_, edge_b)) = (one, other);
         let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
-        if let Some(hit) = edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], TOUCH) {
+        if let Some(hit) =
+            edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], DETECTION.impact_distance_tolerance)
+        {
             let there = |x: [DVec3; 2], y: [DVec3; 2]| x[1].lerp(y[1], hit.time) - x[0].lerp(y[0], hit.time);
             let (along_a, along_b) = (there(s, e), there(u, f));
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
@@ -519,18 +500,19 @@ impl Couple<'_> {
         facing: impl Fn() -> [Facing; 2],
     ) -> Option<DVec3> {
         let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
-        let is_askew = (PARALLEL..NEARLY_PARALLEL).contains(&u.cross(v).length());
+        let is_askew = (EDGE_EDGE.parallel_sine..EDGE_EDGE.nearly_parallel_sine).contains(&u.cross(v).length());
         if self.is_self() || !is_askew {
             return None;
         }
         let both_end = edge_a.is_border() && edge_b.is_border();
-        let least = INSIDE * self.limits.offset;
+        let least = SETTINGS.undetermined_side_height * self.limits.offset;
         let apart = gaps.into_iter().map(|gap| gap.reject_from_normalized(u)).find(|gap| gap.length() > least);
         // Sheets that lie over each other have node constraints there; an oblique edge constraint
         // would contradict them.
         let lies_over = |gap: &DVec3| {
             let [one, other] = facing();
-            one.sides[0].dot(other.sides[0]).abs() > ALONG && gap.dot(one.sides[0]).abs() > OVER * self.limits.offset
+            one.sides[0].dot(other.sides[0]).abs() > SETTINGS.same_direction_cosine
+                && gap.dot(one.sides[0]).abs() > SETTINGS.lying_over_height * self.limits.offset
         };
         if apart.as_ref().is_some_and(lies_over) {
             return None;
@@ -546,10 +528,10 @@ impl Couple<'_> {
     fn normal(&self, (edge_a, u): (&SkinEdge, DVec3), (edge_b, v): (&SkinEdge, DVec3)) -> Option<DVec3> {
         let across = u.normalize_or_zero().cross(v.normalize_or_zero());
         let sine = across.length();
-        if sine >= NEARLY_PARALLEL {
+        if sine >= EDGE_EDGE.nearly_parallel_sine {
             return Some(across / sine);
         }
-        if sine < PARALLEL {
+        if sine < EDGE_EDGE.parallel_sine {
             return None;
         }
         let (m, n) = (self.a.tree.edge_normal(edge_a.triangles), self.b.tree.edge_normal(edge_b.triangles));

@@ -16,23 +16,9 @@ use crate::collision::features::Mesh;
 use crate::collision::narrow_phase::Limits;
 use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 use crate::collision::narrow_phase::feature_keys::Kind;
+use crate::collision::settings::{DetectionSettings, VertexFaceSettings};
 
-/// Distance (m) from a rim within which either adjacent face may be chosen.
-const RIM: f64 = 5e-5;
-
-/// Depth (m) below its plane at which a node may pass a rim and still belong to the face parallel
-/// to the sheet: the free fall of a resting sheet in a long step.
-const FALL: f64 = 2e-3;
-
-/// Cosine below which two faces form a ridge: a node that passes over it is below the planes of
-/// both and crosses neither face.
-const SHARP: f64 = -0.1;
-
-/// Cosine above which two faces are joined smoothly.
-const SMOOTH: f64 = 0.7;
-
-/// Depth (m) up to which a node that cuts across a corner has not passed through the body.
-pub(crate) const GRAZE: f64 = 1e-3;
+const SETTINGS: VertexFaceSettings = DetectionSettings::DEFAULT.vertex_face;
 
 /// Add the constraints of all nodes with a half space.
 pub(crate) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
@@ -128,7 +114,7 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
         }
     }
     if furthest > 0.0 && furthest <= limits.margin {
-        let chosen = along(mesh, outmost, lies, |k| ends(k).1 >= furthest - RIM);
+        let chosen = along(mesh, outmost, lies, |k| ends(k).1 >= furthest - SETTINGS.rim_distance);
         if ends(chosen).0 >= -limits.deep {
             return Some(chosen as u32);
         }
@@ -142,14 +128,14 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
     let chosen = along(mesh, last, lies, |k| {
         let (d0, d1) = ends(k);
         let passing = d0 + (d1 - d0) * time;
-        let sharp = faces[k].normal.dot(faces[last].normal) < SHARP;
-        let deep = if sharp { limits.deep.min(RIM) } else { limits.deep };
+        let sharp = faces[k].normal.dot(faces[last].normal) < SETTINGS.ridge_cosine;
+        let deep = if sharp { limits.deep.min(SETTINGS.rim_distance) } else { limits.deep };
         if d0 < -deep || passing >= -deep {
             return d0 >= -deep;
         }
         let lies = lies();
         let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
-        d0 < FALL && lain_on && passing >= -FALL.min(0.4 * mesh.thinness())
+        d0 < SETTINGS.rim_passing_depth && lain_on && passing >= -SETTINGS.rim_passing_depth.min(0.4 * mesh.thinness())
     });
     Some(settled(mesh, chosen, b) as u32)
 }
@@ -169,7 +155,7 @@ fn passed(
     let faces = mesh.faces();
     let middle = a.lerp(b, 0.5 * (enters + leaves));
     let depth = faces.iter().map(|f| limits.offset - f.height(middle)).fold(f64::INFINITY, f64::min);
-    depth > GRAZE || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < -0.1)
+    depth > SETTINGS.corner_cut_depth || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < SETTINGS.ridge_cosine)
 }
 
 /// Face most nearly parallel to the sheet, among `first` and the faces at a sharp angle to it that
@@ -178,7 +164,7 @@ fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(u
     let faces = mesh.faces();
     let (mut best, mut most) = (first, 0.0);
     for (k, face) in faces.iter().enumerate() {
-        if k == first || face.normal.dot(faces[first].normal) >= SMOOTH || !allowed(k) {
+        if k == first || face.normal.dot(faces[first].normal) >= SETTINGS.smooth_cosine || !allowed(k) {
             continue;
         }
         let lies = lies();
@@ -195,7 +181,7 @@ fn settled(mesh: &Mesh, first: usize, b: DVec3) -> usize {
     let faces = mesh.faces();
     let (mut best, mut height) = (first, faces[first].height(b));
     for (k, face) in faces.iter().enumerate() {
-        if face.height(b) > height && face.normal.dot(faces[first].normal) > SMOOTH {
+        if face.height(b) > height && face.normal.dot(faces[first].normal) > SETTINGS.smooth_cosine {
             (best, height) = (k, face.height(b));
         }
     }
@@ -216,7 +202,7 @@ fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, l
     let ray = || mesh.entered(a, b).map(|(_, face)| face);
     let Some(near) = mesh.nearest(b, reach + travel) else { return ray() };
     let face = &faces[near.face as usize];
-    let came_in_front = face.height(a) >= -limits.deep.min(0.5 * limits.offset + RIM);
+    let came_in_front = face.height(a) >= -limits.deep.min(0.5 * limits.offset + SETTINGS.rim_distance);
     if !near.inside {
         if b.distance(near.point) > reach {
             // The nearest face to the end need not be the one on the path.
@@ -226,10 +212,10 @@ fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, l
         let over = face.height(b) >= 0.9 * b.distance(near.point);
         return (came_in_front && over).then_some(near.face);
     }
-    let Some(through) = (travel > RIM).then(ray).flatten() else { return Some(near.face) };
+    let Some(through) = (travel > SETTINGS.rim_distance).then(ray).flatten() else { return Some(near.face) };
     let other = &faces[through as usize];
-    let smooth = other.normal.dot(face.normal) > SMOOTH;
+    let smooth = other.normal.dot(face.normal) > SETTINGS.smooth_cosine;
     let lies_along = |lies: DVec3| face.normal.dot(lies).abs() > other.normal.dot(lies).abs() + 0.1;
-    let shallow = face.height(b) > -FALL && lies_along(lies());
+    let shallow = face.height(b) > -SETTINGS.rim_passing_depth && lies_along(lies());
     Some(if came_in_front && (smooth || shallow) { near.face } else { through })
 }

@@ -18,23 +18,12 @@ use crate::contact::node::clearance::{Clearance, First, Leg};
 use crate::contact::node::response::{Flight, Surface, arrival, resolve};
 use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
 use crate::contact::node::through_thickness::share_impacts;
+use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::rigid::RigidView;
-use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
 use crate::sheet::layer_stack::Strike;
 
-/// Search margin around the swept box, as a fraction of the sheet's diagonal.
-const MARGIN: f64 = 0.05;
-
-/// Maximum number of iterations for nodes between two bodies.
-const CORNER_ROUNDS: usize = 3;
-
-/// Remaining path (m) below which a node is not tested again after a contact; it cannot penetrate
-/// deeper than that.
-const LONG_LEG: f64 = 10.0 * SKIN;
-
-/// Cosine between two normals above which they belong to the same face.
-const SAME_FACE: f64 = 1.0 - 1e-6;
+const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
 /// Receives every node that touches a collider in a step.
 pub trait Touch {
@@ -55,7 +44,7 @@ pub(crate) fn resolve_node_contact(
 ) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = sheet.contact_offset();
-    let margin = (MARGIN * sheet.spread).max(2.0 * offset);
+    let margin = (SETTINGS.search_margin * sheet.spread).max(2.0 * offset);
     // A sheet may have been displaced between steps, and a caller may move its own bodies without
     // setting their velocity.
     if std::mem::take(&mut sheet.displaced) || !view.owned {
@@ -87,9 +76,6 @@ pub(crate) fn resolve_node_contact(
     clearance.end(&sheet.x);
 }
 
-/// Radius of an unbounded body, m: the largest allowed coordinate.
-const UNBOUNDED: f64 = 1e4;
-
 /// Upper bound of the displacement of any point of a kinematic body in `time` (s), m: speed, plus
 /// angular speed times radius.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
@@ -111,7 +97,7 @@ fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
         let sphere = collider.shape().compute_bounding_sphere(collider.position());
         f64::from(sphere.center.distance(centre) + sphere.radius)
     });
-    radii.fold(0.0, f64::max).min(UNBOUNDED)
+    radii.fold(0.0, f64::max).min(SETTINGS.maximum_body_radius)
 }
 
 /// Corners of the bounding box that the sheet swept in the step, m.
@@ -195,7 +181,8 @@ fn turn_aside(
         clearance.cornered.push(i as u32);
     }
     sheet.work.touching[i] = true;
-    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG) {
+    let least = SETTINGS.minimum_remaining_path;
+    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > least * least) {
         let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
         let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
         clearance.legs.push(Leg { mass: i as u32, from, normal: surface.normal, flight });
@@ -223,7 +210,7 @@ fn follow(
     touch: &mut dyn Touch,
 ) -> bool {
     let mut struck = false;
-    for _ in 0..CORNER_ROUNDS {
+    for _ in 0..SETTINGS.maximum_corner_iterations {
         std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
         clearance.legs.clear();
         let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
@@ -245,7 +232,7 @@ fn follow(
                 let flight = Flight { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
                 let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
                 let Meeting::Surface(surface) = target.meet(a, b, 0.0, &mut { NO_FACE }) else { continue };
-                if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
+                if leg.from == handle && surface.normal.dot(leg.normal) > SETTINGS.same_face_cosine {
                     continue;
                 }
                 struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
@@ -265,7 +252,7 @@ fn free_cornered(
     around: Aabb,
     (dt, remaining): (f64, f64),
 ) {
-    for _ in 0..CORNER_ROUNDS {
+    for _ in 0..SETTINGS.maximum_corner_iterations {
         for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
             for i in clearance.cornered.iter().map(|i| *i as usize) {

@@ -5,7 +5,8 @@
 //!
 //!   v_n' = -e v_n,  |v_t'| = max(0, |v_t| - μ (1 + e) |v_n|),
 //!
-//! with e = 0 below [`REST_SPEED`]. A tangential velocity of 0 after the impact is sticking.
+//! with e = 0 below [`NodeContactSettings::restitution_speed`]. A tangential velocity of 0 after
+//! the impact is sticking.
 //!
 //! In a step that moves a node from x₀ to x₁ and its velocity from v₀ to v₁ through the surface,
 //! the time of impact τ (fraction of the step) is where the straight path crosses it; the velocity
@@ -17,7 +18,9 @@
 
 use glam::DVec3;
 
-use crate::contact::REST_SPEED;
+use crate::contact::settings::{ContactSettings, NodeContactSettings};
+
+const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
 /// Surface that a node meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +126,7 @@ fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
     if approach >= 0.0 {
         return (v, 0.0);
     }
-    let is_impact = -approach > REST_SPEED;
+    let is_impact = -approach > SETTINGS.restitution_speed;
     let e = if is_impact { surface.restitution } else { 0.0 };
     let impulse = -(1.0 + e) * approach;
     let along = slowed(v - n * approach, surface.friction * impulse);

@@ -20,17 +20,12 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 use multiversion::multiversion;
 
 use crate::contact::coulomb::Law;
+use crate::contact::settings::{AlartCurnierSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::{Accuracy, Row};
 use crate::contact::solver::pgs::Problem;
 
-/// Maximum number of contacts: the cost grows with the cube.
-pub(crate) const MOST: usize = 128;
-/// Maximum number of iterations of a variant; doubled if it shortens steps.
-const STEPS: u32 = 20;
-/// Ratio of a contact force to the largest force that would open a single contact, above which
-/// contacts contradict each other. The ratio reaches 1000 in folds, and at least 10⁴ where a needle
-/// is touched from within.
-const CONTRADICTED: f64 = 2000.0;
+const SETTINGS: AlartCurnierSettings = ContactSettings::DEFAULT.alart_curnier;
+
 /// Variants in the order in which they are tried, chosen on 200 problems of thrown sheets and
 /// folds. Full steps converge fastest, although the residual may grow on the way; shortened steps
 /// are slower and may stagnate.
@@ -41,14 +36,6 @@ const TRIES: [Try; 5] = [
     Try { lengths: 2, weight: 10.0, ahead: true, from_rest: false },
     Try { lengths: 6, weight: 1.0, ahead: false, from_rest: true },
 ];
-/// Required relative decrease of the squared residual for a full step; proportional to the step
-/// length.
-const GAIN: f64 = 0.1;
-/// Relative addition to the diagonal of W in the matrix, which redundant contacts would make
-/// singular.
-const SLIGHT: f64 = 1e-9;
-/// Pivot, as a fraction of the largest entry, below which the matrix is singular.
-const SINGULAR: f64 = 1e-14;
 
 /// Variant of the method.
 #[derive(Clone, Copy, Debug)]
@@ -142,7 +129,7 @@ impl AtOnce {
         accuracy: &Accuracy,
         (force, u): (&mut Vec<DVec3>, &mut Vec<DVec3>),
     ) -> bool {
-        if rows.len() > MOST {
+        if rows.len() > SETTINGS.maximum_contacts {
             return false;
         }
         for by in TRIES {
@@ -165,7 +152,7 @@ impl AtOnce {
         answer(posed, &self.force, &mut u);
         self.u = u;
         let mut sum = self.look(posed);
-        for _ in 0..STEPS * posed.by.lengths.min(2) {
+        for _ in 0..SETTINGS.maximum_iterations * posed.by.lengths.min(2) {
             if !sum.is_finite() {
                 return false;
             }
@@ -190,7 +177,7 @@ impl AtOnce {
         let alone = |i: usize| -posed.rows[i].b.x / posed.problem.diagonal[i].x_axis.x;
         let all = || (0..self.force.len()).filter(|i| pushes(*i));
         let most = all().map(alone).fold(0.0, f64::max);
-        all().all(|i| self.force[i].x <= CONTRADICTED * most)
+        all().all(|i| self.force[i].x <= SETTINGS.contradiction_ratio * most)
     }
 
     /// Compute the residual. Returns the sum of its squares, m².
@@ -228,7 +215,7 @@ impl AtOnce {
                 std::mem::swap(&mut self.best.0, &mut self.trial);
                 std::mem::swap(&mut self.best.1, &mut self.trial_u);
             }
-            if sum <= (1.0 - GAIN * part) * before {
+            if sum <= (1.0 - SETTINGS.required_decrease * part) * before {
                 break;
             }
             part *= 0.5;
@@ -269,7 +256,7 @@ impl AtOnce {
             let left = -missed[i] - by_u * felt[i];
             right[row..row + 3].copy_from_slice(&left.to_array());
             let diagonal = posed.problem.diagonal[i];
-            let slight = DVec3::new(diagonal.x_axis.x, diagonal.y_axis.y, diagonal.z_axis.z) * SLIGHT;
+            let slight = DVec3::new(diagonal.x_axis.x, diagonal.y_axis.y, diagonal.z_axis.z) * SETTINGS.diagonal_shift;
             put(matrix, size, (row, row), &(by_u * (diagonal + DMat3::from_diagonal(slight)) + by_p));
             for (j, block) in &posed.problem.columns[i] {
                 if let Some(column) = place[*j as usize] {
@@ -331,7 +318,7 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
         let pivot = (k..size)
             .fold(k, |best, r| if matrix[r * size + k].abs() > matrix[best * size + k].abs() { r } else { best });
         // The comparison is false for NaN.
-        let is_sound = matrix[pivot * size + k].abs() > SINGULAR * largest;
+        let is_sound = matrix[pivot * size + k].abs() > SETTINGS.minimum_pivot * largest;
         if !is_sound {
             return false;
         }

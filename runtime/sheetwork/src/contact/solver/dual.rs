@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use crate::contact::gap::jumped;
-use crate::contact::solver::alart_curnier;
+use crate::contact::settings::{AlartCurnierSettings, ContactSettings, DualSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::alart_curnier::AtOnce;
 use crate::contact::solver::augmented_lagrangian::{Accuracy, OnForces, Primal};
 use crate::contact::solver::delassus::{Group, frame_of};
@@ -17,21 +17,10 @@ use crate::contact::solver::primal::solve_counted;
 use crate::contact::solver::working_set::Picker;
 use crate::contact::stage::{ContactCounters, Scratch, Solved};
 
-/// Block rows per contact below which the primal solver is used: W is dense in the contacts of a
-/// sheet.
-const FEW: usize = 7;
-/// A factorisation adds the square of the number of contacts, divided by this, to the work of the
-/// step.
-const SQUARE: u64 = 16;
-/// Penetration tolerance outside the working set, m.
-const DEPTH: f64 = 1e-6;
-/// Maximum number of extensions of the working set.
-const PASSES: u32 = 40;
-
-/// Tolerance of PGS sweeps, m.
-const ACCURACY: f64 = 1e-8;
-/// Maximum number of PGS sweeps.
-const SWEEPS: u32 = 200;
+const SETTINGS: DualSettings = ContactSettings::DEFAULT.dual;
+const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
+const ALART_CURNIER: AlartCurnierSettings = ContactSettings::DEFAULT.alart_curnier;
+const WORKING_SET: WorkingSetSettings = ContactSettings::DEFAULT.working_set;
 
 /// Dual solver and its arrays.
 #[derive(Default)]
@@ -61,7 +50,7 @@ impl Few {
         self.b.extend(primal.rows.iter().map(|row| row.b));
         let problem = &mut self.space.delassus.problem;
         problem.force.clone_from(&self.begun);
-        let swept = problem.solve(&self.b, ACCURACY, SWEEPS);
+        let swept = problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps);
         counters.sweeps += u64::from(swept.sweeps);
         self.begun.clone_from(&problem.force);
         primal.force.clone_from(&self.begun);
@@ -69,7 +58,7 @@ impl Few {
             return true;
         }
         primal.force.clone_from(&self.begun);
-        swept.change <= ACCURACY
+        swept.change <= PGS.tolerance
     }
 
     /// Solve by the Alart-Curnier Newton method from the initial forces.
@@ -89,19 +78,21 @@ impl Scratch {
     /// Whether the penetrating contacts are few compared to the unknowns. A single sheet always
     /// qualifies, because a few contacts may carry all of it.
     pub(crate) fn are_few(&self, group: &Group) -> bool {
-        group.members.len() == 1 || FEW * self.gaps.free.iter().filter(|gap| **gap < 0.0).count() <= self.joint.size()
+        group.members.len() == 1
+            || SETTINGS.minimum_rows_per_contact * self.gaps.free.iter().filter(|gap| **gap < 0.0).count()
+                <= self.joint.size()
     }
 
     /// Solve the positions. Returns whether the solver converged, or `None` if the working set
     /// grows too large.
     pub(crate) fn positions_on_few(&mut self, group: &mut Group, h: f64, rough: bool) -> Option<bool> {
-        self.positions_on_most(group, h, rough, self.joint.size() / FEW)
+        self.positions_on_most(group, h, rough, self.joint.size() / SETTINGS.minimum_rows_per_contact)
     }
 
     /// Solve the positions of a single sheet with a large working set, after the primal solver has
     /// failed.
     pub(crate) fn positions_on_forces_after_all(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
-        self.positions_on_most(group, h, rough, alart_curnier::MOST).unwrap_or(false)
+        self.positions_on_most(group, h, rough, ALART_CURNIER.maximum_contacts).unwrap_or(false)
     }
 
     /// Solve the positions with a working set of at most `most` contacts. Returns whether the
@@ -119,13 +110,13 @@ impl Scratch {
         }
         few.picker.pick_known(self);
         if few.picker.new.is_empty() {
-            few.picker.pick_violated(self, &self.gaps.free, DEPTH, std::iter::empty());
+            few.picker.pick_violated(self, &self.gaps.free, SETTINGS.penetration, std::iter::empty());
         }
         if few.picker.new.is_empty() {
             few.picker.pick_deepest(&self.gaps.free);
         }
         let mut settled = Some(true);
-        for _ in 0..PASSES {
+        for _ in 0..WORKING_SET.maximum_extensions {
             if self.chosen.len() + few.picker.new.len() > most {
                 settled = None;
                 break;
@@ -140,7 +131,12 @@ impl Scratch {
             few.space.delassus.problem.force.clone_from(&primal.force);
             few.space.delassus.displace(group, &self.found.contacts, h);
             self.gaps.update(&self.found.contacts, group);
-            few.picker.pick_violated(self, &self.gaps.now, DEPTH, self.chosen.iter().map(|i| *i as usize));
+            few.picker.pick_violated(
+                self,
+                &self.gaps.now,
+                SETTINGS.penetration,
+                self.chosen.iter().map(|i| *i as usize),
+            );
             if few.picker.new.is_empty() {
                 break;
             }
@@ -148,7 +144,8 @@ impl Scratch {
         if settled.is_some() {
             self.remember_positions(&primal);
         }
-        self.effort += (self.counters.factors - factors) * (self.chosen.len() * self.chosen.len()) as u64 / SQUARE;
+        self.effort +=
+            (self.counters.factors - factors) * (self.chosen.len() * self.chosen.len()) as u64 / SETTINGS.work_divisor;
         (self.few, self.primal) = (few, primal);
         settled
     }
@@ -179,7 +176,7 @@ impl Scratch {
     /// Transfer the working set of a single sheet from the primal solver. Returns false if it is
     /// too large.
     pub(crate) fn take_to_forces(&mut self, group: &mut Group, h: f64) -> bool {
-        if self.chosen.len() > alart_curnier::MOST || group.members.len() > 1 {
+        if self.chosen.len() > ALART_CURNIER.maximum_contacts || group.members.len() > 1 {
             return false;
         }
         let mut few = std::mem::take(&mut self.few);
@@ -204,7 +201,7 @@ impl Scratch {
         let (mut few, mut primal) = (std::mem::take(&mut self.few), std::mem::take(&mut self.primal));
         let mut begun = 0;
         let mut settled = true;
-        for pass in 0..PASSES {
+        for pass in 0..WORKING_SET.maximum_extensions {
             if pass > 0 {
                 self.activate(&mut few, &mut primal, group, h);
             }
@@ -226,7 +223,7 @@ impl Scratch {
             few.space.delassus.problem.force.clone_from(&primal.force);
             few.space.delassus.kick(group, &self.found.contacts, h);
             self.approaches(&mut few, group, h);
-            few.picker.pick_violated(self, &few.gap, DEPTH, self.chosen.iter().map(|i| *i as usize));
+            few.picker.pick_violated(self, &few.gap, SETTINGS.penetration, self.chosen.iter().map(|i| *i as usize));
             if few.picker.new.is_empty() {
                 break;
             }

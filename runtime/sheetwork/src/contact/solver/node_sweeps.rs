@@ -6,27 +6,15 @@
 
 use glam::DVec3;
 
+use crate::contact::settings::{ContactSettings, NodeSweepSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::delassus::{Delassus, Group, frame_of};
 use crate::contact::solver::pgs::Swept;
 use crate::contact::solver::working_set::Picker;
 use crate::contact::stage::Scratch;
 
-/// Penetration tolerance outside the working set, m. Explicit integrators use [`ACCURACY`] instead:
-/// their steps are short, and penetration would add up.
-const DEPTH: f64 = 1e-5;
-/// Tolerance of position solves, m, and of velocity solves, m per weight of the stage.
-pub(crate) const ACCURACY: f64 = 1e-8;
-/// Maximum number of PGS sweeps.
-const SWEEPS: u32 = 200;
-/// Maximum number of PGS sweeps before the working set is extended.
-const ROUGH_SWEEPS: u32 = 20;
-/// Maximum size of the working set without sheets and bodies. Further contacts wait for the next
-/// stage, since the cost grows with the cube.
-const MOST: usize = 60;
-/// Increase of the maximum size of the working set per sheet and body.
-const MOST_FOR_EACH: usize = 40;
-/// Maximum number of extensions of the working set.
-const PASSES: u32 = 40;
+const SETTINGS: NodeSweepSettings = ContactSettings::DEFAULT.node_sweeps;
+const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
+const WORKING_SET: WorkingSetSettings = ContactSettings::DEFAULT.working_set;
 
 /// PGS solver with its working set.
 #[derive(Default)]
@@ -40,7 +28,7 @@ pub(crate) struct Dual {
 
 /// Maximum size of the working set of `group`.
 fn most(group: &Group) -> usize {
-    MOST + MOST_FOR_EACH * (group.members.len() + group.movers.len())
+    SETTINGS.maximum_contacts + SETTINGS.maximum_contacts_per_object * (group.members.len() + group.movers.len())
 }
 
 impl Dual {
@@ -64,9 +52,9 @@ impl Dual {
         self.passes = 0;
         self.delassus.clear_for_velocities(group);
         self.picker.begin(scratch.found.contacts.len());
-        self.picker
-            .new
-            .extend((0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < DEPTH));
+        self.picker.new.extend(
+            (0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < SETTINGS.penetration),
+        );
         self.picker.new.truncate(2 * most(group));
         self.activate(scratch, group, h);
     }
@@ -75,7 +63,10 @@ impl Dual {
     pub fn grow(&mut self, scratch: &Scratch, group: &mut Group, h: f64) -> bool {
         self.passes += 1;
         self.pick_violated(scratch);
-        if self.picker.new.is_empty() || self.passes >= PASSES || self.delassus.problem.len() >= most(group) {
+        if self.picker.new.is_empty()
+            || self.passes >= WORKING_SET.maximum_extensions
+            || self.delassus.problem.len() >= most(group)
+        {
             return false;
         }
         self.activate(scratch, group, h);
@@ -84,12 +75,12 @@ impl Dual {
 
     /// Solve the forces for the right-hand side `b`.
     pub fn sweep(&mut self) -> Swept {
-        self.delassus.problem.solve(&self.b, ACCURACY, SWEEPS)
+        self.delassus.problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps)
     }
 
     /// Solve the forces for the right-hand side `b` to a tenth of the penetration tolerance.
     pub fn sweep_roughly(&mut self) -> Swept {
-        self.delassus.problem.solve(&self.b, 0.1 * DEPTH, ROUGH_SWEEPS)
+        self.delassus.problem.solve(&self.b, 0.1 * SETTINGS.penetration, SETTINGS.rough_sweeps)
     }
 
     /// Active contacts, as indices into the detected contacts, and their forces in world axes, N.
@@ -112,7 +103,7 @@ impl Dual {
 
     /// Select contacts outside the problem that penetrate by more than the tolerance.
     fn pick_violated(&mut self, scratch: &Scratch) {
-        let depth = if scratch.short_steps { ACCURACY } else { DEPTH };
+        let depth = if scratch.short_steps { PGS.tolerance } else { SETTINGS.penetration };
         self.picker.pick_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());
     }
 }

@@ -26,20 +26,10 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::{Law, solve};
+use crate::contact::settings::{ContactSettings, PgsSettings};
 use crate::contact::solver::newton::{Direct, Ways};
 
-/// ε of the proximal term, along the normal and the tangents.
-const SLIGHT: DVec3 = DVec3::new(3e-3, 1e-1, 1e-1);
-/// Maximum number of proximal iterations of a solve.
-const CENTRES: u32 = 2;
-/// Sweeps before the first Newton steps.
-const FIRST: u32 = 8;
-/// Sweeps between Newton steps.
-const BETWEEN: u32 = 8;
-/// Newton steps at a time.
-const STEPS: u32 = 3;
-/// Maximum number of step lengths of a line search.
-const HALVINGS: u32 = 4;
+const SETTINGS: PgsSettings = ContactSettings::DEFAULT.pgs;
 
 /// Contact problem in contact forces, to which contacts can be added.
 #[derive(Default)]
@@ -136,12 +126,12 @@ impl Problem {
         self.own.clear();
         for (a, column) in self.diagonal.iter().zip(&self.columns) {
             // An uncoupled contact needs no proximal term.
-            let slight = if column.is_empty() { DVec3::ZERO } else { SLIGHT };
+            let slight = if column.is_empty() { DVec3::ZERO } else { SETTINGS.proximal };
             let own = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * slight;
             self.own.push(*a + DMat3::from_diagonal(own));
         }
         let mut done = Swept::default();
-        for _ in 0..CENTRES {
+        for _ in 0..SETTINGS.maximum_proximal_iterations {
             self.centre(b);
             let before = done.sweeps;
             self.settle(&mut done, tolerance, most);
@@ -168,7 +158,7 @@ impl Problem {
     /// Sweep, with Newton steps in between, until no gap changes by more than `tolerance` (m) or
     /// `most` sweeps are done.
     fn settle(&mut self, done: &mut Swept, tolerance: f64, most: u32) {
-        let mut next = done.sweeps + FIRST;
+        let mut next = done.sweeps + SETTINGS.first_sweeps;
         loop {
             done.change = self.sweep();
             done.sweeps += 1;
@@ -177,7 +167,7 @@ impl Problem {
             }
             if self.count > 1 && done.sweeps >= next {
                 self.step_at_once();
-                next = done.sweeps + BETWEEN;
+                next = done.sweeps + SETTINGS.sweeps_between;
             }
         }
     }
@@ -219,7 +209,7 @@ impl Problem {
             });
         }
         let mut direct = std::mem::take(&mut self.direct);
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.newton_steps {
             self.ways.clear();
             for i in 0..self.count {
                 let ways = self.ways_of(i);
@@ -260,7 +250,7 @@ impl Problem {
         self.kept.clone_from(&self.force);
         self.kept_moved.clone_from(&self.moved);
         let mut part = 1.0;
-        for _ in 0..HALVINGS {
+        for _ in 0..SETTINGS.maximum_step_lengths {
             let mut gain = 0.0;
             for i in 0..self.count {
                 if self.ways[i].count > 0 {

@@ -8,36 +8,16 @@ use crate::parallel::*;
 use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::Side;
+use crate::collision::settings::{DetectionSettings, DuplicateSettings};
+use crate::contact::settings::{ContactSettings, PrimalSettings};
 use crate::contact::solver::augmented_lagrangian::{Accuracy, OnMasses, Primal, Row, Space, Tangent, covers};
 use crate::contact::solver::delassus::{Group, frame_of};
-use crate::contact::stage::{CLOSED, ContactCounters, Scratch};
+use crate::contact::stage::{ContactCounters, Scratch};
 use crate::contact::warm_start::Remembered;
 
-/// Gap (m) at the start of the stage above which a contact counts as new and starts as closed.
-const FAR: f64 = 1e-3;
-/// Gap (m) after the free motion above which contacts of several sheets are not in the working set.
-const NEAR: f64 = 5e-5;
-/// Gap above which contacts of several sheets are not in the working set, as a fraction of the
-/// deepest penetration.
-const BEHIND: f64 = 0.05;
-/// Maximum of the enlarged margin, m. With a larger one, a second solve costs less than the
-/// additional contacts.
-const FURTHEST: f64 = 1e-4;
-/// Gap tolerance of a single sheet as a fraction of the deepest penetration.
-const OF_DEPTH: f64 = 5e-5;
-/// Gap tolerance of several sheets as a fraction of the deepest penetration.
-const OF_DEPTH_TOGETHER: f64 = 1e-2;
-/// Maximum of the gap tolerance of several sheets, m.
-const COARSEST: f64 = 1e-5;
-/// Maximum number of sheets that are solved with the finest settings for several sheets.
-const FEW: usize = 4;
-/// Maximum number of solves with an extended working set.
-const GROWING: u32 = 2;
-/// Minimum number of constraints that one thread assembles.
-const ROWS_AT_A_TIME: usize = 64;
-/// Weight of a node in a contact and cosine between normals above which two contacts count as
-/// equal.
-const ALIKE: f64 = 0.98;
+const SETTINGS: PrimalSettings = ContactSettings::DEFAULT.primal;
+const DUPLICATES: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;
+const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 
 impl Scratch {
     /// Solve the positions. Returns false if the solver did not converge.
@@ -45,7 +25,7 @@ impl Scratch {
         let mut primal = std::mem::take(&mut self.primal);
         self.choose(group.members.len());
         let mut settled = false;
-        for time in 1..=GROWING {
+        for time in 1..=SETTINGS.maximum_solves {
             self.lay_rows(&mut primal, group, h);
             settled = self.solve_on_masses(&mut primal, group, true, rough);
             if !settled && !self.last_resort {
@@ -54,7 +34,7 @@ impl Scratch {
             self.take_displacements(&primal, group);
             self.remember_positions(&primal);
             self.gaps.update(&self.found.contacts, group);
-            if time == GROWING || !self.choose_more() {
+            if time == SETTINGS.maximum_solves || !self.choose_more() {
                 break;
             }
         }
@@ -69,9 +49,13 @@ impl Scratch {
         self.is_chosen.clear();
         // A deep impact also closes the gaps behind it.
         let deepest = self.gaps.free.iter().fold(0.0_f64, |least, gap| least.min(*gap));
-        let behind = -BEHIND * deepest;
-        let reach = if sheets > 1 { NEAR.max((10.0 * behind).min(FURTHEST)).max(behind) } else { f64::INFINITY };
-        self.eager = if behind > NEAR && sheets > 1 { behind } else { 0.0 };
+        let behind = -SETTINGS.relative_working_set_gap * deepest;
+        let reach = if sheets > 1 {
+            SETTINGS.working_set_gap.max((10.0 * behind).min(SETTINGS.maximum_enlarged_gap)).max(behind)
+        } else {
+            f64::INFINITY
+        };
+        self.eager = if behind > SETTINGS.working_set_gap && sheets > 1 { behind } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
             // A single sheet has no limit, because its sparsity pattern covers all its contacts.
             let near = self.gaps.free[i] < reach;
@@ -86,12 +70,12 @@ impl Scratch {
     /// Extend the working set by contacts that the solution has closed. Returns false if there are
     /// none.
     fn choose_more(&mut self) -> bool {
-        let missed = |i: usize| !self.is_chosen[i] && self.gaps.now[i] < CLOSED;
+        let missed = |i: usize| !self.is_chosen[i] && self.gaps.now[i] < CONTACT.closed_gap;
         if !(0..self.is_chosen.len()).any(missed) {
             return false;
         }
         for (i, is_chosen) in self.is_chosen.iter_mut().enumerate() {
-            if !*is_chosen && self.gaps.now[i] < NEAR {
+            if !*is_chosen && self.gaps.now[i] < SETTINGS.working_set_gap {
                 *is_chosen = true;
                 self.chosen.push(i as u32);
             }
@@ -106,7 +90,7 @@ impl Scratch {
         let known = (&*self, &*group);
         let row_of = |i: &u32| known.0.row_of(known.1, *i as usize, h);
         if group.parallel {
-            let rows = self.chosen.par_iter().with_min_len(ROWS_AT_A_TIME).map(row_of);
+            let rows = self.chosen.par_iter().with_min_len(SETTINGS.constraints_per_task).map(row_of);
             rows.unzip_into_vecs(&mut primal.rows, &mut primal.force);
         } else {
             for (row, force) in self.chosen.iter().map(row_of) {
@@ -196,7 +180,11 @@ impl Scratch {
         let sheets = if self.is_glue_alone() { 1 } else { sheets };
         let accuracy = accuracy(rough, sheets, self.deepest == 0);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
-        let room = if sheets > 1 { (OF_DEPTH_TOGETHER * deepest).min(COARSEST) } else { OF_DEPTH * deepest };
+        let room = if sheets > 1 {
+            (SETTINGS.gap_tolerance_several * deepest).min(SETTINGS.maximum_gap_tolerance)
+        } else {
+            SETTINGS.gap_tolerance_single * deepest
+        };
         Accuracy { gap: accuracy.gap.max(room), ..accuracy }
     }
 
@@ -229,7 +217,9 @@ impl Scratch {
         // Such a contact gets no force from a neighbouring one of the same feature either.
         let left_open = self.left_open.binary_search(&contact.key).is_ok();
         let known = self.memory.near(&contact.key).filter(|_| !left_open);
-        let is_unknown = self.memory.is_empty() || self.gaps.start[i] > FAR || (self.eager > 0.0 && known.is_none());
+        let is_unknown = self.memory.is_empty()
+            || self.gaps.start[i] > SETTINGS.new_contact_gap
+            || (self.eager > 0.0 && known.is_none());
         // A single sheet that penetrates where an earlier iteration left it open starts as closed
         // nevertheless; with several sheets the contact would alternate.
         row.new = is_unknown && (!left_open || group.members.len() == 1);
@@ -265,8 +255,10 @@ impl Scratch {
         let (Side::Sheet { sheet, point }, Side::Body { .. }) = (contact.a, contact.b) else { return false };
         let first = self.joint.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
-            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > ALIKE);
-            row.is_some_and(|(row, _)| self.normals[(first + row) as usize].dot(contact.normal) > ALIKE)
+            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > DUPLICATES.node_weight);
+            row.is_some_and(|(row, _)| {
+                self.normals[(first + row) as usize].dot(contact.normal) > DUPLICATES.normal_cosine
+            })
         };
         point.weights[0] != 1.0 && point.terms().any(doubles)
     }
@@ -325,7 +317,7 @@ fn accuracy(rough: bool, sheets: usize, calm: bool) -> Accuracy {
     match rough {
         true if sheets > 1 => Accuracy::ROUGH_TOGETHER,
         true => Accuracy::ROUGH,
-        false if sheets > 1 && calm && sheets <= FEW => Accuracy::TOGETHER_FEW,
+        false if sheets > 1 && calm && sheets <= SETTINGS.maximum_sheets_of_finest => Accuracy::TOGETHER_FEW,
         false if sheets > 1 && calm => Accuracy::TOGETHER_CALM,
         false if sheets > 1 => Accuracy::TOGETHER,
         false => Accuracy::FINE,

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use crate::collision::constraint::{Contact, Side};
 use crate::contact::gap::Gaps;
+use crate::contact::settings::{ContactSettings, WorkingSetSettings};
 use crate::contact::stage::Scratch;
 
-/// Minimum number of contacts of a pair added at a time.
-const FEW: usize = 6;
+const SETTINGS: WorkingSetSettings = ContactSettings::DEFAULT.working_set;
 
 /// Working set of contacts.
 #[derive(Default)]
@@ -116,7 +116,7 @@ fn pick(
     gaps: &Gaps,
     (reach, picks): (&mut Vec<f64>, &mut Vec<u32>),
 ) {
-    let most = FEW.max(held.len() / 2);
+    let most = SETTINGS.minimum_addition.max(held.len() / 2);
     let depth = |k: usize| -gap[violated[k].1 as usize];
     let apart =
         |k: usize, other: u32| gaps.places[violated[k].1 as usize].distance_squared(gaps.places[other as usize]);

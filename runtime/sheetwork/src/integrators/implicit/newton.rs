@@ -10,19 +10,10 @@
 
 use crate::elements::Geometric;
 use crate::integrators::implicit::{Implicit, Stage};
+use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
 use crate::math::Vectors;
 
-/// Tolerance of a rise of Φ, as a fraction of its inertial term.
-const SLACK: f64 = 0.02;
-/// Tolerance of the energy of the prediction error, as a fraction of the inertial term.
-const MISSED: f64 = 1e-4;
-/// Maximum number of mixed-stress steps before the globalised method.
-const MIXED_STEPS: u32 = 9;
-/// Maximum number of steps of the globalised method.
-const DESCENT_STEPS: u32 = 15;
-/// Speed (m/s) below which the kinetic energy of a sheet does not justify another solve: lower
-/// bound of the scale of both tolerances.
-pub const STILL: f64 = 1e-3;
+const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 
 /// Work of one stage solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,9 +57,9 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         start.copy_from(x);
     }
     let reference = back.min(ahead);
-    let scale = problem.inertial(stage, before).max(problem.kinetic_at(STILL));
+    let scale = problem.inertial(stage, before).max(problem.kinetic_at(SETTINGS.reference_speed));
     let mut solved = Solved::default();
-    for step in 1..=MIXED_STEPS {
+    for step in 1..=SETTINGS.maximum_mixed_steps {
         let mut found = problem.direction(stage, x, Geometric::Mixed, d);
         if found.is_err() {
             found = problem.direction(stage, x, Geometric::Clipped, d);
@@ -81,7 +72,9 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         x.add_scaled(1.0, d);
         let rise = problem.potential(stage, x) - reference;
         // False for a NaN rise.
-        if rise <= SLACK * scale && (missed <= MISSED * scale || step >= MIXED_STEPS) {
+        if rise <= SETTINGS.potential_rise * scale
+            && (missed <= SETTINGS.prediction_error * scale || step >= SETTINGS.maximum_mixed_steps)
+        {
             return solved;
         }
         let hopeless = rise.is_nan() || rise > 1e3 * scale;
@@ -105,7 +98,7 @@ fn descend(
     solved: &mut Solved,
 ) {
     let mut fallen = 0.0;
-    for _ in 0..DESCENT_STEPS {
+    for _ in 0..SETTINGS.maximum_descent_steps {
         problem.settle(x);
         let Ok(slope) = problem.direction(stage, x, Geometric::Clipped, d) else { break };
         solved.solves += 1;

@@ -21,11 +21,11 @@ use crate::islands::event::Touches;
 use crate::islands::implicit_step::Find;
 use crate::islands::island_detection::Near;
 use crate::islands::island_manager::{Claim, IslandState, Shared, SteppedSheets};
+use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::{fly, instability, land};
 use crate::sheet::{LED, Sheet, Status};
 
-/// Margin around a sheet's swept box, m: more than the margin of detection.
-const ROOM: f64 = 1e-3;
+const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 impl Shared<'_> {
     /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
@@ -86,7 +86,7 @@ impl Shared<'_> {
         if !stack || sheet.is_glued() {
             return true;
         }
-        let room = sheet.contact_offset() + ROOM;
+        let room = sheet.contact_offset() + SETTINGS.broad_phase_margin;
         let Some((low, high)) = swept(sheet, room) else { return false };
         self.surroundings.parts.iter().any(|part| {
             let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.gives());
@@ -187,7 +187,7 @@ impl Shared<'_> {
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
-        let reach = travel + fastest * self.stage.dt + ROOM;
+        let reach = travel + fastest * self.stage.dt + SETTINGS.broad_phase_margin;
         // A lone sheet has resolved faces of static bodies in its free advance.
         near.work.limit(Scope { faces: false, stacks: false });
         near.begin(group, around, reach);

@@ -18,18 +18,10 @@
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::Law;
+use crate::contact::settings::{ContactSettings, InteriorPointSettings};
 use crate::contact::solver::augmented_lagrangian::{Accuracy, Primal, Space};
 
-/// Maximum number of iterations.
-const STEPS: u32 = 25;
-/// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
-const ENOUGH: f64 = 1e-3;
-/// Error of gaps and slips (m) that is accepted at the iteration limit.
-const MISS_ENOUGH: f64 = 1e-6;
-/// Exponent with which ε decreases with m.
-const SMOOTHER: f64 = 0.75;
-/// Fraction of the step to the boundary that is taken.
-const WITHIN: f64 = 0.995;
+const SETTINGS: InteriorPointSettings = ContactSettings::DEFAULT.interior_point;
 
 /// Settings of the interior point method: tolerances at the end of the path.
 #[derive(Clone, Copy, Debug)]
@@ -80,9 +72,9 @@ impl Primal {
         inner.begin(self);
         let first = inner.mean(self);
         let mut fine = true;
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.maximum_iterations {
             let mean = inner.mean(self);
-            inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
+            inner.smooth = (inner.scale * (mean / first).powf(SETTINGS.smoothing_exponent)).max(1e-9);
             let Inside { down, miss, balanced } = accuracy.inside;
             let ended = mean <= down * first && inner.missed(self).max(inner.unturned(self)) <= miss;
             if ended && inner.unbalanced(self, space) <= balanced {
@@ -101,7 +93,7 @@ impl Primal {
                 inner.product[i] = sigma * mean - inner.gap_step[i] * inner.force_step[i];
             }
             self.step_inside(space, &mut inner);
-            let (by_gap, by_force) = inner.reach(WITHIN);
+            let (by_gap, by_force) = inner.reach(SETTINGS.boundary_fraction);
             let part = by_gap.min(by_force);
             inner.turn(self, part);
             self.go(part);
@@ -119,7 +111,8 @@ impl Primal {
         }
         self.aim();
         self.factored.clear();
-        fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
+        fine &= inner.mean(self) <= SETTINGS.accepted_mean * first
+            && inner.missed(self).max(inner.unturned(self)) <= SETTINGS.accepted_error;
         fine &= inner.unbalanced(self, space) <= accuracy.balance_inside;
         for (p, (row, u)) in self.force.iter_mut().zip(self.rows.iter().zip(&self.u)) {
             if row.law == Law::Glue {

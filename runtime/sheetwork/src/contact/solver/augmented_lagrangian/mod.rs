@@ -37,61 +37,14 @@ pub(crate) mod unknowns;
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::Law;
+use crate::contact::settings::{AugmentedLagrangianSettings, ContactSettings};
 pub(crate) use crate::contact::solver::augmented_lagrangian::block_row::Row;
 use crate::contact::solver::augmented_lagrangian::contact_state::{Rubs, State, projected, state_of, stiffness};
 pub(crate) use crate::contact::solver::augmented_lagrangian::interior_point::Inside;
 pub(crate) use crate::contact::solver::augmented_lagrangian::tangent::{Joint, Tangent, covers};
 pub(crate) use crate::contact::solver::augmented_lagrangian::unknowns::{OnForces, OnMasses, Space};
 
-/// Fraction of contacts that open or close unexpectedly above which steps are regularised, or the
-/// interior point method is used.
-const MANY: f64 = 0.03;
-/// Iterations without regularisation after which [`MANY`] changes switch to the interior point
-/// method.
-const STEPS_OUTSIDE: u32 = 3;
-/// Regularised iterations at which the residual decides whether to switch to the interior point
-/// method. Regularised steps that have not converged by then converge slowly or not at all.
-const STEPS_BRACED: [u32; 2] = [6, 10];
-/// Ratio of the residual to its initial value above which the first check switches.
-const LOST: f64 = 0.5;
-/// Residual, as a multiple of the tolerance, above which the second check switches.
-const FEW_TIMES: f64 = 4.0;
-/// Additional iterations for each update of the friction bounds.
-const MORE: u32 = 6;
-/// Maximum number of iterations in contact forces, before additional ones; the primal solver may
-/// converge where they do not.
-const ON_FORCES: u32 = 20;
-/// Minimum relaxation factor of the friction bounds.
-const LEAST_PART: f64 = 0.1;
-/// Iterations after which the tolerance of the force balance is [`Accuracy::balance_late`].
-const LATE: u32 = 3;
-/// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a micrometre
-/// between two attached rows of nodes means a force of newtons.
-const HOLDS: f64 = 100.0;
-/// Tolerance of the friction force as a fraction of the friction bound.
-const STICKS: f64 = 1e-3;
-/// Stagnation: relative decrease of the residual in an update of the forces below which it is
-/// accepted, if it also meets [`CONTRADICTED`]. Over-constrained contacts leave such a residual.
-const STALLED: f64 = 0.1;
-/// Largest residual that is accepted after stagnation, as a multiple of the tolerance.
-const CONTRADICTED: f64 = 10.0;
-/// Ratio of the residual to that before an update of the forces above which the weights ρ grow.
-/// Many contacts that hold a soft sheet together are stiffer than each of them alone.
-const SLOW: f64 = 0.4;
-/// Growth factor of the weights ρ.
-const FASTER: f64 = 5.0;
-/// Sum of forces, as a fraction of the largest sum in the solve, below which only rounding errors
-/// are left.
-const ROUNDING: f64 = 1e-6;
-/// Fraction of the total normal force below which a contact has no friction.
-const NEGLIGIBLE: f64 = 1e-6;
-/// Minimum tolerance of a friction bound, as a fraction of the total friction bound times
-/// [`STICKS`], for contacts with little force.
-const SLIGHT: f64 = 0.1;
-/// Maximum number of trial points of a line search.
-const TRIALS: u32 = 12;
-/// Fraction of the initial slope of Φ at which a line search ends.
-const FLAT: f64 = 0.1;
+const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
 
 /// Settings of a solve: tolerances, weights and iteration limits.
 #[derive(Clone, Copy, Debug)]
@@ -110,8 +63,9 @@ pub(crate) struct Accuracy {
     /// Tolerance of the force balance H δ = Jᵀ p, as a fraction of the sum of forces. A stiff
     /// contact has a force error at a small gap.
     pub balance: f64,
-    /// Tolerance of the force balance after [`LATE`] iterations. When sheets slide over each other,
-    /// a few contacts alternate between stick and slip for many iterations.
+    /// Tolerance of the force balance in late iterations, see
+    /// [`AugmentedLagrangianSettings::iterations_before_late_balance`]. When sheets slide over each
+    /// other, a few contacts alternate between stick and slip for many iterations.
     pub balance_late: f64,
     /// Tolerance of the force balance after the interior point method, whose friction converges
     /// slowly.
@@ -181,6 +135,17 @@ impl Accuracy {
     };
     /// Settings for an outer iteration of several sheets that is far from the solution.
     pub const ROUGH_TOGETHER: Self = Self { gap: 1e-5, slip: 10.0, stiffer: Self::FINE.stiffer, ..Self::TOGETHER };
+
+    /// Maximum number of iterations without updates of the friction bounds; `in_forces` says
+    /// whether the unknowns are contact forces.
+    fn maximum_iterations(&self, in_forces: bool) -> u32 {
+        if in_forces { self.patience.min(SETTINGS.maximum_iterations_in_forces) } else { self.patience }
+    }
+
+    /// Tolerance of the force balance in iteration `round`.
+    fn balance_at(&self, round: u32) -> f64 {
+        if round < SETTINGS.iterations_before_late_balance { self.balance } else { self.balance_late }
+    }
 }
 
 /// Augmented Lagrangian solver and its arrays.
@@ -293,10 +258,12 @@ impl Primal {
         let (mut before, mut first) = (f64::INFINITY, f64::INFINITY);
         let mut just_held = false;
         for round in 0.. {
-            let most = if space.is_cheap() { accuracy.patience.min(ON_FORCES) } else { accuracy.patience };
-            let patience = most + MORE * updated;
-            let soon =
-                round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
+            let patience = accuracy.maximum_iterations(space.is_cheap()) + SETTINGS.iterations_per_update * updated;
+            let soon = round == SETTINGS.iterations_before_interior_point
+                && !accuracy.braced
+                && !exact
+                && !space.is_cheap()
+                && self.changes() > SETTINGS.changes_threshold;
             // Updated forces open contacts for one iteration.
             let lost = accuracy.braced && !just_held && self.is_lost(round, &mut first, accuracy);
             if !inside && (soon || lost || round == patience) {
@@ -312,19 +279,20 @@ impl Primal {
             }
             let braced = accuracy.braced
                 && !space.is_cheap()
-                && if round == 0 { self.changes() > MANY } else { self.braced && !exact };
+                && if round == 0 { self.changes() > SETTINGS.changes_threshold } else { self.braced && !exact };
             if std::mem::replace(&mut self.braced, braced) != braced {
                 self.factored.clear();
             }
             self.aim();
-            let balanced = self.load(space) <= if round < LATE { accuracy.balance } else { accuracy.balance_late };
+            let balanced = self.load(space) <= accuracy.balance_at(round);
             just_held = balanced;
             if balanced {
                 let missed = self.missed(accuracy.slip);
                 self.project();
-                let stalled = missed > (1.0 - STALLED) * before && missed <= CONTRADICTED * tolerance;
-                if missed > SLOW * before && self.stiffer.x < accuracy.stiffest {
-                    self.stiffer *= FASTER;
+                let stalled = missed > (1.0 - SETTINGS.stagnation_decrease) * before
+                    && missed <= SETTINGS.stagnation_residual * tolerance;
+                if missed > SETTINGS.slow_convergence_ratio * before && self.stiffer.x < accuracy.stiffest {
+                    self.stiffer *= SETTINGS.weight_growth;
                     self.factored.clear();
                 }
                 before = missed;
@@ -354,15 +322,17 @@ impl Primal {
     /// Whether the regularised iteration has not come near the solution by iteration `round`;
     /// `first` is the residual of the first iteration, m.
     fn is_lost(&self, round: u32, first: &mut f64, accuracy: &Accuracy) -> bool {
-        if round > 0 && !STEPS_BRACED.contains(&round) {
+        if round > 0 && !SETTINGS.regularised_checks.contains(&round) {
             return false;
         }
         let missed = self.missed(accuracy.slip);
         if round == 0 {
             *first = missed;
         }
-        let [early, _] = STEPS_BRACED;
-        round > 0 && missed > FEW_TIMES * accuracy.gap && (round > early || missed > LOST * *first)
+        let [early, _] = SETTINGS.regularised_checks;
+        round > 0
+            && missed > SETTINGS.second_check_residual * accuracy.gap
+            && (round > early || missed > SETTINGS.first_check_ratio * *first)
     }
 
     /// Compute the initial displacement, with the contact states of the initial forces.
@@ -419,7 +389,7 @@ impl Primal {
             (p.y, p.z) = (tangential.x, tangential.y);
             let rubs = match limit > 0.0 {
                 false => Rubs::No,
-                true if row.slid && tangential.length() > limit * (1.0 - STICKS) => Rubs::Slides,
+                true if row.slid && tangential.length() > limit * (1.0 - SETTINGS.friction_tolerance) => Rubs::Slides,
                 true => Rubs::Sticks,
             };
             self.limits.push(limit);
@@ -450,7 +420,7 @@ impl Primal {
     fn missed(&self, slips: f64) -> f64 {
         let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
             if row.law == Law::Glue {
-                return HOLDS * u.abs().max_element();
+                return SETTINGS.attachment_weight * u.abs().max_element();
             }
             let slip = if state.rubs == Rubs::Sticks { slips * u.y.abs().max(u.z.abs()) } else { 0.0 };
             let gap = if state.pushes { u.x.abs() } else { (-u.x).max(0.0) };
@@ -478,8 +448,9 @@ impl Primal {
         for (i, row) in self.rows.iter().enumerate() {
             let Law::Coulomb(friction) = row.law else { continue };
             let normal = self.force[i].x;
-            let limit = if normal > NEGLIGIBLE * all { friction * normal } else { 0.0 };
-            let slight = STICKS * limit.max(self.limits[i]).max(SLIGHT * friction * all);
+            let limit = if normal > SETTINGS.negligible_force * all { friction * normal } else { 0.0 };
+            let slight = SETTINGS.friction_tolerance
+                * limit.max(self.limits[i]).max(SETTINGS.minimum_bound_tolerance * friction * all);
             let short = limit - self.limits[i];
             changed |= match self.states[i].rubs {
                 Rubs::Sticks => DVec2::new(self.force[i].y, self.force[i].z).length() > limit + slight,
@@ -491,7 +462,7 @@ impl Primal {
             self.short[i] = short;
         }
         let is_known = !first && square > 0.0;
-        self.part = if is_known { (-self.part * along / square).clamp(LEAST_PART, 1.0) } else { 1.0 };
+        self.part = if is_known { (-self.part * along / square).clamp(SETTINGS.minimum_relaxation, 1.0) } else { 1.0 };
         for (limit, short) in self.limits.iter_mut().zip(&self.short) {
             *limit = (*limit + self.part * short).max(0.0);
         }
@@ -526,7 +497,7 @@ impl Primal {
         self.most = self.most.max(all);
         let short: f64 = step.iter().map(|r| r.abs()).sum();
         self.step = step;
-        short / all.max(ROUNDING * self.most).max(f64::MIN_POSITIVE)
+        short / all.max(SETTINGS.rounding * self.most).max(f64::MIN_POSITIVE)
     }
 
     /// Whether the factor at hand was computed for the same set of closed contacts.
@@ -599,13 +570,13 @@ impl Primal {
             constant + part * linear - each.sum::<f64>()
         };
         let (first, last) = (slope(0.0), slope(1.0));
-        let flat = FLAT * first.abs();
+        let flat = SETTINGS.line_search_slope * first.abs();
         if first >= 0.0 || last <= flat {
             return 1.0;
         }
         let (mut low, mut high) = ((0.0, first), (1.0, last));
         let mut part = 1.0;
-        for k in 0..TRIALS {
+        for k in 0..SETTINGS.maximum_line_search_points {
             // The slope increases along the step. Bisection alternates with secant steps, which
             // alone converge slowly.
             let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);

@@ -9,6 +9,7 @@
 
 use glam::DMat3;
 
+use crate::contact::settings::{AugmentedLagrangianSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::Row;
 use crate::contact::solver::delassus::Group;
 use crate::contact::solver_body::Mover;
@@ -16,8 +17,7 @@ use crate::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::System;
 
-/// Maximum ratio of the number of blocks with earlier contact pairs to that without them.
-const MORE: f64 = 1.3;
+const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
 
 /// Block row of a kinematic or static body, which has none.
 pub(crate) const NO_ROWS: u32 = u32::MAX;
@@ -168,7 +168,7 @@ impl Joint {
         let fresh = Pattern::new(self.size(), pairs.iter().copied());
         pairs.extend(self.pattern.iter().filter(|_| same).map(|(_, row, column)| (row, column)));
         let joined = Pattern::new(self.size(), pairs);
-        let is_little = joined.blocks() as f64 <= MORE * fresh.blocks() as f64;
+        let is_little = joined.blocks() as f64 <= SETTINGS.maximum_fill_ratio * fresh.blocks() as f64;
         self.pattern = if is_little { joined } else { fresh };
         self.put(group);
         self.begin_factor(group);
