@@ -11,7 +11,7 @@
 //! The measurement bisects over whole worlds: a free sheet with a random motion in the linear
 //! range, or a sheet thrown at a ridge.
 //!
-//! The Newton method of implicit integrators tolerates motion slower than 1 mm/s (`STILL`). The
+//! The Newton method of implicit integrators tolerates motion slower than 1 mm/s ([`NewtonSettings::reference_speed`]). The
 //! remaining motion is not growth of the scheme, so instability requires more energy than nodes at
 //! this speed have. Runs that start faster end in a slow rotation or bend of up to two hundred
 //! times that energy, which does not grow without bound: `docs/stability.md`.
@@ -21,7 +21,7 @@ use glam::{DMat3, DVec3};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::integrators::Forces;
-use sheetwork::integrators::implicit::newton::STILL;
+use sheetwork::integrators::settings::NewtonSettings;
 use sheetwork::islands::event::EventKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
@@ -262,7 +262,7 @@ impl Setting {
         if self.speed > 0.0 {
             return Ok(throw_breaks(&mut world, dt));
         }
-        let still = if self.engine.info().implicit { STILL } else { 0.0 };
+        let still = if self.engine.info().implicit { NewtonSettings::DEFAULT.reference_speed } else { 0.0 };
         Ok(whisper_grows(&mut world, still))
     }
 }

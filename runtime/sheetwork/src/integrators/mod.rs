@@ -18,7 +18,7 @@ pub(crate) mod euler_richardson;
 pub mod implicit;
 pub(crate) mod rk4;
 pub(crate) mod rk45;
-pub(crate) mod settings;
+pub mod settings;
 pub(crate) mod tr_bdf2;
 pub(crate) mod verlet;
 
