@@ -129,7 +129,7 @@ mod tests {
         // On a cylinder with r = 0.1 m the arc rises r (1 - cos(chord / 2r)) above a chord of 0.02
         // m.
         let (radius, sheet) = (0.1, &mut world.sheets_mut()[0]);
-        for i in 0..sheet.masses() {
+        for i in 0..sheet.node_count() {
             let place = sheet.x.get(i);
             let (sin, cos) = (place.x / radius).sin_cos();
             sheet.x.set(i, DVec3::new(radius * sin, radius * cos, place.z));

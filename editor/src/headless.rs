@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sheetwork::scene::Scene;
-use sheetwork::world::recording::Recorder;
+use sheetwork::world::recording::RecordingWriter;
 use sheetwork::{InputError, Report, World};
 
 use crate::camera::Camera;
@@ -60,7 +60,7 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
     let stem = file_stem(&scene.name);
     let recording = folder.join(format!("{stem}.swr"));
-    let mut recorder = Recorder::create(&recording, &world, FRAMES_PER_SECOND)?;
+    let mut recorder = RecordingWriter::create(&recording, &world, FRAMES_PER_SECOND)?;
     recorder.frame(&world)?;
     let camera = Camera::from_world(&world);
     let mut penetration = Vec::new();
@@ -72,7 +72,7 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
         let start = Instant::now();
         world.advance(until - world.time());
         spent += start.elapsed().as_secs_f64();
-        world.watch_penetration(&mut penetration);
+        world.update_max_penetration(&mut penetration);
         recorder.frame(&world)?;
         bar.set_position((1000.0 * world.time()) as u64);
     }

@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use sheetwork::World;
-use sheetwork_link::Attached;
+use sheetwork_link::AttachedProcess;
 use sheetwork_link::Host;
 use sheetwork_link::LinkError;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 use sheetwork_link::{Link, LinkStatistics};
 
 /// Link that can be switched on and off.
@@ -20,7 +20,7 @@ pub struct LiveLink {
     /// Frames and bytes per second.
     rates: (f64, f64),
     /// Clients at the last measurement.
-    who: Vec<Attached>,
+    who: Vec<AttachedProcess>,
 }
 
 /// Interval between measurements of rates and clients, s.
@@ -48,13 +48,13 @@ impl LiveLink {
         let who = match self.who.as_slice() {
             // No measurement yet.
             [] => "attached".to_owned(),
-            all => all.iter().map(Attached::to_string).collect::<Vec<_>>().join(", "),
+            all => all.iter().map(AttachedProcess::to_string).collect::<Vec<_>>().join(", "),
         };
         format!("\"{name}\": {who}; {rate:.0} frames/s, {:.1} kB/s", 1e-3 * bytes)
     }
 
     /// Attached clients, at most half a second old.
-    pub fn attached(&self) -> &[Attached] {
+    pub fn attached(&self) -> &[AttachedProcess] {
         &self.who
     }
 
@@ -91,7 +91,7 @@ impl LiveLink {
     /// Publish the sheets again after a change of their number or grids.
     pub(crate) fn look_again(&mut self) {
         if let Some(link) = &mut self.link {
-            link.look_again();
+            link.invalidate_plan();
         }
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
-use sheetwork::rigid::Body;
+use sheetwork::rigid::RigidBodyInfo;
 use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 
@@ -23,7 +23,7 @@ pub struct SheetHit {
     /// Material coordinates, each 0 to 1.
     pub uv: (f64, f64),
     /// Nearest node of the triangle.
-    pub mass: u32,
+    pub node: u32,
     /// Position, m.
     pub place: DVec3,
     /// Distance from the eye, m.
@@ -102,7 +102,7 @@ pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
             let place = ray.from + ray.to * distance;
             let nearest = (0..3).min_by(|a, b| at[*a].distance(place).total_cmp(&at[*b].distance(place))).unwrap_or(0);
             let uv = (sum(|p| p.0), sum(|p| p.1));
-            best = Some(SheetHit { sheet: index, uv, mass: corners[nearest], place, distance });
+            best = Some(SheetHit { sheet: index, uv, node: corners[nearest], place, distance });
         }
     }
     best
@@ -157,7 +157,7 @@ pub fn box_of(points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
 /// Bounding boxes of the bounded bodies at their present poses, m: lowest and highest corners.
 pub fn body_boxes(world: &World) -> Vec<(DVec3, DVec3)> {
     let Some(rigid) = world.rigid() else { return Vec::new() };
-    let of = |(index, body): (usize, &Body)| {
+    let of = |(index, body): (usize, &RigidBodyInfo)| {
         let (place, turn) = rigid.pose(index)?;
         if let Shape::Ball(radius) = body.shape {
             return Some((place - radius, place + radius));
@@ -187,7 +187,7 @@ mod tests {
         let hit = sheet(&world, down(0.1, -0.05), true).expect("over it");
         assert!((hit.uv.0 - 0.75).abs() < 1e-6 && (hit.uv.1 - 0.375).abs() < 1e-6, "{hit:?}");
         assert!((hit.distance - 2.0).abs() < 1e-6 && hit.place.distance(DVec3::new(0.1, 1.0, -0.05)) < 1e-6);
-        let near = world.sheets()[0].x.get(hit.mass as usize);
+        let near = world.sheets()[0].x.get(hit.node as usize);
         assert!(near.distance(hit.place) < 0.08);
         assert_eq!(sheet(&world, down(0.3, 0.0), true), None);
         let below = Ray::new(Vec3::ZERO, Vec3::Y);

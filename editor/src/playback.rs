@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sheetwork::scene::Scene;
-use sheetwork::world::recording::{Frame, Header, RecordedTemperature, read};
+use sheetwork::world::recording::{RecordedFrame, RecordedTemperature, RecordingHeader, read};
 use sheetwork::{InputError, World};
 
 use crate::scenes;
@@ -17,10 +17,10 @@ use crate::scenes;
 #[derive(Clone, Debug)]
 pub struct Playback {
     /// Shared with exports of the recording.
-    frames: Arc<[Frame]>,
+    frames: Arc<[RecordedFrame]>,
     /// Time from the start of the recording, s.
     at: f64,
-    shown: Frame,
+    shown: RecordedFrame,
 }
 
 /// Whether a file has the extension of a recording.
@@ -48,7 +48,7 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
 
 /// Scene of a recording. Its files are looked for beside the recording and among the shipped
 /// scenes.
-fn scene_of(header: &Header, file: &Path) -> Result<Scene, InputError> {
+fn scene_of(header: &RecordingHeader, file: &Path) -> Result<Scene, InputError> {
     let mut scene = Scene::parse(&header.source).map_err(|e| e.in_file(file))?;
     let beside = file.parent().map(Path::to_path_buf).unwrap_or_default();
     let mut refused = None;
@@ -81,7 +81,7 @@ impl Playback {
 
     /// Whether the recording has temperatures or remaining stiffnesses.
     pub fn has_heat(&self) -> bool {
-        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != RecordedTemperature::Unknown)
+        self.frames.iter().flat_map(|f| &f.temperatures).any(|w| *w != RecordedTemperature::Unknown)
     }
 
     /// Number of frames.
@@ -117,9 +117,10 @@ impl Playback {
         for (shown, (a, b)) in self.shown.bodies.iter_mut().zip(a.bodies.iter().zip(&b.bodies)) {
             *shown = (a.0.lerp(b.0, part), a.1.slerp(b.1, part));
         }
-        self.shown.warmth.clear();
-        let warmth = a.warmth.iter().enumerate().map(|(index, from)| from.towards(b.warmth_of(index), part));
-        self.shown.warmth.extend(warmth);
+        self.shown.temperatures.clear();
+        let warmth =
+            a.temperatures.iter().enumerate().map(|(index, from)| from.towards(b.temperatures_of(index), part));
+        self.shown.temperatures.extend(warmth);
         // Cells that open between the two frames appear with the second.
         self.shown.open.clone_from(if part < 1.0 { &a.open } else { &b.open });
         // Every frame was validated when the recording was opened.

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use sheetwork::profiler::{Phase, Watch};
+use sheetwork::profiler::{Phase, StepObserver};
 
 thread_local! {
     /// Open phases of this thread, each with the time at which its own time last started.
@@ -34,7 +34,7 @@ impl StageClock {
     }
 }
 
-impl Watch for StageClock {
+impl StepObserver for StageClock {
     fn begin(&self, phase: Phase) {
         let now = Instant::now();
         UNDER_WAY.with_borrow_mut(|stack| {

@@ -270,7 +270,7 @@ impl Study {
     /// disk keeps the old file.
     fn write(&self) -> Result<(), InputError> {
         let mut all = self.before.clone();
-        all.join(self.answers.clone())?;
+        all.merge(self.answers.clone())?;
         let file = PathBuf::from(self.file.trim());
         let beside = file.with_extension("csv.part");
         let opened = std::fs::File::create(&beside).map_err(|e| InputError::io(&file, &e))?;

@@ -161,8 +161,8 @@ fn bytes_of(world: &World) -> usize {
         let changes = sheet.heat().is_some() || world.scene().sheets.iter().any(|s| s.plastic || s.creep);
         // The state of a shell's element is larger than that of a spring.
         let elements = if sheet.springs().is_empty() { 1200 } else { 250 };
-        let more = if changes { elements * sheet.masses() + 100 * sheet.springs().len() } else { 0 };
-        64 * sheet.masses() + more
+        let more = if changes { elements * sheet.node_count() + 100 * sheet.springs().len() } else { 0 };
+        64 * sheet.node_count() + more
     };
     512 + world.sheets().iter().map(of).sum::<usize>()
 }

@@ -64,17 +64,21 @@ fn edits_of_the_scene_are_undone_with_the_world() {
     let mut session = strip();
     session.run(0.3);
     let (time, tip) =
-        (session.world().time(), session.world().sheets()[0].probes[0].of(&session.world().sheets()[0].x));
+        (session.world().time(), session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].x));
     assert!(session.edit("new body", "body", |s| s.bodies.push(BodySpec::new(Shape::Ball(0.01)))));
     assert_eq!((session.world().rigid().expect("own").bodies().len(), session.world().time()), (2, time));
-    let there = session.world().sheets()[0].probes[0].of(&session.world().sheets()[0].x);
+    let there = session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].x);
     assert_eq!(there, tip, "the sheet goes on from where it was");
     assert!(session.undo());
     assert_eq!(session.world().rigid().expect("own").bodies().len(), 1);
     assert!(session.edit("grid", "grid", |s| s.sheets[0].grid = (7, 1, 3)));
-    assert_eq!((session.world().time(), session.world().sheets()[0].masses()), (0.0, 21), "another sheet begins anew");
+    assert_eq!(
+        (session.world().time(), session.world().sheets()[0].node_count()),
+        (0.0, 21),
+        "another sheet begins anew"
+    );
     assert!(session.undo());
-    assert_eq!(session.world().sheets()[0].masses(), 52);
+    assert_eq!(session.world().sheets()[0].node_count(), 52);
     assert!(!session.edit("bad", "bad", |s| s.dt = -1.0) && session.messages()[0].text.contains("dt"));
     assert!(!session.edit("bad", "bad", |s| s.sheets[0].material = MaterialChoice::Named("cheese".into())));
     assert_eq!(session.document().redoes(), Some("grid"), "a refusal is no edit");
@@ -292,7 +296,7 @@ fn a_grab_pulls_with_the_force_of_its_spring() {
 fn a_node_is_pinned_at_its_position_and_unpinned() {
     let mut session = strip();
     session.run(0.5);
-    let tip = session.world().sheets()[0].masses() as u32 - 1;
+    let tip = session.world().sheets()[0].node_count() as u32 - 1;
     let place = |s: &Session| s.world().sheets()[0].x.get(tip as usize);
     let (here, start) = (place(&session), DVec3::new(0.1, 0.0, 0.02));
     assert!(here.distance(start) > 0.01, "it has sagged");
@@ -421,7 +425,7 @@ fn an_oven_is_switched_on_while_it_runs_and_undone() {
 fn pinning_an_edge_restarts_the_run_and_can_be_undone() {
     let mut session = strip();
     session.run(0.1);
-    assert!(session.edit("pin", "pin", |s| s.sheets[0].pins.push(PinSpec::held(Region::Right))));
+    assert!(session.edit("pin", "pin", |s| s.sheets[0].pins.push(PinSpec::fixed(Region::Right))));
     assert_eq!(session.world().time(), 0.0);
     assert!(session.undo() && session.scene().sheets[0].pins.len() == 1);
 }
@@ -431,7 +435,8 @@ fn a_recording_is_not_edited() {
     let folder = folder("recording");
     let file = folder.join("a.swr");
     let session = wedge();
-    let mut recorder = sheetwork::world::recording::Recorder::create(&file, session.world(), 60.0).expect("writable");
+    let mut recorder =
+        sheetwork::world::recording::RecordingWriter::create(&file, session.world(), 60.0).expect("writable");
     recorder.frame(session.world()).expect("writable");
     recorder.frame(session.world()).expect("writable");
     recorder.finish().expect("written");

@@ -206,7 +206,7 @@ fn an_empty_scene_plays() {
 fn the_live_link_publishes_the_session_and_its_parameters_survive_a_reset() {
     use sheetwork_link::Client;
     use sheetwork_link::Command;
-    use sheetwork_link::place::LinkPlace;
+    use sheetwork_link::link_place::LinkPlace;
     let root = std::env::temp_dir().join(format!("sheetwork-editor-link-{}", std::process::id()));
     let place = LinkPlace::within(&root, "editor").expect("a name");
     let mut session = session();
@@ -217,7 +217,7 @@ fn the_live_link_publishes_the_session_and_its_parameters_survive_a_reset() {
     std::thread::scope(|scope| {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");
-            client.set_patience(std::time::Duration::from_secs(60));
+            client.set_timeout(std::time::Duration::from_secs(60));
             let _frames = client.frames(false).expect("reads");
             client.set("gravity", "(0, -2, 0)").expect("accepted");
             assert!(client.set("gravity", "(0, 1e9, 0)").is_err());
@@ -246,7 +246,7 @@ fn a_recording_is_played_sought_and_not_changed() {
     let recorded = folder.join("wedge.swr");
     let mut simulated = session();
     let mut recorder =
-        sheetwork::world::recording::Recorder::create(&recorded, simulated.world(), 60.0).expect("writable");
+        sheetwork::world::recording::RecordingWriter::create(&recorded, simulated.world(), 60.0).expect("writable");
     recorder.frame(simulated.world()).expect("writable");
     for _ in 0..30 {
         simulated.run(1.0 / 60.0);
@@ -298,7 +298,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     let recorded = folder.join("drawn.swr");
     let mut simulated = Session::new(&scene).expect("valid");
     let mut recorder =
-        sheetwork::world::recording::Recorder::create(&recorded, simulated.world(), 20.0).expect("writable");
+        sheetwork::world::recording::RecordingWriter::create(&recorded, simulated.world(), 20.0).expect("writable");
     recorder.frame(simulated.world()).expect("writable");
     for _ in 0..8 {
         simulated.run(0.05);

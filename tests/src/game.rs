@@ -19,14 +19,14 @@ pub fn strip() -> Scene {
 }
 
 /// A game that executes all commands.
-pub struct Game {
+pub struct TestGame {
     /// World of the game.
     pub world: World,
     /// Whether the simulation runs.
     pub playing: bool,
 }
 
-impl Game {
+impl TestGame {
     /// A running game of `scene`.
     ///
     /// # Panics
@@ -36,7 +36,7 @@ impl Game {
     }
 }
 
-impl Host for Game {
+impl Host for TestGame {
     fn world(&self) -> &World {
         &self.world
     }

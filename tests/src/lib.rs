@@ -15,7 +15,7 @@ use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::sheet::Sheet;
 
@@ -28,7 +28,7 @@ pub fn scenes_folder() -> PathBuf {
 ///
 /// # Panics
 /// An unreadable scene.
-pub fn shipped(name: &str) -> Scene {
+pub fn shipped_scene(name: &str) -> Scene {
     match Scene::load(&scenes_folder().join(format!("{name}.ron"))) {
         Ok(scene) => scene,
         Err(error) => panic!("{error}"),
@@ -48,16 +48,16 @@ pub fn world_of(text: &str) -> World {
 ///
 /// # Panics
 /// An impossible change.
-pub fn resample(world: &mut World, grid: (u32, u32)) {
+pub fn change_grid(world: &mut World, grid: (u32, u32)) {
     let name = world.sheets()[0].name.clone();
-    world.resample(&name, grid).unwrap_or_else(|e| panic!("{e}"));
+    world.remap(&name, grid).unwrap_or_else(|e| panic!("{e}"));
 }
 
 /// Names of all shipped scenes, sorted.
 ///
 /// # Panics
 /// An unreadable folder.
-pub fn all_shipped() -> Vec<String> {
+pub fn shipped_scene_names() -> Vec<String> {
     let Ok(folder) = std::fs::read_dir(scenes_folder()) else { panic!("no folder of scenes") };
     let files = folder.filter_map(|entry| entry.ok().map(|e| e.path()));
     let scenes = files.filter(|p| p.extension().is_some_and(|e| e == "ron"));
@@ -99,7 +99,7 @@ pub fn small_sheet(structure: StructureKind, damping: f64) -> SheetSpec {
 }
 
 /// A scene of one sheet without gravity, bodies or air.
-pub fn adrift(sheet: SheetSpec, engine: EngineKind) -> Scene {
+pub fn scene_without_gravity(sheet: SheetSpec, engine: IntegratorKind) -> Scene {
     Scene { gravity: DVec3::ZERO, engine, tolerance: 1.0, sheets: vec![sheet], ..Scene::default() }
 }
 
@@ -159,7 +159,7 @@ impl Random {
 /// `amplitude` · `rate` in shapes with one or two periods over the sheet, so that neighbouring
 /// nodes move nearly alike. Nodes in `pinned` are unchanged.
 pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u32]) {
-    for i in (0..sheet.masses()).filter(|i| !pinned.contains(&(*i as u32))) {
+    for i in (0..sheet.node_count()).filter(|i| !pinned.contains(&(*i as u32))) {
         let (u, v) = sheet.uv[i];
         let (p, q) = (std::f64::consts::PI * u, std::f64::consts::PI * v);
         let shape = DVec3::new((2.0 * q).cos(), p.cos() * (q + 0.4).cos(), (2.0 * p).sin());
@@ -172,7 +172,7 @@ pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u
 /// Gives every node a pseudo-random velocity with components up to `speed` (m/s).
 pub fn excite_randomly(sheet: &mut Sheet, speed: f64, seed: u64) {
     let mut random = Random::new(seed);
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         sheet.v.set(i, random.vector() * speed);
     }
 }
@@ -185,7 +185,7 @@ pub fn highest_mode(sheet: &mut Sheet) -> (f64, Vectors) {
     let dense = sheet.springs().is_empty().then(|| hessian(sheet));
     let mut random = Random::new(1);
     let mut mode = Vectors::default();
-    (0..sheet.masses()).for_each(|_| mode.push(random.vector()));
+    (0..sheet.node_count()).for_each(|_| mode.push(random.vector()));
     let mut squared = 0.0;
     for _ in 0..20_000 {
         let mut next = match &dense {
@@ -212,8 +212,8 @@ fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
         let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
         let unit = (sheet.x.get(b) - sheet.x.get(a)).normalize();
         let force = unit * (springs.stiffness[i] * unit.dot(d.get(b) - d.get(a)));
-        out.set(a, out.get(a) - force / sheet.mass(a));
-        out.set(b, out.get(b) + force / sheet.mass(b));
+        out.set(a, out.get(a) - force / sheet.node_mass(a));
+        out.set(b, out.get(b) + force / sheet.node_mass(b));
     }
     out
 }
@@ -221,7 +221,7 @@ fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
 /// Hessian of the elastic energy of a sheet at rest, N/m, by second differences. The energy at rest
 /// is zero, so there is no cancellation. Rows and columns by node: x, y, z.
 fn hessian(sheet: &mut Sheet) -> Vec<Vec<f64>> {
-    let (n, step) = (3 * sheet.masses(), 1e-6);
+    let (n, step) = (3 * sheet.node_count(), 1e-6);
     let mut energy = |moves: [(usize, f64); 2]| {
         let before = moves.map(|(i, _)| sheet.x.get(i / 3));
         for (i, by) in moves {
@@ -251,7 +251,7 @@ fn rows_times(sheet: &Sheet, rows: &[Vec<f64>], d: &Vectors) -> Vectors {
     let mut out = Vectors::default();
     for (i, three) in rows.chunks(3).enumerate() {
         let dot = |k: usize| three[k].iter().zip(&flat).map(|(a, b)| a * b).sum::<f64>();
-        out.push(DVec3::new(dot(0), dot(1), dot(2)) / sheet.mass(i));
+        out.push(DVec3::new(dot(0), dot(1), dot(2)) / sheet.node_mass(i));
     }
     out
 }
@@ -268,7 +268,7 @@ pub fn state_hash(world: &World) -> u64 {
 
 /// One sheet of every structure, each `height` (m) above a floor and in the path of a kinematic
 /// box.
-pub fn crowd(engine: EngineKind, height: f64) -> Scene {
+pub fn one_of_every_structure(engine: IntegratorKind, height: f64) -> Scene {
     let mut scene = Scene { name: engine.name().into(), engine, dt: 2e-3, ..Scene::default() };
     for (i, structure) in structure::TABLE.iter().enumerate() {
         let mut sheet = small_sheet(structure.kind, 0.2);

@@ -5,9 +5,9 @@ use glam::DVec3;
 use sheetwork::integrators::TABLE;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Air, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
-use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
+use sheetwork_tests::{body, excite_randomly, scene_without_gravity, shipped_scene, small_sheet, world};
 
 /// Allocations in 200 steps of `scene` after 1.3 s of warm-up, by which every kind of contact and
 /// event has occurred. An event allocates its name, and none occurs twice.
@@ -21,15 +21,15 @@ fn allocations(scene: &Scene) -> u64 {
 }
 
 #[test]
-fn the_counter_counts() {
+fn the_counting_allocator_counts() {
     assert_eq!(measure(|| drop(std::hint::black_box(vec![1_u8; 100]))).count_total, 1);
 }
 
 #[test]
-fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure() {
+fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_integrator_and_structure() {
     for structure in structure::TABLE {
         for engine in TABLE {
-            let mut scene = adrift(small_sheet(structure.kind, 0.1), engine.kind);
+            let mut scene = scene_without_gravity(small_sheet(structure.kind, 0.1), engine.kind);
             scene.dt = 5e-4;
             scene.tolerance = 1e-7;
             scene.gravity = DVec3::new(0.0, -1.0, 0.0);
@@ -43,7 +43,7 @@ fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure()
 }
 
 /// A stiff sheet of `structure`, clamped at one edge, in a wind.
-fn clamped(structure: structure::StructureKind, engine: EngineKind) -> Scene {
+fn clamped(structure: structure::StructureKind, engine: IntegratorKind) -> Scene {
     let sheet = SheetSpec {
         structure,
         grid: (11, if structure == structure::StructureKind::Shell { 1 } else { 2 }, 11),
@@ -58,27 +58,27 @@ fn clamped(structure: structure::StructureKind, engine: EngineKind) -> Scene {
 }
 
 #[test]
-fn a_warm_implicit_step_of_a_real_sheet_allocates_nothing() {
+fn a_warm_implicit_step_of_a_stiff_sheet_allocates_nothing() {
     use sheetwork::mesh::structure::StructureKind::{DoubleDiagonal, Shell, Trimm};
     for structure in [Shell, Trimm, DoubleDiagonal] {
         for engine in TABLE.iter().filter(|e| e.implicit) {
             assert_eq!(allocations(&clamped(structure, engine.kind)), 0, "{} on {structure}", engine.name);
         }
     }
-    let mut disc = clamped(Shell, EngineKind::TrBdf2);
+    let mut disc = clamped(Shell, IntegratorKind::TrBdf2);
     disc.sheets[0].outline = Some(OutlineSpec::Disc { radius: 0.1 });
     disc.sheets[0].pins = vec![PinSpec::clamped(Region::Point(0.5, 0.5))];
     assert_eq!(allocations(&disc), 0, "a disc");
 }
 
 #[test]
-fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
+fn a_warm_step_in_contact_with_static_bodies_allocates_nothing() {
     for name in ["wedge", "slide_17", "two_walls", "hemisphere", "cube"] {
-        assert_eq!(allocations(&shipped(name)), 0, "{name}");
+        assert_eq!(allocations(&shipped_scene(name)), 0, "{name}");
     }
     // With the instability detector, and with a permanently reduced step.
     for young in ["185", "1e5"] {
-        let watched = shipped("wedge").with_override("sheets.0.when_unstable", "reduce-step");
+        let watched = shipped_scene("wedge").with_override("sheets.0.when_unstable", "reduce-step");
         let scene = watched.and_then(|s| s.with_override("sheets.0.material.young", young));
         let mut world = world(&scene.unwrap_or_else(|e| panic!("{e}")));
         world.advance(1.3);
@@ -88,7 +88,7 @@ fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
     }
     // A pile of layers at rest on a tilted box and a half space at once.
     for engine in TABLE {
-        let mut scene = adrift(small_sheet(structure::StructureKind::Samm, 0.3), engine.kind);
+        let mut scene = scene_without_gravity(small_sheet(structure::StructureKind::Samm, 0.3), engine.kind);
         scene.sheets[0].grid = (6, 3, 6);
         scene.tolerance = 1e-6;
         scene.dt = 1e-3;
@@ -106,9 +106,9 @@ fn pins_paths_and_a_flexion_limit_allocate_nothing() {
     let mut sheet = small_sheet(structure::StructureKind::Provot2d, 0.1);
     let path =
         vec![PathKey::default(), PathKey { time: 1.0, offset: DVec3::new(0.05, 0.1, 0.0), rotation: DVec3::ZERO }];
-    sheet.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
+    sheet.pins.push(PinSpec { path, ..PinSpec::fixed(Region::Left) });
     sheet.flexion_limit = Some(10.0);
-    let mut scene = adrift(sheet, EngineKind::EulerRichardson);
+    let mut scene = scene_without_gravity(sheet, IntegratorKind::EulerRichardson);
     scene.gravity = DVec3::new(0.0, -9.81, 0.0);
     scene.dt = 1e-3;
     assert_eq!(allocations(&scene), 0);

@@ -6,11 +6,11 @@ use glam::DVec3;
 use proptest::prelude::*;
 use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
-use sheetwork::scene::EngineKind;
-use sheetwork::scene::{Air, MaterialChoice, Scene, heater, pol, sht};
+use sheetwork::scene::IntegratorKind;
+use sheetwork::scene::{Air, MaterialChoice, Scene, heater_file, pol, sht};
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World};
-use sheetwork_tests::{adrift, scenes_folder, shipped, small_sheet, world};
+use sheetwork_tests::{scene_without_gravity, scenes_folder, shipped_scene, small_sheet, world};
 
 /// Valid and invalid field paths of a scene.
 const PATHS: &[&str] = &[
@@ -112,22 +112,22 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn random_text_is_never_a_panic(text in ".{0,200}") {
+    fn random_text_never_panics(text in ".{0,200}") {
         for error in [Scene::parse(&text).err(), sht::read_sht(&text).err(), pol::read_pol(&text).err(),
-            heater::read_heaters(&text).err()].into_iter().flatten() {
+            heater_file::read_heaters(&text).err()].into_iter().flatten() {
             prop_assert!(is_useful(&error), "{error:?}");
         }
     }
 
     #[test]
-    fn text_that_looks_like_a_scene_is_never_a_panic(text in "[()\\[\\]{}:,\"a-z0-9_.eE+\\- \n/*#NaNinfSome]{0,300}") {
+    fn scene_like_text_never_panics(text in "[()\\[\\]{}:,\"a-z0-9_.eE+\\- \n/*#NaNinfSome]{0,300}") {
         if let Err(error) = Scene::parse(&text) {
             prop_assert!(is_useful(&error), "{error:?}");
         }
     }
 
     #[test]
-    fn a_scene_with_a_few_bytes_changed_is_read_or_refused_at_a_line(
+    fn a_scene_with_changed_bytes_is_accepted_or_rejected_at_a_line(
         changes in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(
             b"()[]{}:,\"'.-+e0123456789NaIif \n/*x".to_vec())), 1..6),
         cut in any::<prop::sample::Index>(), cuts in any::<bool>(),
@@ -156,12 +156,12 @@ proptest! {
     }
 
     #[test]
-    fn random_overrides_are_taken_or_refused_by_name(
+    fn random_overrides_are_accepted_or_rejected_by_name(
         path in prop_oneof![prop::sample::select(PATHS).prop_map(str::to_owned), "[a-z0-9._]{0,20}"],
         value in prop_oneof![prop::sample::select(VALUES).prop_map(str::to_owned), ".{0,20}",
             any::<f64>().prop_map(|v| v.to_string())],
     ) {
-        let scene = shipped("wedge");
+        let scene = shipped_scene("wedge");
         match scene.with_override(&path, &value) {
             Ok(changed) => {
                 // An accepted value is in range, so the scene passes as a file.
@@ -176,12 +176,12 @@ proptest! {
     }
 
     #[test]
-    fn no_setter_lets_a_number_that_is_none_into_a_world(
+    fn no_parameter_accepts_a_non_finite_number(
         which in any::<prop::sample::Index>(),
         value in prop_oneof![prop::sample::select(VALUES).prop_map(str::to_owned), any::<f64>().prop_map(|v| v.to_string()),
             (any::<f64>(), any::<f64>(), any::<f64>()).prop_map(|(x, y, z)| format!("({x}, {y}, {z})"))],
     ) {
-        let mut world = world(&adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Provot2d, 0.1), EngineKind::Verlet));
+        let mut world = world(&scene_without_gravity(small_sheet(sheetwork::mesh::structure::StructureKind::Provot2d, 0.1), IntegratorKind::Verlet));
         let before = world.parameters();
         let path = before[which.index(before.len())].path.clone();
         match world.set(&path, &value) {
@@ -203,8 +203,8 @@ proptest! {
 }
 
 #[test]
-fn setters_of_a_world_refuse_what_is_not_a_number() {
-    let mut world = world(&shipped("wedge"));
+fn setters_of_a_world_reject_non_finite_numbers() {
+    let mut world = world(&shipped_scene("wedge"));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert_eq!(world.set_dt(bad).expect_err("bad").field, "dt");
         assert_eq!(world.set_tolerance(bad).expect_err("bad").field, "tolerance");
@@ -225,7 +225,7 @@ fn setters_of_a_world_refuse_what_is_not_a_number() {
 }
 
 #[test]
-fn bad_fields_are_named_with_line_value_and_range() {
+fn invalid_fields_are_named_with_line_value_and_range() {
     let text = wedge_text();
     let line_of = |what: &str| text.lines().position(|l| l.contains(what)).expect("there") + 1;
     for (from, to, field, says) in [
@@ -251,10 +251,11 @@ fn bad_fields_are_named_with_line_value_and_range() {
 }
 
 #[test]
-fn an_unstable_sheet_is_caught_named_and_contained() {
+fn an_unstable_sheet_is_detected_named_and_isolated() {
     // Two sheets, one with springs a million times too stiff for the step.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {
-        let mut scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
+        let mut scene =
+            scene_without_gravity(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
         scene.dt = 2e-3;
         let mut mad = scene.sheets[0].clone();
         mad.name = "mad".into();
@@ -286,9 +287,10 @@ fn an_unstable_sheet_is_caught_named_and_contained() {
 }
 
 #[test]
-fn an_implicit_engine_holds_a_sheet_that_is_far_too_stiff_for_explicit_ones() {
+fn an_implicit_integrator_is_stable_for_very_stiff_sheets() {
     for engine in TABLE.iter().filter(|e| e.implicit) {
-        let mut scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
+        let mut scene =
+            scene_without_gravity(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
         scene.dt = 2e-3;
         let MaterialChoice::Inline(material) = &mut scene.sheets[0].material else { panic!("in line") };
         material.young = 1e10;
@@ -303,9 +305,10 @@ fn an_implicit_engine_holds_a_sheet_that_is_far_too_stiff_for_explicit_ones() {
 }
 
 #[test]
-fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
+fn a_non_finite_number_set_by_a_program_is_detected() {
     for engine in TABLE {
-        let scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Samm, 0.1), engine.kind);
+        let scene =
+            scene_without_gravity(small_sheet(sheetwork::mesh::structure::StructureKind::Samm, 0.1), engine.kind);
         let mut world = World::new(&scene).expect("valid");
         world.sheets_mut()[0].v.set(3, DVec3::new(0.0, f64::NAN, 0.0));
         world.step();
@@ -316,7 +319,7 @@ fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
 
 /// Scenes of random draws that have exposed a defect, unchanged.
 #[test]
-fn scenes_that_once_broke_a_step_go_on() {
+fn scenes_of_the_corpus_run_without_a_panic() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/corpus/scene");
     let mut files: Vec<_> = std::fs::read_dir(folder).expect("corpus").map(|f| f.expect("a file").path()).collect();
     files.sort();

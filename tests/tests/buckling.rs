@@ -8,7 +8,7 @@ use sheetwork::scene::Scene;
 /// Buckling events of `scene` in `seconds`, with a call of `each` before every step.
 fn buckles(scene: &str, seconds: f64, mut each: impl FnMut(&mut World)) -> Vec<Event> {
     let mut world = World::new(&Scene::parse(scene).expect("valid")).expect("valid");
-    world.watch_buckling(true);
+    world.set_buckling_detection(true);
     while world.time() < seconds {
         each(&mut world);
         world.step();
@@ -29,7 +29,7 @@ fn energy_of_half_a_wave(length: f64, width: f64, thickness: f64, nearer: f64, y
 /// A strip buckles downwards under its weight when its ends approach. A hand then pulls its middle
 /// up by a soft spring until it snaps through.
 #[test]
-fn a_strip_buckles_when_it_is_pressed_and_when_it_is_pulled_through() {
+fn a_strip_buckles_under_compression_and_in_snap_through() {
     for dt in [0.002, 0.004] {
         let scene = format!(
             r#"(engine: "tr-bdf2", dt: {dt}, air: (factor: 0.99),
@@ -65,7 +65,7 @@ fn a_strip_buckles_when_it_is_pressed_and_when_it_is_pulled_through() {
 }
 
 #[test]
-fn what_hangs_swings_bounces_or_bends_does_not_buckle() {
+fn hanging_swinging_bouncing_and_bending_sheets_do_not_buckle() {
     let cantilever = r#"(engine: "tr-bdf2", dt: 0.004, sheets: [(name: "a", structure: "shell", grid: (17, 1, 5), size: (0.2, 0.05), material: "card",
         pins: [(region: Left, clamp: true)])])"#;
     let pendulum = r#"(engine: "tr-bdf2", dt: 0.004, sheets: [(name: "a", structure: "shell", grid: (9, 1, 9), size: (0.2, 0.2), material: "hips",

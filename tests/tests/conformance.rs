@@ -5,40 +5,43 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineInfo, TABLE};
+use sheetwork::integrators::{IntegratorInfo, TABLE};
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{PathKey, PinSpec, Region};
 use sheetwork::sheet::select;
-use sheetwork_tests::{adrift, distance, excite_randomly, excite_smoothly, highest_mode, run, small_sheet, world};
+use sheetwork_tests::{
+    distance, excite_randomly, excite_smoothly, highest_mode, run, scene_without_gravity, small_sheet, world,
+};
 
 /// Situation of the sheet whose convergence is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Case {
+enum ConformanceCase {
     Free,
     Damped,
     /// The left edge moves sideways at a constant rate, with damping.
-    Led,
+    Kinematic,
 }
 
-const CASES: [Case; 3] = [Case::Free, Case::Damped, Case::Led];
+const CASES: [ConformanceCase; 3] = [ConformanceCase::Free, ConformanceCase::Damped, ConformanceCase::Kinematic];
 
 /// A world of one small sheet, deformed and moving, and its largest frequency.
-fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, f64) {
-    let mut spec = small_sheet(structure, if case == Case::Free { 0.0 } else { 0.05 });
-    if case == Case::Led {
+fn excited(structure: StructureKind, engine: IntegratorKind, case: ConformanceCase) -> (World, f64) {
+    let mut spec = small_sheet(structure, if case == ConformanceCase::Free { 0.0 } else { 0.05 });
+    if case == ConformanceCase::Kinematic {
         let path = vec![
             PathKey::default(),
             PathKey { time: 100.0, offset: DVec3::new(0.0, 10.0, 0.0), rotation: DVec3::ZERO },
         ];
-        spec.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
+        spec.pins.push(PinSpec { path, ..PinSpec::fixed(Region::Left) });
     }
-    let mut world = world(&adrift(spec, engine));
+    let mut world = world(&scene_without_gravity(spec, engine));
     let sheet = &mut world.sheets_mut()[0];
     let (omega, _) = highest_mode(sheet);
-    let pinned = if case == Case::Led { select(&Region::Left, sheet).expect("a left edge") } else { vec![] };
+    let pinned =
+        if case == ConformanceCase::Kinematic { select(&Region::Left, sheet).expect("a left edge") } else { vec![] };
     // Displacement as well as velocity: from an unstretched start a semi-implicit scheme appears
     // one order better. A tenth of the gap is far from a collapse of the layers and large enough
     // for geometric nonlinearity of the springs.
@@ -48,14 +51,14 @@ fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, 
 
 /// Positions after `steps` equal steps over 4 radians of the highest mode, which is not a multiple
 /// of a period.
-fn positions(structure: StructureKind, engine: EngineKind, case: Case, steps: u32) -> Vectors {
+fn positions(structure: StructureKind, engine: IntegratorKind, case: ConformanceCase, steps: u32) -> Vectors {
     let (mut world, omega) = excited(structure, engine, case);
     run(&mut world, steps, 4.0 / omega / f64::from(steps));
     world.sheets()[0].x.clone()
 }
 
 /// Steps over 4 radians at which the error is asymptotic and far above rounding.
-fn coarse_steps(engine: &EngineInfo) -> u32 {
+fn coarse_steps(engine: &IntegratorInfo) -> u32 {
     match engine.order {
         1 => 400,
         2 => 100,
@@ -65,11 +68,11 @@ fn coarse_steps(engine: &EngineInfo) -> u32 {
 }
 
 #[test]
-fn every_engine_converges_with_its_order_on_every_structure() {
+fn every_integrator_converges_with_its_order_on_every_structure() {
     for structure in structure::TABLE {
         for case in CASES {
             // 4 / 2000 radians per step: an error of order 1e-11 of the motion.
-            let reference = positions(structure.kind, EngineKind::Rk4, case, 2000);
+            let reference = positions(structure.kind, IntegratorKind::Rk4, case, 2000);
             for engine in TABLE {
                 let n = coarse_steps(engine);
                 // At a tolerance of 1 m the adaptive integrator takes the given steps.
@@ -92,11 +95,13 @@ fn every_engine_converges_with_its_order_on_every_structure() {
 }
 
 #[test]
-fn the_references_of_two_engines_agree() {
+fn the_references_of_two_integrators_agree() {
     // An independent check of the reference above: rk45, which shares no coefficients with rk4,
     // must give the same motion.
     for structure in structure::TABLE {
-        let (a, b) = [EngineKind::Rk4, EngineKind::Rk45].map(|e| positions(structure.kind, e, Case::Led, 2000)).into();
+        let (a, b) = [IntegratorKind::Rk4, IntegratorKind::Rk45]
+            .map(|e| positions(structure.kind, e, ConformanceCase::Kinematic, 2000))
+            .into();
         assert!(distance(&a, &b) < 1e-12, "{}: {}", structure.name, distance(&a, &b));
     }
 }
@@ -104,10 +109,10 @@ fn the_references_of_two_engines_agree() {
 #[test]
 fn error_control_meets_its_tolerance_and_counts_its_steps() {
     for structure in structure::TABLE {
-        let reference = positions(structure.kind, EngineKind::Rk4, Case::Damped, 4000);
+        let reference = positions(structure.kind, IntegratorKind::Rk4, ConformanceCase::Damped, 4000);
         let mut last = f64::INFINITY;
         for tolerance in [1e-5, 1e-7, 1e-9] {
-            let (mut world, omega) = excited(structure.kind, EngineKind::Rk45, Case::Damped);
+            let (mut world, omega) = excited(structure.kind, IntegratorKind::Rk45, ConformanceCase::Damped);
             world.set_tolerance(tolerance).expect("in range");
             // A single step far too large for the tolerance, so that the integrator must choose its
             // own steps.
@@ -132,15 +137,15 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
 /// Sum of m |v|, kg m/s: the scale of rounding errors of momentum.
 fn motion(world: &World) -> f64 {
     let sheet = &world.sheets()[0];
-    (0..sheet.masses()).map(|i| sheet.mass(i) * sheet.v.get(i).length()).sum()
+    (0..sheet.node_count()).map(|i| sheet.node_mass(i) * sheet.v.get(i).length()).sum()
 }
 
 #[test]
-fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
+fn every_integrator_conserves_linear_momentum_of_a_free_sheet_to_rounding() {
     // Forces come in equal and opposite pairs, and every integrator sums them linearly.
     for structure in structure::TABLE {
         for engine in TABLE {
-            let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
+            let mut world = world(&scene_without_gravity(small_sheet(structure.kind, 0.1), engine.kind));
             let (omega, _) = highest_mode(&mut world.sheets_mut()[0]);
             excite_randomly(&mut world.sheets_mut()[0], 0.05, 2);
             let (before, scale) = (world.sheets()[0].momentum(), motion(&world));
@@ -156,10 +161,10 @@ fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
 
 /// Change of angular momentum over 2 radians of the highest mode in `steps` steps, as a fraction of
 /// its value.
-fn turned(structure: StructureKind, engine: EngineKind, steps: u32) -> f64 {
+fn turned(structure: StructureKind, engine: IntegratorKind, steps: u32) -> f64 {
     let mut spec = small_sheet(structure, 0.1);
     spec.spin = DVec3::new(1.0, 2.0, -1.5);
-    let mut world = world(&adrift(spec, engine));
+    let mut world = world(&scene_without_gravity(spec, engine));
     let sheet = &mut world.sheets_mut()[0];
     let (omega, _) = highest_mode(sheet);
     excite_smoothly(sheet, 0.004, 0.2 * omega, &[]);
@@ -169,7 +174,7 @@ fn turned(structure: StructureKind, engine: EngineKind, steps: u32) -> f64 {
 }
 
 #[test]
-fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
+fn every_integrator_conserves_angular_momentum_to_its_order() {
     // Internal forces are central or, in a shell, without moment, so their moments cancel at the
     // positions of their evaluation. (A shell's damping acts along the normal and has a small
     // moment where a sheet is stretched unevenly.) Euler-Cromer and Verlet change velocities at
@@ -184,7 +189,7 @@ fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
             let n = if engine.order < 4 { coarse_steps(engine) } else { 8 };
             let (coarse, fine) = (turned(structure.kind, engine.kind, n), turned(structure.kind, engine.kind, 2 * n));
             println!("{:16} {:16}: angular momentum off by {coarse:.1e}, {fine:.1e}", structure.name, engine.name);
-            if matches!(engine.kind, EngineKind::EulerCromer | EngineKind::Verlet) {
+            if matches!(engine.kind, IntegratorKind::EulerCromer | IntegratorKind::Verlet) {
                 let bound = if structure.kind == StructureKind::Shell { 1e-5 } else { 1e-13 };
                 assert!(coarse < bound && fine < bound, "{} on {}: {coarse} {fine}", engine.name, structure.name);
             } else if structure.kind != StructureKind::Shell {
@@ -196,7 +201,7 @@ fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
 }
 
 #[test]
-fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
+fn pinned_nodes_are_exactly_at_their_positions_with_every_integrator() {
     let path = vec![
         PathKey { time: 0.01, ..PathKey::default() },
         PathKey { time: 0.03, offset: DVec3::new(0.01, 0.02, -0.005), rotation: DVec3::ZERO },
@@ -206,8 +211,8 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
         for engine in TABLE {
             let mut spec = small_sheet(structure.kind, 0.1);
             spec.pins =
-                vec![PinSpec { path: path.clone(), ..PinSpec::held(Region::Left) }, PinSpec::held(Region::Right)];
-            let mut world = world(&adrift(spec, engine.kind));
+                vec![PinSpec { path: path.clone(), ..PinSpec::fixed(Region::Left) }, PinSpec::fixed(Region::Right)];
+            let mut world = world(&scene_without_gravity(spec, engine.kind));
             world.set_gravity(DVec3::new(0.0, -9.81, 0.0)).expect("in range");
             let sheet = &world.sheets()[0];
             let start = sheet.x.clone();
@@ -225,19 +230,19 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
 }
 
 #[test]
-fn an_engine_switched_while_running_goes_on_from_the_same_state() {
+fn a_switch_of_integrator_continues_from_the_present_state() {
     // An explicit integrator has no state between steps except the step size of rk45, and an
     // implicit one restarts when selected. A switched world and a new one with equal positions and
     // velocities must therefore continue bit for bit.
     for structure in structure::TABLE {
         for first in TABLE {
             for second in TABLE {
-                let (mut switched, omega) = excited(structure.kind, first.kind, Case::Damped);
+                let (mut switched, omega) = excited(structure.kind, first.kind, ConformanceCase::Damped);
                 run(&mut switched, 10, 0.1 / omega);
                 let (x, v) = (switched.sheets()[0].x.clone(), switched.sheets()[0].v.clone());
                 switched.set_engine(second.kind);
                 assert!(switched.sheets()[0].x == x && switched.sheets()[0].v == v);
-                let (mut fresh, _) = excited(structure.kind, second.kind, Case::Damped);
+                let (mut fresh, _) = excited(structure.kind, second.kind, ConformanceCase::Damped);
                 fresh.sheets_mut()[0].x = x;
                 fresh.sheets_mut()[0].v = v;
                 if first.kind == second.kind && (first.adaptive || first.implicit) {
@@ -252,7 +257,7 @@ fn an_engine_switched_while_running_goes_on_from_the_same_state() {
 }
 
 #[test]
-fn gravity_changed_while_running_acts_from_the_next_step() {
+fn a_change_of_gravity_acts_from_the_next_step() {
     // Centre of mass: v = g₁ T + g₂ T exactly, with every integrator; x = ½ g₁ T² + g₁ T² + ½ g₂ T²
     // for integrators that are exact for constant acceleration (all but Euler and Euler-Cromer,
     // whose error is ∓½ T h (g₁ + g₂)).
@@ -260,7 +265,7 @@ fn gravity_changed_while_running_acts_from_the_next_step() {
     let t = f64::from(steps) * h;
     for structure in structure::TABLE {
         for engine in TABLE {
-            let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
+            let mut world = world(&scene_without_gravity(small_sheet(structure.kind, 0.1), engine.kind));
             excite_randomly(&mut world.sheets_mut()[0], 0.02, 3);
             let (x0, v0) = centre(&world);
             world.set_gravity(g1).expect("in range");
@@ -269,14 +274,14 @@ fn gravity_changed_while_running_acts_from_the_next_step() {
             run(&mut world, steps, h);
             let (x1, v1) = centre(&world);
             let sign = match engine.kind {
-                EngineKind::Euler => -1.0,
-                EngineKind::EulerCromer | EngineKind::BackwardEuler => 1.0,
+                IntegratorKind::Euler => -1.0,
+                IntegratorKind::EulerCromer | IntegratorKind::BackwardEuler => 1.0,
                 _ => 0.0,
             };
             let x = x0 + v0 * (2.0 * t) + (1.5 * g1 + 0.5 * g2) * (t * t) + (g1 + g2) * (0.5 * sign * t * h);
             // The two implicit integrators of order 2 use the previous step, so a part of the
             // change acts one step late.
-            let late = matches!(engine.kind, EngineKind::TrBdf2 | EngineKind::Bdf2);
+            let late = matches!(engine.kind, IntegratorKind::TrBdf2 | IntegratorKind::Bdf2);
             let rounding = if engine.implicit { 1e-9 } else { 1e-13 };
             let (dv, dx) =
                 if late { ((g2 - g1).length() * h, (g1.length() + g2.length()) * t * h) } else { (0.0, 0.0) };
@@ -294,19 +299,19 @@ fn centre(world: &World) -> (DVec3, DVec3) {
 }
 
 #[test]
-fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
+fn the_flexion_limit_bounds_the_angle_and_conserves_momenta() {
     for structure in structure::TABLE.iter().filter(|s| s.flexion) {
-        let thrown = |limit: Option<f64>, engine: EngineKind| {
+        let thrown = |limit: Option<f64>, engine: IntegratorKind| {
             let mut spec = small_sheet(structure.kind, 0.02);
             spec.grid = (9, spec.grid.1, 5);
             spec.size = (0.8, 0.4);
             spec.gap = 0.02;
             spec.flexion_stiffness = 0.01;
             spec.flexion_limit = limit;
-            let mut world = world(&adrift(spec, engine));
+            let mut world = world(&scene_without_gravity(spec, engine));
             let sheet = &mut world.sheets_mut()[0];
             // An upward velocity at both ends and a downward one in the middle: a fold along z.
-            for i in 0..sheet.masses() {
+            for i in 0..sheet.node_count() {
                 let u = sheet.uv[i].0;
                 sheet.v.set(i, DVec3::new(0.0, 1.5 * (4.0 * (u - 0.5).powi(2) - 0.3), 0.2 * u));
             }
@@ -333,7 +338,7 @@ fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
             assert!(with.sheets()[0].momentum().distance(p) < rounding * scale, "{}", engine.name);
             // Impulses of the limit have no moment; the remaining change is that of the integrator
             // (see above).
-            if matches!(engine.kind, EngineKind::EulerCromer | EngineKind::Verlet) {
+            if matches!(engine.kind, IntegratorKind::EulerCromer | IntegratorKind::Verlet) {
                 let turned = with.sheets()[0].angular_momentum().distance(l);
                 assert!(turned < 1e-12 * scale, "{}: {turned}", engine.name);
             }

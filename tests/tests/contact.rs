@@ -8,25 +8,25 @@ use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
-use sheetwork::scene::contact::SKIN;
+use sheetwork::scene::IntegratorKind;
+use sheetwork::scene::contact::MINIMUM_CONTACT_OFFSET;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_rigs::measure::{Setup, measure};
-use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};
+use sheetwork_tests::{body, run, scene_without_gravity, shipped_scene, small_sheet, world};
 
 /// Explicit integrators and structures of the rigs: order 1, 2, 4 and adaptive; one, two and three
 /// layers.
-const RIGS: [(EngineKind, StructureKind, u32); 7] = [
-    (EngineKind::EulerCromer, StructureKind::Trimm, 2),
-    (EngineKind::EulerRichardson, StructureKind::Trimm, 2),
-    (EngineKind::Verlet, StructureKind::Samm, 3),
-    (EngineKind::Verlet, StructureKind::Provot2d, 1),
-    (EngineKind::Rk4, StructureKind::Provot3d, 2),
-    (EngineKind::Rk4, StructureKind::Slamm, 1),
-    (EngineKind::Rk45, StructureKind::DoubleDiagonal, 2),
+const RIGS: [(IntegratorKind, StructureKind, u32); 7] = [
+    (IntegratorKind::EulerCromer, StructureKind::Trimm, 2),
+    (IntegratorKind::EulerRichardson, StructureKind::Trimm, 2),
+    (IntegratorKind::Verlet, StructureKind::Samm, 3),
+    (IntegratorKind::Verlet, StructureKind::Provot2d, 1),
+    (IntegratorKind::Rk4, StructureKind::Provot3d, 2),
+    (IntegratorKind::Rk4, StructureKind::Slamm, 1),
+    (IntegratorKind::Rk45, StructureKind::DoubleDiagonal, 2),
 ];
 
-fn setup((engine, structure, layers): (EngineKind, StructureKind, u32)) -> Setup {
+fn setup((engine, structure, layers): (IntegratorKind, StructureKind, u32)) -> Setup {
     let material = Material { young: 4e6, poisson: 0.3, density: 900.0, thickness: 1e-3, ..Material::default() };
     Setup {
         engine,
@@ -118,8 +118,8 @@ fn a_sliding_sheet_stops_after_v_squared_over_two_mu_g() {
 }
 
 /// A scene of one small damped sheet under gravity with friction.
-fn laid(structure: StructureKind, friction: f64) -> Scene {
-    let mut scene = adrift(small_sheet(structure, 0.3), EngineKind::Verlet);
+fn scene_with_friction(structure: StructureKind, friction: f64) -> Scene {
+    let mut scene = scene_without_gravity(small_sheet(structure, 0.3), IntegratorKind::Verlet);
     scene.gravity = DVec3::new(0.0, -9.81, 0.0);
     scene.contact = ContactDefaults { friction, restitution: 0.0, ..ContactDefaults::default() };
     scene.dt = 2e-3;
@@ -137,10 +137,11 @@ fn moved(scene: &Scene, seconds: f64) -> (World, DVec3) {
 #[test]
 fn a_sheet_rests_on_a_tilted_box_and_slides_off_a_steeper_one() {
     for (angle, stays) in [(20.0, true), (40.0, false)] {
-        let mut scene = laid(StructureKind::Trimm, 0.6);
+        let mut scene = scene_with_friction(StructureKind::Trimm, 0.6);
         let tilt = Placement { position: DVec3::new(0.3, 0.2, -0.1), rotation: DVec3::new(angle, 30.0, 0.0) };
         scene.bodies.push(body("ramp", Shape::Box(DVec3::new(1.0, 0.2, 1.0)), tilt, vec![]));
-        scene.sheets[0].placement = Placement { position: tilt.apply(DVec3::new(0.0, 0.1 + SKIN, 0.0)), ..tilt };
+        scene.sheets[0].placement =
+            Placement { position: tilt.apply(DVec3::new(0.0, 0.1 + MINIMUM_CONTACT_OFFSET, 0.0)), ..tilt };
         let (world, moved) = moved(&scene, 1.0);
         println!("{angle} degrees: moved {:.4} m, {:.1e} m deep", moved.length(), world.penetration());
         // The upper layer sags by less than a centimetre; a slip covers g (sin 40 - 0.6 cos 40) / 2
@@ -153,11 +154,11 @@ fn a_sheet_rests_on_a_tilted_box_and_slides_off_a_steeper_one() {
 }
 
 #[test]
-fn a_sheet_falls_and_rests_wherever_its_world_is_put() {
+fn contact_is_invariant_under_translation_and_rotation() {
     // A scene that is translated by metres and rotated with its gravity must give the translated
     // and rotated result. Contact is computed in each body's frame, in f32.
     let rest = |placement: Placement| {
-        let mut scene = laid(StructureKind::Slamm, 0.4);
+        let mut scene = scene_with_friction(StructureKind::Slamm, 0.4);
         let q = placement.quaternion();
         scene.gravity = q * scene.gravity;
         scene.bodies.push(body("table", Shape::Box(DVec3::new(0.2, 0.1, 0.5)), placement, vec![]));
@@ -184,7 +185,7 @@ fn a_sheet_falls_and_rests_wherever_its_world_is_put() {
 #[test]
 fn a_moving_body_carries_the_sheet_on_it() {
     for structure in [StructureKind::Trimm, StructureKind::Provot2d] {
-        let mut scene = laid(structure, 0.8);
+        let mut scene = scene_with_friction(structure, 0.8);
         // Slowly sideways, then up: friction transfers 0.1 m/s within a millisecond of slip.
         let path = vec![
             PathKey { time: 0.2, ..PathKey::default() },
@@ -192,7 +193,7 @@ fn a_moving_body_carries_the_sheet_on_it() {
             PathKey { time: 2.2, offset: DVec3::new(0.1, 0.15, -0.05), rotation: DVec3::ZERO },
         ];
         scene.bodies.push(body("tray", Shape::Box(DVec3::new(0.6, 0.04, 0.6)), Placement::default(), path));
-        scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + SKIN, 0.0);
+        scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + MINIMUM_CONTACT_OFFSET, 0.0);
         let (world, moved) = moved(&scene, 3.0);
         println!("{structure}: carried {moved}");
         // A start and a stop at 0.1 m/s each slip by at most v²/(2 μ g) = 0.6 mm; two layers sag a
@@ -205,11 +206,11 @@ fn a_moving_body_carries_the_sheet_on_it() {
 
 #[test]
 fn a_turntable_turns_the_sheet_on_it() {
-    let mut scene = laid(StructureKind::Slamm, 1.0);
+    let mut scene = scene_with_friction(StructureKind::Slamm, 1.0);
     let turn = |time: f64, degrees: f64| PathKey { time, offset: DVec3::ZERO, rotation: DVec3::new(0.0, degrees, 0.0) };
     let path = (0..=18).map(|i| turn(0.2 + 0.1 * f64::from(i), 5.0 * f64::from(i))).collect();
     scene.bodies.push(body("table", Shape::Box(DVec3::new(0.6, 0.04, 0.6)), Placement::default(), path));
-    scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + SKIN, 0.0);
+    scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + MINIMUM_CONTACT_OFFSET, 0.0);
     let mut world = world(&scene);
     let start: Vec<DVec3> = world.sheets()[0].x.iter().collect();
     run(&mut world, 1200, scene.dt);
@@ -233,10 +234,10 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
     // faster by orders of magnitude.
     let shapes = [Shape::Ball(0.06), Shape::Box(DVec3::new(0.1, 0.1, 0.1))];
     for (shape, (limit, bound)) in shapes.iter().flat_map(|s| [(s.clone(), (0.0, 10.0)), (s.clone(), (0.5, 20.0))]) {
-        let mut scene = laid(StructureKind::DoubleDiagonal, 0.2);
+        let mut scene = scene_with_friction(StructureKind::DoubleDiagonal, 0.2);
         scene.sheets[0].thickness_limit = limit;
         scene.sheets[0].grid = (9, 2, 9);
-        scene.sheets[0].pins.push(PinSpec::held(Region::Left));
+        scene.sheets[0].pins.push(PinSpec::fixed(Region::Left));
         let path = vec![
             PathKey::default(),
             PathKey { time: 2.0, offset: DVec3::new(0.0, 1.2, 0.0), rotation: DVec3::new(0.0, 90.0, 0.0) },
@@ -259,9 +260,9 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
 }
 
 #[test]
-fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
+fn the_cache_of_distant_nodes_has_no_effect_on_the_result() {
     // `wake` discards the cached distances of nodes from bodies; the result must be bit-identical.
-    let mut falling = laid(StructureKind::Trimm, 0.3);
+    let mut falling = scene_with_friction(StructureKind::Trimm, 0.3);
     falling.sheets[0].placement.position = DVec3::new(0.02, 0.4, 0.0);
     falling.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
     let path = vec![
@@ -271,7 +272,7 @@ fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
     let at = Placement { position: DVec3::new(-0.3, 0.1, 0.0), rotation: DVec3::ZERO };
     falling.bodies.push(body("sweeper", Shape::Box(DVec3::new(0.1, 0.2, 0.4)), at, path));
     let mut scenes = vec![falling];
-    scenes.extend(["wedge", "slide_11", "hemisphere", "two_walls"].map(shipped));
+    scenes.extend(["wedge", "slide_11", "hemisphere", "two_walls"].map(shipped_scene));
     for scene in scenes {
         let (mut kept, mut forgetful) = (world(&scene), world(&scene));
         for step in 0..400 {
@@ -286,7 +287,7 @@ fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
 }
 
 #[test]
-fn the_rigs_choose_a_stable_step_whatever_the_damping() {
+fn the_rigs_choose_a_stable_step_at_any_damping() {
     for rig in RIGS {
         for damping_ratio in [0.0, 0.05, 0.3, 1.0] {
             let setup = Setup { damping_ratio, angle: 20.0, friction: 0.2, ..setup(rig) };

@@ -17,9 +17,9 @@ use std::path::PathBuf;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::integrators::TABLE;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::Scene;
-use sheetwork_tests::{all_shipped, shipped, state_hash};
+use sheetwork_tests::{shipped_scene, shipped_scene_names, state_hash};
 
 fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
     let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
@@ -28,25 +28,25 @@ fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
     state_hash(&world)
 }
 
-fn crowd(engine: EngineKind) -> Scene {
-    Scene { tolerance: 1e-6, ..sheetwork_tests::crowd(engine, 0.25) }
+fn one_of_every_structure(engine: IntegratorKind) -> Scene {
+    Scene { tolerance: 1e-6, ..sheetwork_tests::one_of_every_structure(engine, 0.25) }
 }
 
 #[test]
-fn every_shipped_scene_gives_the_bits_that_were_pinned() {
+fn every_shipped_scene_equals_its_pinned_hash() {
     let mut found = String::new();
-    for name in all_shipped() {
-        let scene = shipped(&name);
+    for name in shipped_scene_names() {
+        let scene = shipped_scene(&name);
         // Contact between many cards takes long.
         let steps = if scene.sheets.len() > 10 { 18 } else { 150 };
         let of = if scene.engine.info().implicit { path() } else { String::new() };
         found += &format!("{name}{of} {:016x}\n", hash_after(&scene, 1, steps));
     }
-    hold("scenes.txt", &found);
+    compare_with_pinned("scenes.txt", &found);
 }
 
 /// Prints a line that is visible in a passing test.
-fn say(line: &str) {
+fn print_line(line: &str) {
     use std::io::Write;
     // Bypasses the capture of test output; a failure to print is ignored.
     let _ = writeln!(std::io::stderr(), "{line}");
@@ -55,7 +55,7 @@ fn say(line: &str) {
 /// Suffix of the name for an implicit integrator: its bits depend on the instruction set of the
 /// linear solver.
 fn path() -> String {
-    format!("@{:?}", sheetwork::linear::Path::best()).to_lowercase()
+    format!("@{:?}", sheetwork::linear::InstructionSet::best()).to_lowercase()
 }
 
 /// Pinned hashes of a file that apply to this machine, renewed with `found` on request. A renewal
@@ -75,11 +75,11 @@ fn pinned(name: &str, found: &str) -> Vec<String> {
 
 /// Compares `found` with the hashes pinned in `file`; reports an instruction set without pinned
 /// hashes.
-fn hold(file: &str, found: &str) {
+fn compare_with_pinned(file: &str, found: &str) {
     let pinned = pinned(file, found);
     let unpinned = !pinned.iter().any(|line| line.contains('@'));
     if unpinned {
-        say(&format!("skipped: hashes of implicit engines in {file}, of which none is {}", path()));
+        print_line(&format!("skipped: hashes of implicit engines in {file}, of which none is {}", path()));
     }
     let found: Vec<&str> = found.lines().filter(|line| !(unpinned && line.contains('@'))).collect();
     for (found, wanted) in found.iter().zip(&pinned) {
@@ -89,9 +89,9 @@ fn hold(file: &str, found: &str) {
 }
 
 #[test]
-fn threads_do_not_change_a_bit_nor_the_order_of_events() {
-    for engine in [EngineKind::EulerRichardson, EngineKind::Rk45] {
-        let scene = crowd(engine);
+fn results_and_events_are_identical_on_any_number_of_threads() {
+    for engine in [IntegratorKind::EulerRichardson, IntegratorKind::Rk45] {
+        let scene = one_of_every_structure(engine);
         let run = |threads: usize| {
             let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
             world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
@@ -107,9 +107,9 @@ fn threads_do_not_change_a_bit_nor_the_order_of_events() {
 }
 
 #[test]
-fn sheets_that_touch_each_other_come_out_the_same_on_any_number_of_threads() {
+fn sheets_in_contact_are_bit_identical_on_any_number_of_threads() {
     // The pack lands in the fifth step.
-    let scene = shipped("cards_pack");
+    let scene = shipped_scene("cards_pack");
     let one = hash_after(&scene, 1, 8);
     for threads in [2, 3, 8] {
         assert_eq!(hash_after(&scene, threads, 8), one, "{threads} threads");
@@ -117,12 +117,12 @@ fn sheets_that_touch_each_other_come_out_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn heat_flow_tears_and_sticking_come_out_the_same_on_any_number_of_threads() {
+fn heat_creep_fracture_and_adhesion_are_bit_identical_on_any_number_of_threads() {
     // A single sheet is not parallel, so each scene has two copies of it side by side.
     for (name, steps) in
         [("hot_sag", 60), ("torn_strip", 60), ("sticky_film", 40), ("creased_sheet", 30), ("heat_gun", 40)]
     {
-        let mut scene = shipped(name);
+        let mut scene = shipped_scene(name);
         let mut other = scene.sheets[0].clone();
         other.name = "the other".into();
         other.placement.position.z += 3.0;
@@ -135,15 +135,15 @@ fn heat_flow_tears_and_sticking_come_out_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_reset_world_runs_as_a_fresh_one() {
+fn a_reset_world_equals_a_new_one() {
     for engine in TABLE {
-        let scene = crowd(engine.kind);
+        let scene = one_of_every_structure(engine.kind);
         let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
         (0..100).for_each(|_| world.step());
         // A reset must also discard changes made during the run.
         world.set_gravity(DVec3::new(1.0, -2.0, 0.5)).unwrap_or_else(|e| panic!("{e}"));
         world.set("sheets.trimm.material.young", "5e3").unwrap_or_else(|e| panic!("{e}"));
-        world.set_engine(EngineKind::Verlet);
+        world.set_engine(IntegratorKind::Verlet);
         (0..50).for_each(|_| world.step());
         world.reset().unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(world.time(), 0.0);
@@ -154,11 +154,12 @@ fn a_reset_world_runs_as_a_fresh_one() {
 }
 
 #[test]
-fn the_bits_are_those_that_were_pinned() {
+fn every_integrator_equals_its_pinned_hash() {
     let mut found = String::new();
     for engine in TABLE {
         let of = if engine.implicit { path() } else { String::new() };
-        found += &format!("crowd-{}{of} {:016x}\n", engine.name, hash_after(&crowd(engine.kind), 2, 200));
+        found +=
+            &format!("crowd-{}{of} {:016x}\n", engine.name, hash_after(&one_of_every_structure(engine.kind), 2, 200));
     }
-    hold("hashes.txt", &found);
+    compare_with_pinned("hashes.txt", &found);
 }

@@ -5,7 +5,7 @@ use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
@@ -13,7 +13,7 @@ use sheetwork::scene::{
 use sheetwork::sheet::temperature::Softening;
 use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use sheetwork_rigs::measure::{Setup, Thermal, measure};
-use sheetwork_tests::{Random, body, shipped, world};
+use sheetwork_tests::{Random, body, shipped_scene, world};
 
 /// (T - T₀)/(T₁ - T₀) of a slab with a temperature step on one side and insulation on the other, by
 /// its series (Carslaw and Jaeger, *Conduction of Heat in Solids*, 3.4).
@@ -34,7 +34,7 @@ fn conducted(columns: u32, fourier: f64) -> (Vec<f64>, f64) {
 }
 
 #[test]
-fn warmth_comes_along_a_sheet_as_into_a_slab() {
+fn conduction_along_a_sheet_equals_that_of_a_slab() {
     for (x, wanted) in [(0.1, 0.823_082), (0.25, 0.576_241), (0.5, 0.264_349), (0.75, 0.098_721), (1.0, 0.050_695)] {
         assert!((slab(x, 0.1) - wanted).abs() < 1e-6);
     }
@@ -83,7 +83,7 @@ fn cooled(material: Material, thermal: Thermal, dt: Option<f64>) -> f64 {
 }
 
 #[test]
-fn sheets_cool_in_the_time_that_their_losses_say() {
+fn cooling_times_equal_the_integral_of_the_losses() {
     let hips = material::by_name("hips").expect("there");
     assert!((time_by_quadrature(&hips, (120.0, 60.0, 20.0), 0.0) - 43.79).abs() < 0.01);
     for name in ["hips", "packaging-pvc", "steel-foil", "rubber"] {
@@ -104,7 +104,7 @@ fn sheets_cool_in_the_time_that_their_losses_say() {
 }
 
 #[test]
-fn a_sheet_that_only_convects_cools_as_newton_says() {
+fn convective_cooling_is_exponential() {
     let m = Material { emissivity: 0.0, ..material::by_name("pet").expect("there") };
     let wanted = m.density * m.specific_heat * m.thickness / 8.0 * 4.0_f64.ln();
     let thermal = Thermal { from: Some(100.0), to: 40.0, ambient: 20.0, convection: 8.0, ..Thermal::default() };
@@ -113,7 +113,7 @@ fn a_sheet_that_only_convects_cools_as_newton_says() {
 }
 
 #[test]
-fn a_heater_warms_a_sheet_as_its_balance_says() {
+fn a_heated_sheet_reaches_its_radiative_balance() {
     let m = material::by_name("pvc").expect("there");
     for (heater, view, seconds, ambient) in
         [(400.0, 0.5, 20.0, 20.0), (250.0, 0.9, 60.0, 30.0), (600.0, 0.1, 200.0, 0.0)]
@@ -136,7 +136,7 @@ fn a_heater_warms_a_sheet_as_its_balance_says() {
 }
 
 #[test]
-fn a_warm_sheet_droops_as_its_modulus_says() {
+fn the_droop_of_a_warm_sheet_follows_its_modulus() {
     let hips = material::by_name("hips").expect("there");
     for celsius in [20.0, 60.0, 95.0, 103.0] {
         let young = hips.young * Softening::of(&hips).fraction(celsius);
@@ -165,11 +165,11 @@ fn sheet(structure: StructureKind, pins: Vec<PinSpec>) -> SheetSpec {
 }
 
 fn scene(sheet: SheetSpec) -> Scene {
-    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+    Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
 }
 
 #[test]
-fn a_scene_that_nothing_heats_has_no_temperatures() {
+fn a_scene_without_heat_has_no_temperatures() {
     let mut cold = world(&scene(sheet(StructureKind::Shell, vec![])));
     cold.advance(0.1);
     assert!(cold.sheets()[0].heat().is_none() && cold.sheets()[0].temperatures().is_none());
@@ -250,7 +250,7 @@ fn a_sheet_that_is_heated_on_one_side_curls_away() {
 }
 
 #[test]
-fn a_sheet_on_a_hot_body_comes_to_the_balance_of_contact_and_losses() {
+fn a_sheet_on_a_hot_body_reaches_the_balance_of_contact_and_losses() {
     let mut scene = scene(sheet(StructureKind::Shell, vec![]));
     scene.sheets[0].placement.position.y = 2.6e-4;
     scene.time_lapse = 50.0;
@@ -283,11 +283,11 @@ fn a_sheet_on_a_hot_body_comes_to_the_balance_of_contact_and_losses() {
 }
 
 #[test]
-fn a_hot_body_that_is_added_warms_what_lies_on_it() {
+fn an_added_hot_body_heats_the_sheet_on_it() {
     let mut spec = sheet(StructureKind::Shell, vec![]);
     spec.placement.position.y = 0.0503;
     let mut world =
-        world(&Scene { dt: 1.0 / 60.0, engine: EngineKind::TrBdf2, sheets: vec![spec], ..Scene::default() });
+        world(&Scene { dt: 1.0 / 60.0, engine: IntegratorKind::TrBdf2, sheets: vec![spec], ..Scene::default() });
     let plate = sheetwork::scene::BodySpec {
         temperature: Some(90.0),
         ..body("plate", Shape::Box(DVec3::new(1.0, 0.1, 1.0)), Placement::default(), vec![])
@@ -303,9 +303,9 @@ fn a_hot_body_that_is_added_warms_what_lies_on_it() {
 }
 
 #[test]
-fn what_stands_before_a_heater_throws_a_shadow() {
+fn a_body_before_a_heater_throws_a_shadow() {
     let lit = |with_body: bool| {
-        let mut scene = scene(sheet(StructureKind::Shell, vec![PinSpec::held(Region::All)]));
+        let mut scene = scene(sheet(StructureKind::Shell, vec![PinSpec::fixed(Region::All)]));
         scene.sheets[0].grid = (17, 1, 9);
         scene.heaters = vec![HeaterSpec {
             name: String::new(),
@@ -333,8 +333,8 @@ fn what_stands_before_a_heater_throws_a_shadow() {
 }
 
 #[test]
-fn the_thesis_way_softens_at_once_and_by_its_formula() {
-    let spec = SheetSpec { pins: vec![PinSpec::held(Region::Left)], node_mass: Some(4e-5), ..SheetSpec::default() };
+fn the_thesis_heat_model_softens_by_its_formula() {
+    let spec = SheetSpec { pins: vec![PinSpec::fixed(Region::Left)], node_mass: Some(4e-5), ..SheetSpec::default() };
     let mut scene = Scene { dt: 2e-3, gravity: DVec3::new(0.0, -0.981, 0.0), sheets: vec![spec], ..Scene::default() };
     scene.heat_mode = HeatMode::Thesis { sensitivity: 0.1, conductivity: 0.0 };
     scene.oven = Some(OvenSpec { temperature: 21.0, ..OvenSpec::default() });
@@ -347,7 +347,7 @@ fn the_thesis_way_softens_at_once_and_by_its_formula() {
 }
 
 #[test]
-fn no_heat_history_of_a_thousand_makes_a_sheet_unstable() {
+fn a_thousand_random_heat_histories_are_stable() {
     let mut random = Random::new(7);
     let mut draw = |low: f64, high: f64| low + (high - low) * 0.5 * (1.0 + random.signed());
     let structures = [
@@ -416,7 +416,7 @@ fn a_warm_step_with_heat_allocates_nothing() {
 
 #[test]
 fn a_vacuum_draws_a_hot_sheet_over_a_mould_and_it_keeps_the_shape() {
-    let mut scene = shipped("vacuum_forming");
+    let mut scene = shipped_scene("vacuum_forming");
     scene.sheets[0].grid = (13, 1, 13);
     let mut world = world(&scene);
     let (frame, ball) = (scene.sheets[0].placement.position.y, 0.05);

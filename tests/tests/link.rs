@@ -7,17 +7,17 @@
 #[path = "link/place.rs"]
 mod place;
 
-#[path = "link/knobs.rs"]
-mod knobs;
-#[path = "link/pull.rs"]
-mod pull;
+#[path = "link/determinism.rs"]
+mod determinism;
+#[path = "link/grab.rs"]
+mod grab;
+#[path = "link/parameters.rs"]
+mod parameters;
+#[path = "link/process_failures.rs"]
+mod process_failures;
 #[path = "link/python.rs"]
 mod python;
-#[path = "link/reading.rs"]
-mod reading;
-#[path = "link/same.rs"]
-mod same;
-#[path = "link/survival.rs"]
-mod survival;
+#[path = "link/readers.rs"]
+mod readers;
 #[path = "link/topology.rs"]
 mod topology;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::integrators::TABLE;
 use sheetwork::scene::Scene;
-use sheetwork_tests::{crowd, shipped, state_hash, world};
+use sheetwork_tests::{one_of_every_structure, shipped_scene, state_hash, world};
 
 /// Hashes after each of `steps` steps.
 fn run(world: &mut World, steps: u32) -> Vec<u64> {
@@ -23,19 +23,19 @@ fn run(world: &mut World, steps: u32) -> Vec<u64> {
 fn first_difference(scene: &Scene, first: u32, steps: u32) -> Option<(&'static str, usize)> {
     let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
     run(&mut world, first);
-    let saved = world.save();
+    let saved = world.serialise();
     let wanted = run(&mut world, steps);
-    let end = world.save();
+    let end = world.serialise();
     let mut fresh = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
     for (name, world) in [("the same world", &mut world), ("a new world", &mut fresh)] {
-        world.load(&saved).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
-        assert!(world.save() == saved, "{}: {name} saves something else than it has loaded", scene.name);
+        world.deserialise(&saved).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+        assert!(world.serialise() == saved, "{}: {name} saves something else than it has loaded", scene.name);
         let found = run(world, steps);
         if let Some(at) = (0..wanted.len()).find(|i| wanted[*i] != found[*i]) {
             return Some((name, at + 1));
         }
         // Compares the complete state, beyond the hashed part.
-        if world.save() != end {
+        if world.serialise() != end {
             return Some((name, wanted.len()));
         }
     }
@@ -72,26 +72,26 @@ const SAMPLE: &[(&str, u32, u32)] = &[
 ];
 
 #[test]
-fn a_sample_of_the_library_goes_on_to_the_bit() {
+fn shipped_scenes_continue_bit_exactly_from_a_snapshot() {
     for (name, first, steps) in SAMPLE {
-        continues(&shipped(name), name, *first, *steps);
+        continues(&shipped_scene(name), name, *first, *steps);
     }
 }
 
 #[test]
-fn every_engine_and_structure_goes_on_to_the_bit() {
+fn every_integrator_and_structure_continues_bit_exactly_from_a_snapshot() {
     for engine in TABLE {
-        let scene = crowd(engine.kind, 0.12);
+        let scene = one_of_every_structure(engine.kind, 0.12);
         continues(&scene, engine.name, 60, 60);
     }
 }
 
 #[test]
-fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
-    let scene = shipped("materials_hanging");
+fn a_snapshot_restores_parameters_grabs_and_moved_bodies() {
+    let scene = shipped_scene("materials_hanging");
     let mut world = world(&scene);
     let name = world.sheets()[1].name.clone();
-    let warm = shipped("oven_wedge");
+    let warm = shipped_scene("oven_wedge");
     let meddle = |world: &mut World| {
         world.sheets_mut()[0].grab((1.0, 0.5), 30.0).expect("free");
         world.sheets_mut()[0].pull(0, DVec3::new(0.1, 0.3, 0.2)).expect("there");
@@ -100,22 +100,22 @@ fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
         world.set("dt", "0.01").expect("in range");
     };
     run(&mut world, 20);
-    let before = world.save();
+    let before = world.serialise();
     let plain = run(&mut world, 10);
-    world.load(&before).expect("its own");
+    world.deserialise(&before).expect("its own");
     meddle(&mut world);
     run(&mut world, 5);
-    let amid = world.save();
+    let amid = world.serialise();
     let meddled = run(&mut world, 10);
     assert_ne!(plain, meddled);
     // Restores the earlier state and continues; restores the later state in the same world and in a
     // new one.
-    world.load(&before).expect("its own");
+    world.deserialise(&before).expect("its own");
     assert!(world.sheets()[0].pulls().is_empty() && world.gravity().x == 0.0);
     assert_eq!(run(&mut world, 10), plain);
     let mut fresh = self::world(&scene);
     for world in [&mut world, &mut fresh] {
-        world.load(&amid).expect("of this scene");
+        world.deserialise(&amid).expect("of this scene");
         assert_eq!((world.dt(), world.sheets()[0].pulls().len()), (0.01, 1));
         assert_eq!(run(world, 10), meddled);
     }
@@ -123,45 +123,45 @@ fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
     let mut world = self::world(&warm);
     let body = world.rigid().expect("its own").bodies()[0].name.clone();
     run(&mut world, 10);
-    let before = world.save();
+    let before = world.serialise();
     let plain = run(&mut world, 10);
     world.set("oven.temperature", "60").expect("in range");
     assert!(world.move_body(&body, DVec3::new(0.0, 0.01, 0.0), glam::DQuat::IDENTITY));
     run(&mut world, 10);
-    let sent = world.save();
+    let sent = world.serialise();
     let on = run(&mut world, 10);
-    world.load(&before).expect("its own");
+    world.deserialise(&before).expect("its own");
     assert_eq!(run(&mut world, 10), plain);
-    world.load(&sent).expect("its own");
+    world.deserialise(&sent).expect("its own");
     assert_eq!(run(&mut world, 10), on);
 }
 
 #[test]
-fn what_warms_or_tears_for_the_first_time_goes_back_to_cold_and_whole() {
+fn a_snapshot_restores_a_state_before_heat_and_fracture() {
     for (name, first) in [("torn_strip", 400), ("melting_hole", 100)] {
-        let mut world = world(&shipped(name));
-        let before = world.save();
+        let mut world = world(&shipped_scene(name));
+        let before = world.serialise();
         let wanted = run(&mut world, 5);
         run(&mut world, first);
-        world.load(&before).expect("its own");
+        world.deserialise(&before).expect("its own");
         assert_eq!(run(&mut world, 5), wanted, "{name}");
     }
     // Temperatures set by a program on a sheet without temperatures.
-    let mut world = world(&shipped("materials_hanging"));
+    let mut world = world(&shipped_scene("materials_hanging"));
     run(&mut world, 3);
-    let before = world.save();
+    let before = world.serialise();
     let wanted = run(&mut world, 5);
     world.sheets_mut()[0].set_temperatures(|i| 20.0 + 0.1 * i as f64).expect("in range");
     let warm = run(&mut world, 5);
     assert_ne!(warm, wanted);
-    world.load(&before).expect("its own");
+    world.deserialise(&before).expect("its own");
     assert!(world.sheets()[0].heat().is_none());
     assert_eq!(run(&mut world, 5), wanted);
 }
 
 #[test]
-fn a_light_snapshot_goes_on_to_the_bit_where_no_parameter_was_changed() {
-    let mut world = world(&shipped("hot_sag"));
+fn a_light_snapshot_continues_bit_exactly_with_unchanged_parameters() {
+    let mut world = world(&shipped_scene("hot_sag"));
     run(&mut world, 40);
     let snapshot = world.snapshot();
     let wanted = run(&mut world, 30);
@@ -176,14 +176,14 @@ fn a_light_snapshot_goes_on_to_the_bit_where_no_parameter_was_changed() {
 }
 
 #[test]
-fn what_is_no_snapshot_of_this_world_is_refused_and_changes_nothing() {
-    let scene = shipped("box_on_sheet");
+fn an_invalid_snapshot_is_rejected_without_effect() {
+    let scene = shipped_scene("box_on_sheet");
     let mut world = world(&scene);
     run(&mut world, 5);
-    let saved = world.save();
+    let saved = world.serialise();
     let state = state_hash(&world);
     let mut says = |bytes: &[u8], what: &str| {
-        let error = world.load(bytes).expect_err(what);
+        let error = world.deserialise(bytes).expect_err(what);
         assert!(error.problem.contains(what), "{error}");
         assert_eq!(state_hash(&world), state);
     };
@@ -200,21 +200,21 @@ fn what_is_no_snapshot_of_this_world_is_refused_and_changes_nothing() {
     // The version follows the eight bytes of the name.
     says(&[&saved[..8], &1u32.to_le_bytes(), &saved[12..]].concat(), "version 1");
     says(&changed(saved.len() / 2, 1), "damaged");
-    says(&self::world(&shipped("wedge")).save(), "other sheets or bodies");
-    assert!(world.save() == saved);
+    says(&self::world(&shipped_scene("wedge")).serialise(), "other sheets or bodies");
+    assert!(world.serialise() == saved);
     // An additional sheet makes it another world.
     world.add_sheet(&scene.sheets[0]).expect("valid");
-    assert!(world.load(&saved).expect_err("other").problem.contains("other sheets"));
+    assert!(world.deserialise(&saved).expect_err("other").problem.contains("other sheets"));
 }
 
 #[test]
-fn a_snapshot_of_a_sheet_takes_no_more_than_200_bytes_a_mass() {
+fn a_snapshot_has_at_most_200_bytes_per_node() {
     let scene = Scene::parse(
         r#"(engine: "tr-bdf2", dt: 0.0166, sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25),
             material: "hips", springs: Calibrated, pins: [(region: Left, clamp: true)])])"#,
     );
     let mut world = world(&scene.expect("valid"));
     run(&mut world, 30);
-    let bytes = world.save().len();
+    let bytes = world.serialise().len();
     assert!(bytes < 200 * 441, "{} a mass", bytes / 441);
 }

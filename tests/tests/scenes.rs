@@ -4,15 +4,15 @@ use sheetwork::World;
 use sheetwork::islands::event::EventKind;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Status;
-use sheetwork_tests::{all_shipped, shipped};
+use sheetwork_tests::{shipped_scene, shipped_scene_names};
 
 /// Runs a scene to its end or to rest. Returns the world, and the largest penetration of a node
 /// after any step, m.
-fn played(name: &str) -> (World, f64) {
-    let scene = shipped(name);
+fn run_scene(name: &str) -> (World, f64) {
+    let scene = shipped_scene(name);
     let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
     let mut deepest = 0.0_f64;
-    while world.time() < scene.duration && !world.is_quiet() {
+    while world.time() < scene.duration && !world.is_resting() {
         world.step();
         deepest = deepest.max(world.penetration());
     }
@@ -26,12 +26,12 @@ fn time_of(world: &World, kind: EventKind, body: &str) -> Option<f64> {
 }
 
 #[test]
-fn every_scene_ends_well() {
-    let names = all_shipped();
+fn every_scene_ends_stable_and_without_penetration() {
+    let names = shipped_scene_names();
     assert!(names.len() >= 12, "{names:?}");
     for name in names {
-        let (world, deepest) = played(&name);
-        let rests = world.is_quiet();
+        let (world, deepest) = run_scene(&name);
+        let rests = world.is_resting();
         println!(
             "{name:20} {:.2} s, {}, {deepest:.1e} m deep",
             world.time(),
@@ -60,20 +60,20 @@ fn every_scene_ends_well() {
 
 #[test]
 fn the_sheet_falls_on_the_wedge_and_comes_to_rest_bent_over_it() {
-    let (world, _) = played("wedge");
+    let (world, _) = run_scene("wedge");
     let first = time_of(&world, EventKind::FirstContact, "wedge").expect("it meets the wedge");
     let rest = time_of(&world, EventKind::AtRest, "").expect("it comes to rest");
     assert!(first < rest, "{first} {rest}");
     // The middle rests on the ridge, about a centimetre above the edges.
     let sheet = &world.sheets()[0];
-    let height = |name: &str| sheet.probes.iter().find(|p| p.name == name).map(|p| p.of(&sheet.x).y).expect("a probe");
+    let height = |name: &str| sheet.probes.iter().find(|p| p.name == name).map(|p| p.at(&sheet.x).y).expect("a probe");
     assert!(height("centre") - height("corner") > 0.005);
 }
 
 #[test]
-fn no_sheet_lets_its_layers_fall_together() {
+fn layers_of_no_sheet_collapse() {
     for name in ["wedge", "two_walls", "slide_11", "slide_17"] {
-        let (world, _) = played(name);
+        let (world, _) = run_scene(name);
         let kept = world.sheets()[0].squeezed_to().expect("two layers");
         assert!(kept > 0.25, "{name}: {kept} of the thickness is left");
     }
@@ -83,7 +83,7 @@ fn no_sheet_lets_its_layers_fall_together() {
 fn the_sheet_slides_over_two_bodies_with_four_timed_events() {
     // Thesis tables 5.2 and 5.3: first contact, second contact, slid off, flat on the floor.
     for name in ["slide_8", "slide_11", "slide_14", "slide_17"] {
-        let (world, _) = played(name);
+        let (world, _) = run_scene(name);
         let at = |kind, body| time_of(&world, kind, body).unwrap_or_else(|| panic!("{name}: no {kind:?} {body}"));
         let first = at(EventKind::FirstContact, "first");
         let second = at(EventKind::FirstContact, "second");
@@ -96,15 +96,15 @@ fn the_sheet_slides_over_two_bodies_with_four_timed_events() {
 }
 
 #[test]
-fn a_slope_holds_a_sheet_with_friction_and_lets_one_go_without() {
+fn a_sheet_sticks_on_a_slope_with_friction_and_slips_without() {
     // 40 degrees: tan 40° = 0.84 is below 0.9.
-    let (world, _) = played("slope_friction_09");
+    let (world, _) = run_scene("slope_friction_09");
     assert!(time_of(&world, EventKind::AtRest, "").is_some());
     // The sheet may creep during the oscillations after its fall, but its centre stays well above
     // the floor at y = -28.1 mm.
     let centre = world.sheets()[0].centre_of_mass();
     assert!(centre.x < 0.005 && centre.y > -0.024, "it slid down: {centre}");
-    let (world, _) = played("slope_friction_0");
+    let (world, _) = run_scene("slope_friction_0");
     assert!(time_of(&world, EventKind::SlidOff, "slope").is_some(), "it is still on the slope");
     // The sheet lies on the floor beyond the foot of the ramp at x = 9.3 mm.
     let sheet = &world.sheets()[0];
@@ -116,7 +116,7 @@ fn restitution_makes_the_sheet_bounce() {
     // With a restitution of 0.1 the sheet leaves the floor again: more of its nodes are above the
     // floor 0.05 s after the landing.
     let airborne = |name: &str| {
-        let mut world = World::new(&shipped(name)).unwrap_or_else(|e| panic!("{e}"));
+        let mut world = World::new(&shipped_scene(name)).unwrap_or_else(|e| panic!("{e}"));
         while time_of(&world, EventKind::FirstContact, "floor").is_none() {
             world.step();
         }
@@ -132,7 +132,7 @@ fn restitution_makes_the_sheet_bounce() {
 
 /// A bounce within a single step counts as contact, also on a sheet that rests on the floor.
 #[test]
-fn a_ball_that_bounces_off_a_sheet_asleep_on_the_floor_has_touched_it() {
+fn a_bounce_off_a_sleeping_sheet_counts_as_contact() {
     let text = r#"(
         engine: "tr-bdf2", dt: 0.0166666666666667, duration: 2.2,
         room: (x: (-1, 1), y: (0, 30), z: (-1, 1), back_wall: false), contact: (friction: 0.4, restitution: 0.3),

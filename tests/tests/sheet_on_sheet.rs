@@ -3,12 +3,12 @@
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork_rigs::measure::{Setup, measure};
-use sheetwork_tests::shipped;
+use sheetwork_tests::shipped_scene;
 
 /// A sheet of card on a fixed sheet.
-fn setup(engine: EngineKind) -> Setup {
+fn setup(engine: IntegratorKind) -> Setup {
     Setup { engine, grid: (11, 11), length: 0.12, on_sheet: true, ..Setup::default() }
 }
 
@@ -22,7 +22,7 @@ fn number(found: &Value, key: &str) -> f64 {
     found[key].as_f64().unwrap_or_else(|| panic!("{key} is {}", found[key]))
 }
 
-const IMPLICIT: [EngineKind; 3] = [EngineKind::TrBdf2, EngineKind::BackwardEuler, EngineKind::Bdf2];
+const IMPLICIT: [IntegratorKind; 3] = [IntegratorKind::TrBdf2, IntegratorKind::BackwardEuler, IntegratorKind::Bdf2];
 
 #[test]
 fn a_sheet_slides_down_a_sheet_with_g_sin_minus_mu_cos() {
@@ -55,20 +55,22 @@ fn a_sheet_sticks_on_a_sheet_up_to_the_angle_of_friction() {
 
 #[test]
 fn a_sheet_that_slides_on_a_sheet_stops_after_v_squared_over_two_mu_g() {
-    let found = measured("slide", &Setup { speed: 1.0, friction: 0.3, ..setup(EngineKind::TrBdf2) });
+    let found = measured("slide", &Setup { speed: 1.0, friction: 0.3, ..setup(IntegratorKind::TrBdf2) });
     let (distance, expected) = (number(&found, "distance_m"), 1.0 / (2.0 * 0.3 * 9.81));
     println!("{distance:.5} of {expected:.5} m");
     assert!((distance / expected - 1.0).abs() < 0.005, "{distance}, {expected}");
 }
 
 #[test]
-fn a_house_of_cards_stands_with_other_engines_and_steps() {
+fn a_house_of_cards_stands_with_other_integrators_and_steps() {
     // The house stands by friction between cards only, so the friction bound must follow the normal
     // force within a solve.
-    for (engine, dt) in
-        [(EngineKind::Bdf2, 1.0 / 60.0), (EngineKind::BackwardEuler, 1.0 / 60.0), (EngineKind::TrBdf2, 1.0 / 30.0)]
-    {
-        let mut scene = shipped("cards_house");
+    for (engine, dt) in [
+        (IntegratorKind::Bdf2, 1.0 / 60.0),
+        (IntegratorKind::BackwardEuler, 1.0 / 60.0),
+        (IntegratorKind::TrBdf2, 1.0 / 30.0),
+    ] {
+        let mut scene = shipped_scene("cards_house");
         (scene.engine, scene.dt) = (engine, dt);
         let mut world = World::new(&scene).expect("a valid scene");
         let top = |world: &World| world.sheets().iter().flat_map(|s| s.x.iter()).map(|x| x.y).fold(0.0, f64::max);
@@ -76,6 +78,6 @@ fn a_house_of_cards_stands_with_other_engines_and_steps() {
         world.advance(3.0);
         let after = top(&world);
         assert!((after - before).abs() < 1e-3, "{engine}, {dt} s: {after} m after {before}");
-        assert!(world.is_quiet(), "{engine}, {dt} s");
+        assert!(world.is_resting(), "{engine}, {dt} s");
     }
 }

@@ -5,7 +5,7 @@ use serde_json::Value;
 use sheetwork::World;
 use sheetwork::material::elastica::elastica;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, PressureKey, Region, Scene, SheetSpec};
 use sheetwork_rigs::measure::kicks::kick;
 use sheetwork_rigs::measure::{Boundary, Setup, measure};
@@ -52,7 +52,7 @@ fn hanging(grid: u32, gamma: f64) -> Setup {
 }
 
 #[test]
-fn the_shell_droops_as_the_elastica() {
+fn the_shell_droops_like_the_elastica() {
     for (gammas, bounds) in
         [(&[0.1, 1.0, 3.0][..], [0.2, 0.05]), (&[10.0, 20.0][..], [0.4, 0.1]), (&[100.0][..], [1.0, 0.15])]
     {
@@ -93,7 +93,7 @@ fn equilibrium_takes_few_linear_solves_at_any_grid() {
 }
 
 #[test]
-fn the_shell_vibrates_as_beams_and_plates_do() {
+fn the_shell_vibrates_like_beams_and_plates() {
     let frequency = |grid: u32, poisson: f64, boundary: Boundary| {
         let setup = Setup { boundary, ..sheet(grid, poisson) };
         let unit = speed(&setup) / (setup.length * setup.length);
@@ -118,13 +118,13 @@ fn the_shell_vibrates_as_beams_and_plates_do() {
 }
 
 #[test]
-fn the_moving_sheet_keeps_the_frequency_of_the_linear_one() {
+fn the_simulated_frequency_equals_the_linear_one() {
     let found = run("frequency", &sheet(21, 0.0));
     close("as it moves", number(&found, "omega_motion_rad_s"), numbers(&found, "omega_rad_s")[0], 0.3);
 }
 
 #[test]
-fn sheets_of_any_outline_are_as_stiff() {
+fn sheets_with_an_outline_have_the_requested_stiffness() {
     let exact = number(&run("cantilever", &sheet(11, 0.0)), "reference_drop_m");
     let outlined = Setup { outlined: true, ..sheet(21, 0.0) };
     close("outlined cantilever", number(&run("cantilever", &outlined), "drop_m"), exact, 0.2);
@@ -145,7 +145,7 @@ fn sheets_of_any_outline_are_as_stiff() {
 }
 
 #[test]
-fn calibrated_lattices_bend_as_their_material() {
+fn calibrated_lattices_bend_like_their_material() {
     let poisson = 1.0 / 3.0;
     let fine = sheet(41, poisson);
     let drop = number(&run("cantilever", &fine), "drop_m");
@@ -162,7 +162,7 @@ fn calibrated_lattices_bend_as_their_material() {
 }
 
 #[test]
-fn structures_that_cannot_be_isotropic_say_so() {
+fn anisotropic_structures_are_reported() {
     for structure in [StructureKind::Samm, StructureKind::Slamm, StructureKind::Provot2d] {
         let layers = structure.info().layers.1.min(2);
         let found = run("stiffness", &Setup { structure, layers, ..sheet(11, 0.35) });
@@ -175,7 +175,7 @@ fn structures_that_cannot_be_isotropic_say_so() {
 }
 
 #[test]
-fn an_undamped_sheet_gains_no_energy_and_keeps_its_spin() {
+fn an_undamped_sheet_gains_no_energy_and_conserves_angular_momentum() {
     let found = run("energy", &sheet(11, 0.35));
     assert!(number(&found, "energy_gain") <= 1e-3, "{found}");
     let spun = run("spin", &sheet(11, 0.35));
@@ -184,7 +184,7 @@ fn an_undamped_sheet_gains_no_energy_and_keeps_its_spin() {
 }
 
 #[test]
-fn a_strip_on_its_edge_falls_where_theory_says() {
+fn lateral_buckling_begins_at_the_theoretical_load() {
     // Slender strip: 12.8538 √(2/(1+ν)) (Timoshenko and Gere). A width of a tenth of the length and
     // a coarse grid add a little.
     let setup = Setup { length: 0.4, width: 0.02, grid: (61, 5), ..sheet(11, 0.35) };
@@ -193,7 +193,7 @@ fn a_strip_on_its_edge_falls_where_theory_says() {
 }
 
 #[test]
-fn kicked_sheets_of_any_material_stay_sound() {
+fn kicked_sheets_of_any_material_stay_stable() {
     // A sample; `sheetwork bench kicks` runs a thousand.
     let structures = [StructureKind::Shell, StructureKind::Shell, StructureKind::Trimm, StructureKind::DoubleDiagonal];
     for index in 0..60 {
@@ -204,8 +204,8 @@ fn kicked_sheets_of_any_material_stay_sound() {
 }
 
 #[test]
-fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
-    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+fn stiffness_thickness_and_damping_change_without_a_jump() {
+    let mut scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
     scene.sheets = vec![SheetSpec {
         name: "sheet".into(),
         structure: StructureKind::Shell,
@@ -234,7 +234,7 @@ fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
         let sheet = &world.sheets()[0];
         // The released energy accelerates nodes by at most several g; a jump of a node would be
         // larger.
-        let moved = (0..sheet.masses()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
+        let moved = (0..sheet.node_count()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
         assert!(moved < 0.01, "{path} = {value}: a mass jumped {moved} m in a step");
         let scale = changed.elastic.abs() + changed.kinetic;
         for _ in 0..60 {
@@ -246,7 +246,7 @@ fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
 }
 
 #[test]
-fn a_running_sheet_says_how_stiff_it_is() {
+fn a_sheet_reports_its_delivered_stiffness() {
     let found = run("stiffness", &sheet(21, 0.0));
     close("bends as", number(&found, "bends_as_pa"), 3e9, 0.5);
     // Against the slowest vibration: stiffness is proportional to the square of the frequency.
@@ -258,7 +258,7 @@ fn a_running_sheet_says_how_stiff_it_is() {
         close("told", told, 3e9 * (omega / exact).powi(2), 0.4);
     }
     // Equilibria are independent of the step; short waves are reported as softer.
-    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+    let mut scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
     scene.sheets = vec![SheetSpec {
         structure: StructureKind::Shell,
         grid: (21, 1, 5),
@@ -268,13 +268,13 @@ fn a_running_sheet_says_how_stiff_it_is() {
         ..SheetSpec::default()
     }];
     let mut world = World::new(&scene).expect("valid");
-    world.settle(1e-9);
+    world.find_equilibrium(1e-9);
     let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
     assert!(told.step == 1.0 && (0.95..1.0).contains(&told.grid), "{told:?}");
 }
 
 #[test]
-fn the_first_swing_of_a_sheet_let_go_is_that_of_the_elastica_in_motion() {
+fn the_first_swing_of_a_released_sheet_equals_the_elastica_in_motion() {
     // A chain of rigid links with bending joints, independent of the sheet's code, extrapolated to
     // infinitely many links: `sheetwork bench pareto`.
     let found = run("release", &sheet(21, 0.0));
@@ -296,7 +296,7 @@ fn pressed(pressure: f64, grid: (u32, u32, u32), size: (f64, f64), pins: Vec<Pin
         ..SheetSpec::default()
     };
     Scene {
-        engine: EngineKind::TrBdf2,
+        engine: IntegratorKind::TrBdf2,
         dt: 1.0 / 60.0,
         gravity: glam::DVec3::ZERO,
         sheets: vec![spec],
@@ -305,13 +305,14 @@ fn pressed(pressure: f64, grid: (u32, u32, u32), size: (f64, f64), pins: Vec<Pin
 }
 
 #[test]
-fn pressure_bends_a_plate_as_much_as_a_uniform_load() {
+fn pressure_bends_a_plate_like_a_uniform_load() {
     // Timoshenko and Woinowsky-Krieger, *Theory of Plates and Shells*, tables 8 and 35: a
     // deflection far below the thickness.
-    for (pin, part) in [(PinSpec::held(Region::Border), 0.004_062_35), (PinSpec::clamped(Region::Border), 0.001_265_32)]
+    for (pin, part) in
+        [(PinSpec::fixed(Region::Border), 0.004_062_35), (PinSpec::clamped(Region::Border), 0.001_265_32)]
     {
         let mut world = World::new(&pressed(0.02, (41, 1, 41), (0.25, 0.25), vec![pin])).expect("valid");
-        world.settle(1e-12);
+        world.find_equilibrium(1e-12);
         let sheet = &world.sheets()[0];
         let wanted = part * 0.02 * 0.25_f64.powi(4) / sheet.material().plate_stiffness();
         close("deflection", -sheet.x.get(20 * 41 + 20).y, wanted, 0.6);
@@ -319,13 +320,13 @@ fn pressure_bends_a_plate_as_much_as_a_uniform_load() {
 }
 
 #[test]
-fn pressure_turns_with_the_sheet() {
+fn pressure_follows_the_normal_of_the_sheet() {
     // A strip longer than the distance of its fixed ends, under pressure from below, is an arc of a
     // circle; under a vertical load it would be a catenary or a parabola.
     let ends = |path: f64, region| {
         let key =
             |time, offset| sheetwork::scene::PathKey { time, offset: glam::DVec3::X * offset, ..Default::default() };
-        PinSpec { path: vec![key(0.0, 0.0), key(1.0, path)], ..PinSpec::held(region) }
+        PinSpec { path: vec![key(0.0, 0.0), key(1.0, path)], ..PinSpec::fixed(region) }
     };
     let pins = vec![ends(0.04, Region::Left), ends(-0.04, Region::Right)];
     let mut scene = pressed(-2000.0, (61, 1, 4), (0.2, 0.01), pins);
@@ -350,8 +351,10 @@ fn pressure_turns_with_the_sheet() {
 }
 
 #[test]
-fn pressure_on_a_free_sheet_moves_it_as_newton_says_with_every_engine() {
-    for engine in [EngineKind::TrBdf2, EngineKind::BackwardEuler, EngineKind::EulerRichardson, EngineKind::Rk4] {
+fn pressure_accelerates_a_free_sheet_exactly_with_every_integrator() {
+    for engine in
+        [IntegratorKind::TrBdf2, IntegratorKind::BackwardEuler, IntegratorKind::EulerRichardson, IntegratorKind::Rk4]
+    {
         for (structure, layers) in [(StructureKind::Shell, 1), (StructureKind::DoubleDiagonal, 2)] {
             let mut scene = pressed(0.5, (7, layers, 7), (0.25, 0.25), vec![]);
             (scene.engine, scene.sheets[0].structure) = (engine, structure);

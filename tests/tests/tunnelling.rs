@@ -5,7 +5,7 @@
 use glam::{DQuat, DVec3};
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     BodySpec, ContactDefaults, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron, Region, Scene, Shape,
     SheetSpec,
@@ -16,7 +16,7 @@ const SPEED: f64 = 20.0;
 const THICKNESS: f64 = 0.005;
 const DT: f64 = 1.0 / 60.0;
 /// Penetration that contact tolerates for a step, m.
-const DEPTH: f64 = 1e-4;
+const PENETRATION_TOLERANCE: f64 = 1e-4;
 
 /// A limp sheet of four nodes, 0.1 m square; its weak springs are stable at 60 steps per second.
 fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
@@ -36,7 +36,7 @@ fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
 /// Many projectiles, without contact between sheets, against `bodies`.
 fn shots(bodies: Vec<BodySpec>, restitution: f64, sheets: Vec<SheetSpec>) -> World {
     let contact = ContactDefaults { friction: 0.2, restitution, sheets: false, ..ContactDefaults::default() };
-    let engine = EngineKind::EulerCromer;
+    let engine = IntegratorKind::EulerCromer;
     world(&Scene { gravity: DVec3::ZERO, engine, dt: DT, contact, bodies, sheets, ..Scene::default() })
 }
 
@@ -53,7 +53,7 @@ fn aimed(random: &mut Random) -> (DVec3, DVec3) {
 const STEPS: u32 = 9;
 
 #[test]
-fn no_mass_passes_a_standing_plate() {
+fn no_node_passes_through_a_static_plate() {
     for turned in [DVec3::ZERO, DVec3::new(35.0, 20.0, 170.0), DVec3::new(90.0, 10.0, 45.0)] {
         for restitution in [0.0, 0.5] {
             let place = Placement { position: DVec3::new(1.0, 2.0, -3.0), rotation: turned };
@@ -78,7 +78,7 @@ fn no_mass_passes_a_standing_plate() {
 }
 
 #[test]
-fn no_mass_passes_a_plate_that_moves() {
+fn no_node_passes_through_a_moving_plate() {
     // The plate moves at 5 m/s towards, away from and across the projectiles: approach speeds up to
     // 25 m/s.
     for drift in [DVec3::new(0.0, 5.0, 0.0), DVec3::new(0.0, -5.0, 0.0), DVec3::new(4.0, 1.0, 3.0)] {
@@ -105,7 +105,7 @@ fn no_mass_passes_a_plate_that_moves() {
 }
 
 #[test]
-fn a_mass_near_the_rim_of_a_large_turning_plate_is_not_taken_to_be_clear_of_it() {
+fn nodes_near_the_rim_of_a_large_turning_plate_are_not_skipped() {
     // One turn per second about z: 6 degrees per step, 38 m/s at the rim of a plate of 12 m. Half
     // of the nodes are at rest in its path.
     let turn = |time: f64| PathKey { time, offset: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, 360.0 * time) };
@@ -150,7 +150,7 @@ fn bent_plate() -> Polyhedron {
 }
 
 #[test]
-fn a_mass_that_slides_along_one_leg_of_a_bent_plate_does_not_leave_through_the_other() {
+fn no_node_passes_through_the_corner_of_a_bent_plate() {
     // Throws into the corner, at either leg and at both. A node must stay in the quadrant x > 0, y
     // > 0 within the length of the legs.
     for rotation in [DVec3::ZERO, DVec3::new(20.0, -70.0, 100.0)] {
@@ -175,7 +175,11 @@ fn a_mass_that_slides_along_one_leg_of_a_bent_plate_does_not_leave_through_the_o
                 for p in sheet.x.iter().map(|p| back * (p - place.position)) {
                     // Beyond the end of a leg or of the plate any position is valid.
                     let covered = p.x < 1.0 && p.y < 1.0 && p.z.abs() < 1.0;
-                    assert!(!covered || (p.x > -DEPTH && p.y > -DEPTH), "{} is at {p} after step {step}", sheet.name);
+                    assert!(
+                        !covered || (p.x > -PENETRATION_TOLERANCE && p.y > -PENETRATION_TOLERANCE),
+                        "{} is at {p} after step {step}",
+                        sheet.name
+                    );
                 }
             }
         }
@@ -184,7 +188,7 @@ fn a_mass_that_slides_along_one_leg_of_a_bent_plate_does_not_leave_through_the_o
 }
 
 #[test]
-fn a_mass_turned_aside_by_one_body_does_not_pass_through_another() {
+fn a_node_deflected_by_one_body_does_not_pass_through_another() {
     // The corner made of two plates, in both orders of processing.
     for swapped in [false, true] {
         let t = THICKNESS;
@@ -202,7 +206,11 @@ fn a_mass_turned_aside_by_one_body_does_not_pass_through_another() {
         for step in 0..6 {
             world.step();
             for (sheet, p) in world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (s, p))) {
-                assert!(p.x > -DEPTH && p.y > -DEPTH, "{} is at {p} after step {step}", sheet.name);
+                assert!(
+                    p.x > -PENETRATION_TOLERANCE && p.y > -PENETRATION_TOLERANCE,
+                    "{} is at {p} after step {step}",
+                    sheet.name
+                );
             }
         }
         assert!(world.unstable().is_none());
@@ -218,7 +226,7 @@ fn needle() -> Polyhedron {
 }
 
 #[test]
-fn no_free_needle_passes_a_sheet_that_is_held_around() {
+fn no_dynamic_needle_passes_through_a_fixed_sheet() {
     // An impact turns a needle of 4 g at up to 270 rad/s, or 4 rad per step, so that it can swing
     // past the sheet.
     let mut throws =
@@ -228,7 +236,7 @@ fn no_free_needle_passes_a_sheet_that_is_held_around() {
         let place = DVec3::new(0.08 * random.signed(), 0.3, 0.08 * random.signed());
         (place, 180.0 * random.vector(), 20.0 * random.vector(), [4.0, 8.0, 20.0][i % 3])
     }));
-    for (engine, count) in [(EngineKind::TrBdf2, 16), (EngineKind::BackwardEuler, 4)] {
+    for (engine, count) in [(IntegratorKind::TrBdf2, 16), (IntegratorKind::BackwardEuler, 4)] {
         for (position, rotation, spin, speed) in throws.iter().copied().take(count) {
             let sides = [Region::Left, Region::Right, Region::Back, Region::Front];
             let sheet = SheetSpec {
@@ -236,7 +244,7 @@ fn no_free_needle_passes_a_sheet_that_is_held_around() {
                 grid: (15, 1, 15),
                 size: (0.25, 0.25),
                 material: MaterialChoice::Named("paper".into()),
-                pins: sides.map(PinSpec::held).to_vec(),
+                pins: sides.map(PinSpec::fixed).to_vec(),
                 ..SheetSpec::default()
             };
             let thrown = BodySpec {

@@ -176,7 +176,7 @@ mod tests {
         let old = scene();
         let pinned = |region| {
             let mut new = old.clone();
-            new.sheets[0].pins.push(PinSpec::held(region));
+            new.sheets[0].pins.push(PinSpec::fixed(region));
             between(&old, &new)
         };
         assert_eq!(pinned(Region::Masses(vec![3])), Change::GoesOn);

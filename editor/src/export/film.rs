@@ -1,7 +1,7 @@
 //! Run sampled at given moments, independent of its session: whole time steps, as during playback,
 //! with interpolation between two steps. The session is unchanged.
 
-use sheetwork::world::recording::Frame;
+use sheetwork::world::recording::RecordedFrame;
 use sheetwork::{InputError, World};
 
 use crate::playback::Playback;
@@ -20,7 +20,7 @@ pub struct Film {
 enum Source {
     Run {
         /// State one step ago.
-        before: Frame,
+        before: RecordedFrame,
         /// World with an interpolated state.
         between: Option<Box<World>>,
     },
@@ -38,7 +38,7 @@ impl Film {
             return Ok(Self { world, start: recording.at(), source: Source::Recording(recording) });
         }
         let world = session.world_again()?;
-        let before = Frame::of(&world);
+        let before = RecordedFrame::of(&world);
         Ok(Self { start: world.time(), world, source: Source::Run { before, between: None } })
     }
 
@@ -56,7 +56,7 @@ impl Film {
             Source::Run { before, between } => (before, between),
         };
         while world.time() + ROUNDING * world.dt() < time {
-            *before = Frame::of(world);
+            *before = RecordedFrame::of(world);
             world.step();
         }
         let late = world.time() - time;

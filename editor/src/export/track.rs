@@ -153,7 +153,7 @@ impl SheetTrack {
             .fold([0.0; 2], |a, b| [a[0] + b[0] / 3.0, a[1] + b[1] / 3.0]);
         let at = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
         let cell = at(middle[1], rows) * columns + at(middle[0], columns);
-        let there = triangle.iter().all(|k| !sheet.is_gone(self.masses[*k as usize] as usize));
+        let there = triangle.iter().all(|k| !sheet.is_detached(self.masses[*k as usize] as usize));
         there && !open.get(cell).copied().unwrap_or(false)
     }
 

@@ -7,10 +7,10 @@ use sheetwork::scene::{BodySpec, Placement, Shape};
 use super::EditorState;
 use super::heat::place;
 use crate::session::{Item, Session};
-use crate::units::{Quantity, Shown, format_si};
+use crate::units::{DisplayUnit, Quantity, format_si};
 use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, input, name, tell};
 
-const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
+const GRAM: DisplayUnit = DisplayUnit::fixed(Quantity::Mass, "g", 1e-3);
 
 /// All bodies, and buttons to add more.
 pub fn bodies(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -74,7 +74,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     }
     let own = session.name_of(Item::Body(index));
     // Mass that follows from a density.
-    let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.gives()).map(|s| s.mass()));
+    let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.is_dynamic()).map(|s| s.mass()));
     if let Some(mass) = weighs {
         ui.end_row();
         let label = name(ui, "Mass", "Distributed uniformly over the shape");

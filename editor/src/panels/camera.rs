@@ -8,10 +8,10 @@ use sheetwork::scene::CameraSpec;
 use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
-const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
+const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
 /// Standard views: name, yaw, pitch, radians.
 const VIEWS: [(&str, f32, f32); 6] = [
@@ -54,7 +54,7 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 
 fn numbers(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let camera = &mut state.camera;
-    let mut number = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: Shown| {
+    let mut number = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: DisplayUnit| {
         let label = name(ui, title, about);
         let done = input(ui, &label, now, shown, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
         tell(session, title, done.error);

@@ -59,6 +59,6 @@ fn preview(scene: &Scene, spec: &SheetSpec) -> Result<Preview, sheetwork::InputE
     } else {
         (0..springs.len()).map(|i| line(springs.a[i], springs.b[i])).collect()
     };
-    let (masses, springs, grams) = (sheet.masses(), springs.len(), 1e3 * sheet.total_mass());
+    let (masses, springs, grams) = (sheet.node_count(), springs.len(), 1e3 * sheet.total_mass());
     Ok(Preview { masses, springs, grams, lines })
 }

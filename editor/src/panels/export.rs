@@ -6,11 +6,11 @@ use super::EditorState;
 use crate::export::{Job, Kind, MAX_TARGETS, moments, picture_file};
 use crate::picture::LARGEST;
 use crate::session::Session;
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{ControlOptions, input, name, tell};
 use sheetwork::World;
 
-const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
+const SECOND: DisplayUnit = DisplayUnit::fixed(Quantity::Time, "s", 1.0);
 /// Time of an export per frame, ms.
 const BUDGET_MS: u128 = 25;
 

@@ -10,10 +10,10 @@ use super::EditorState;
 use super::draft::{Draft, one};
 use super::style::ACCENT;
 use crate::session::Session;
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
-const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 
 /// The dialog, while it is open.
 pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {

@@ -8,13 +8,13 @@ use sheetwork::scene::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenSpec,
 use super::style::quiet;
 use crate::document::path::opened;
 use crate::session::{Item, Session};
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{
     CELSIUS, ControlOptions, MM, PLAIN, input, name, parameter_control, parameter_row, tell, vector,
 };
 
-const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
-const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);
+const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
+const CONVECTION: DisplayUnit = DisplayUnit::fixed(Quantity::Convection, "W/(m² K)", 1.0);
 /// Faces of a box, in the order of the scene description.
 const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 /// Initial temperature of a hot face, °C.

@@ -11,9 +11,9 @@ use sheetwork::scene::material::{LIBRARY, by_name};
 use super::EditorState;
 use super::style::ACCENT;
 use crate::session::Session;
-use crate::units::{Quantity, Shown, format_si};
+use crate::units::{DisplayUnit, Quantity, format_si};
 
-const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
+const DENSITY: DisplayUnit = DisplayUnit::fixed(Quantity::Density, "kg/m³", 1.0);
 
 /// Preset, droop, constants, delivered stiffness and cost of the selected sheet.
 pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {

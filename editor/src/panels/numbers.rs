@@ -116,7 +116,7 @@ fn timing(ui: &mut Ui, session: &Session) {
 fn counts(ui: &mut Ui, session: &Session) {
     let sheets = session.world().sheets();
     row(ui, "simulated", format!("{:.3} s", session.world().time()));
-    row(ui, "nodes", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
+    row(ui, "nodes", sheets.iter().map(|s| s.node_count()).sum::<usize>().to_string());
     row(ui, "springs", sheets.iter().map(|s| s.springs().len()).sum::<usize>().to_string());
     row(ui, "contacts", session.contacts().to_string());
     row(ui, "max speed", format_si(sheets.iter().map(|s| s.max_speed()).fold(0.0, f64::max), "m/s"));

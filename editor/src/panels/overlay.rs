@@ -17,9 +17,9 @@ use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::picture::Layer;
 use crate::session::{Item, Session};
-use crate::units::{Quantity, Shown, format_si};
+use crate::units::{DisplayUnit, Quantity, format_si};
 
-const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
+const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
 /// Colours of the axes.
 const AXES: [Color32; 3] =
@@ -76,7 +76,7 @@ fn masses(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn 
     }
     let alpha = session.alpha();
     for (sheet, before) in session.world().sheets().iter().zip(session.before()) {
-        for i in 0..sheet.masses().min(before.len()) {
+        for i in 0..sheet.node_count().min(before.len()) {
             let held = pins && sheet.is_held(i);
             let touches = state.display.contacts && sheet.touching().get(i).copied().unwrap_or(false);
             if !held && !touches {

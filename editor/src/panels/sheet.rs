@@ -10,10 +10,10 @@ use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 use super::EditorState;
 use super::style::quiet;
 use crate::session::Session;
-use crate::units::{Quantity, Shown, format_si};
+use crate::units::{DisplayUnit, Quantity, format_si};
 
-const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
-const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
+const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 
 /// Structure, size, grid, springs, placement, damping, contact and pins of the selected sheet.
 pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -26,7 +26,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     };
     let text = format!(
         "{} nodes, {} springs, {}",
-        sheet.masses(),
+        sheet.node_count(),
         sheet.springs().len(),
         format_si(1e3 * sheet.total_mass(), "g")
     );
@@ -232,7 +232,7 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
                 edit(session, index, &format!("{title} edge"), |s| {
                     let was = s.pins.iter().position(|p| p.region == region);
                     match was {
-                        None => s.pins.push(PinSpec::held(region.clone())),
+                        None => s.pins.push(PinSpec::fixed(region.clone())),
                         Some(at) if !s.pins[at].clamp && s.structure.name() == "shell" => s.pins[at].clamp = true,
                         Some(at) => _ = s.pins.remove(at),
                     }

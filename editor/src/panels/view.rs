@@ -164,7 +164,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
     match state.tool {
         Tool::Pin => {
             if let Some(hit) = pick::sheet(session.world(), ray, state.display.layer == Layer::Top) {
-                session.toggle_pin(hit.sheet, hit.mass);
+                session.toggle_pin(hit.sheet, hit.node);
             }
         }
         Tool::Move => {

@@ -5,10 +5,10 @@ use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::{ColourScale, clear_of_bodies, display_clearance, glow};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
-use sheetwork::rigid::Body;
+use sheetwork::rigid::RigidBodyInfo;
 use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::Surface;
+use sheetwork::sheet::surface::DrawingSurface;
 
 /// Displayed layer of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,7 +102,7 @@ const FLOOR: Vec3 = Vec3::new(0.66, 0.635, 0.60);
 const WALL: Vec3 = Vec3::new(0.70, 0.69, 0.675);
 
 /// Vertex colours of one side of a sheet's surface.
-fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &Surface) -> Vec<Vec3> {
+fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &DrawingSurface) -> Vec<Vec3> {
     let (mut values, mut colours) = (Vec::new(), Vec::new());
     scale.paint(of, surface, &mut values, &mut colours);
     colours.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect()
@@ -149,7 +149,7 @@ impl Model {
         }
     }
 
-    fn add_body(&mut self, body: &Body, position: DVec3, rotation: DQuat) {
+    fn add_body(&mut self, body: &RigidBodyInfo, position: DVec3, rotation: DQuat) {
         let place = |p: DVec3| (rotation * p + position).as_vec3();
         for polyhedron in &body.polyhedra {
             for face in polyhedron.triangulate() {

@@ -166,7 +166,7 @@ impl Session {
             let before = self.timing.stages.unwrap_or(now);
             self.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
         }
-        self.world.watch_penetration(&mut self.penetration);
+        self.world.update_max_penetration(&mut self.penetration);
         self.samples.push(Sample { stages: self.timing.stages, ..Sample::from_world(&self.world, self.timing.step_s) });
         self.timeline.record(&self.world);
         self.advance_variants();

@@ -284,7 +284,7 @@ impl Session {
                 let offset = match was {
                     Some(was) if before.contains(&mass) => was.2,
                     _ if before.contains(&mass) => DVec3::ZERO,
-                    _ if i < sheet.masses() && i < built.masses() => sheet.x.get(i) - built.x.get(i),
+                    _ if i < sheet.node_count() && i < built.node_count() => sheet.x.get(i) - built.x.get(i),
                     _ => continue,
                 };
                 all.push((index, mass, offset));
@@ -329,7 +329,7 @@ fn with_pins(scene: &Scene, pinned: &[(usize, u32, DVec3)]) -> Scene {
                 } else {
                     vec![PathKey { offset: moved, ..PathKey::default() }]
                 };
-                pins.push(PinSpec { path, ..PinSpec::held(Region::Masses(vec![*mass])) });
+                pins.push(PinSpec { path, ..PinSpec::fixed(Region::Masses(vec![*mass])) });
             }
         }
         sheet.pins = pins;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use sheetwork::InputError;
-use sheetwork::scene::heater::read_heaters_file;
+use sheetwork::scene::heater_file::read_heaters_file;
 use sheetwork::scene::material::read_material_file;
 use sheetwork::scene::pol::read_pol_file;
 use sheetwork::scene::sht::read_sht_file;

@@ -37,7 +37,7 @@ impl Session {
         if self.world.engine().info().implicit {
             return wanted;
         }
-        let lightest = (0..sheet.masses()).map(|i| sheet.mass(i)).fold(f64::INFINITY, f64::min);
+        let lightest = (0..sheet.node_count()).map(|i| sheet.node_mass(i)).fold(f64::INFINITY, f64::min);
         wanted.min(STABILITY_FRACTION * lightest / self.world.dt().powi(2)).max(1e-9)
     }
 
@@ -78,7 +78,7 @@ impl Session {
         if let Some(hand) = self.hand.take()
             && let Some(sheet) = self.world.sheet_mut(&hand.sheet)
         {
-            sheet.let_go(hand.index);
+            sheet.release_grab(hand.index);
         }
     }
 
@@ -95,14 +95,14 @@ impl Session {
     /// is at its initial position. Returns whether the edit was accepted.
     pub fn toggle_pin(&mut self, sheet: usize, mass: u32) -> bool {
         let Some(held) = self.world.sheets().get(sheet) else { return false };
-        if mass as usize >= held.masses() {
+        if mass as usize >= held.node_count() {
             return false;
         }
         let is_held = held.is_held(mass as usize);
         if !is_held {
             return self.edit(&format!("pin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
                 if let Some(spec) = scene.sheets.get_mut(sheet) {
-                    spec.pins.push(PinSpec::held(Region::Masses(vec![mass])));
+                    spec.pins.push(PinSpec::fixed(Region::Masses(vec![mass])));
                 }
             });
         }

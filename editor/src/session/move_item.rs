@@ -174,7 +174,7 @@ impl Session {
     /// Compute the centres of the heaters in their own axes. Heater files are read once.
     pub(super) fn update_heater_centres(&mut self) {
         let scene = self.document.scene();
-        let of = |heaters: Vec<sheetwork::scene::heater::Heater>| {
+        let of = |heaters: Vec<sheetwork::scene::heater_file::Heater>| {
             middle(heaters.iter().flat_map(|h| h.polyhedron.vertices.iter().copied())).unwrap_or_default()
         };
         let middles = scene.heaters.iter().map(|spec| spec.resolve(&scene.base).map(of).unwrap_or_default());

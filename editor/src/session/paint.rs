@@ -49,7 +49,7 @@ impl Session {
             return false;
         }
         // Temperatures are created before the snapshot for undo.
-        match self.world.warm(sheet, &[]) {
+        match self.world.heat_spots(sheet, &[]) {
             Ok(true) => {
                 let before = self.world.snapshot();
                 self.stroke = Some(HeatStroke { sheet, before, spots: Vec::new() });
@@ -67,12 +67,12 @@ impl Session {
     /// whether the spot was accepted.
     pub fn dab(&mut self, spot: SpotSpec) -> bool {
         let Some(mut stroke) = self.stroke.take() else { return false };
-        let done = self.world.warm(stroke.sheet, &[spot]);
+        let done = self.world.heat_spots(stroke.sheet, &[spot]);
         if done.is_ok() {
             stroke.spots.push(spot);
             for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
                 // A variant without this sheet is unchanged.
-                let _ = other.world.warm(stroke.sheet, &[spot]);
+                let _ = other.world.heat_spots(stroke.sheet, &[spot]);
                 other.revision += 1;
             }
         }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use sheetwork::islands::event::Event;
 use sheetwork::math::Vectors;
-use sheetwork::profiler::Watch;
+use sheetwork::profiler::StepObserver;
 use sheetwork::scene::{Scene, SpotSpec};
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, Snapshot, World};
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 
 use super::item::{Item, MovedItem};
 use super::message::Message;
@@ -170,7 +170,7 @@ impl Session {
         let frequency = self.world.sheets().iter().map(|sheet| {
             // A power iteration costs about one step: fewer for large sheets, where the limit is
             // only a hint.
-            let iterations = (400_000 / sheet.springs().len().max(4 * sheet.masses())).clamp(20, 100);
+            let iterations = (400_000 / sheet.springs().len().max(4 * sheet.node_count())).clamp(20, 100);
             sheet.largest_frequency(iterations)
         });
         let frequency = frequency.fold(0.0, f64::max);
@@ -187,7 +187,7 @@ impl Session {
     pub(super) fn store_previous(&mut self) {
         self.shown_from = self.world.time();
         for (before, sheet) in self.before.iter_mut().zip(self.world.sheets()) {
-            if before.len() == sheet.masses() {
+            if before.len() == sheet.node_count() {
                 before.copy_from(&sheet.x);
             } else {
                 *before = sheet.x.clone();
@@ -298,7 +298,7 @@ impl Session {
     /// Pass the profiler to the present world.
     pub(super) fn watch_world(&mut self) {
         let clock = self.stages.clone();
-        self.world.set_watch(clock.map(|clock| clock as Arc<dyn Watch>));
+        self.world.set_profiler(clock.map(|clock| clock as Arc<dyn StepObserver>));
     }
 
     /// Wall-clock times of steps.

@@ -10,7 +10,7 @@ use bevy_sheetwork::render::{
     room_mesh, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
 use sheetwork::scene::Shape;
-use sheetwork::sheet::surface::Surface;
+use sheetwork::sheet::surface::DrawingSurface;
 
 use super::stage::{self, Quality, Scale};
 use super::{Editor, shapes};
@@ -75,7 +75,7 @@ pub struct GunPart(usize);
 pub struct SheetPart {
     world: usize,
     index: usize,
-    surface: Surface,
+    surface: DrawingSurface,
     /// Triangles, for depenetration from bodies with largest penetration and distance.
     triangles: Vec<[u32; 3]>,
     display_clearance: (f32, f32),
@@ -88,12 +88,12 @@ pub struct SheetPart {
     values: Vec<f32>,
 }
 
-/// Dot of node `mass` of sheet `sheet`.
+/// Dot of node `node` of sheet `sheet`.
 #[derive(Component)]
 pub struct Dot {
     world: usize,
     sheet: usize,
-    mass: usize,
+    node: usize,
 }
 
 /// State for which the entities were made.
@@ -421,10 +421,16 @@ pub fn dots(
         for (root, world, (index, sheet)) in sheets {
             // A dot is about a third as wide as the shortest spacing.
             let radius = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.16 * shortest) as f32;
-            for mass in 0..sheet.masses() {
+            for mass in 0..sheet.node_count() {
                 let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
                 let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
-                commands.spawn((Dot { world, sheet: index, mass }, look, place, stage::layer(world), ChildOf(root)));
+                commands.spawn((
+                    Dot { world, sheet: index, node: mass },
+                    look,
+                    place,
+                    stage::layer(world),
+                    ChildOf(root),
+                ));
             }
         }
         return;
@@ -436,12 +442,12 @@ pub fn dots(
         else {
             continue;
         };
-        if dot.mass < sheet.masses() && dot.mass < before.len() {
-            let place = before.get(dot.mass).lerp(sheet.x.get(dot.mass), alpha).as_vec3();
+        if dot.node < sheet.node_count() && dot.node < before.len() {
+            let place = before.get(dot.node).lerp(sheet.x.get(dot.node), alpha).as_vec3();
             if transform.translation != place {
                 transform.translation = place;
             }
-            let touching = sheet.touching().get(dot.mass).copied().unwrap_or(false);
+            let touching = sheet.touching().get(dot.node).copied().unwrap_or(false);
             paint.set_if_neq(MeshMaterial3d(if touching { paints.touching.clone() } else { paints.dot.clone() }));
         }
     }

@@ -168,7 +168,7 @@ fn a_moment_between_two_steps_is_interpolated_and_the_run_has_whole_steps() {
     let (start, dt) = (session.world().time(), session.world().dt());
     let mut film = Film::from_session(&session).expect("valid");
     let places =
-        |world: &World| (0..world.sheets()[0].masses()).map(|i| world.sheets()[0].x.get(i)).collect::<Vec<_>>();
+        |world: &World| (0..world.sheets()[0].node_count()).map(|i| world.sheets()[0].x.get(i)).collect::<Vec<_>>();
     let shown = places(film.at(2.25 * dt).expect("valid"));
     let steps = film.world().steps();
     let ahead = places(film.at(3.0 * dt).expect("valid"));

@@ -17,7 +17,7 @@ const PARTS_OF_SIDE: u32 = 6;
 /// Penetration of `p` into the bodies, by the planes of their convex faces; negative outside.
 fn depth(world: &World, p: DVec3) -> f64 {
     let rigid = world.rigid().expect("bodies");
-    let of_body = |(index, body): (usize, &sheetwork::rigid::Body)| {
+    let of_body = |(index, body): (usize, &sheetwork::rigid::RigidBodyInfo)| {
         let (place, turn) = rigid.pose(index).expect("a pose");
         let own = turn.inverse() * (p - place);
         if let Shape::Ball(radius) = body.shape {

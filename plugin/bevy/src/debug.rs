@@ -104,7 +104,7 @@ fn strain_colour(s: f32) -> Color {
 
 fn draw_masses(gizmos: &mut Gizmos<SheetGizmos>, sheet: &SheetInWorld, at: impl Fn(usize) -> Option<Vec3>, size: f32) {
     let size = sheet.spacing().map_or(0.01, |(shortest, _)| shortest as f32 * size);
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         let Some(p) = at(i) else { continue };
         let touching = sheet.touching().get(i).copied().unwrap_or(false);
         let colour = if touching { Color::linear_rgb(0.05, 0.9, 0.2) } else { Color::linear_rgb(0.03, 0.03, 0.05) };

@@ -23,7 +23,7 @@ impl SheetworkDiagnosticsPlugin {
     /// Wall-clock time of the world's steps in a tick, ms.
     pub const STEP_TIME: DiagnosticPath = DiagnosticPath::const_new("sheetwork/step_time");
     /// Number of nodes of all sheets.
-    pub const MASSES: DiagnosticPath = DiagnosticPath::const_new("sheetwork/masses");
+    pub const NODES: DiagnosticPath = DiagnosticPath::const_new("sheetwork/masses");
     /// Number of nodes that touched a body in the last step.
     pub const CONTACTS: DiagnosticPath = DiagnosticPath::const_new("sheetwork/contacts");
     /// Number of sheets that do not sleep.
@@ -41,7 +41,7 @@ impl SheetworkDiagnosticsPlugin {
 impl Plugin for SheetworkDiagnosticsPlugin {
     fn build(&self, app: &mut App) {
         app.register_diagnostic(Diagnostic::new(Self::STEP_TIME).with_suffix("ms"))
-            .register_diagnostic(Diagnostic::new(Self::MASSES).with_max_history_length(1))
+            .register_diagnostic(Diagnostic::new(Self::NODES).with_max_history_length(1))
             .register_diagnostic(Diagnostic::new(Self::CONTACTS))
             .register_diagnostic(Diagnostic::new(Self::AWAKE))
             .register_diagnostic(Diagnostic::new(Self::ENERGY).with_suffix("J"))
@@ -56,7 +56,7 @@ fn measure(mut diagnostics: Diagnostics, world: Res<SheetWorld>, clock: Res<Shee
     if clock.due() > 0.0 {
         diagnostics.add_measurement(&Paths::STEP_TIME, || world.step_time().as_secs_f64() * 1e3);
     }
-    diagnostics.add_measurement(&Paths::MASSES, || world.sheets().iter().map(|s| s.masses()).sum::<usize>() as f64);
+    diagnostics.add_measurement(&Paths::NODES, || world.sheets().iter().map(|s| s.node_count()).sum::<usize>() as f64);
     diagnostics.add_measurement(&Paths::CONTACTS, || f64::from(states.iter().map(|s| s.contacts).sum::<u32>()));
     diagnostics.add_measurement(&Paths::AWAKE, || states.iter().filter(|s| !s.asleep).count() as f64);
     let gravity = world.gravity();

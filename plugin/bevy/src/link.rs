@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use bevy::prelude::*;
 use sheetwork::{InputError, World as Sheets};
-use sheetwork_link::Attached;
+use sheetwork_link::AttachedProcess;
 use sheetwork_link::Host;
 use sheetwork_link::LinkError;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 use sheetwork_link::{Link, LinkStatistics};
 
 use crate::core::{SheetClock, SheetWorld, SheetworkSet};
@@ -58,7 +58,7 @@ impl SheetLink {
     }
 
     /// Attached clients: process and name. Queries the operating system; avoid it in every frame.
-    pub fn attached(&self) -> Vec<Attached> {
+    pub fn attached(&self) -> Vec<AttachedProcess> {
         self.link.as_ref().map(Link::attached).unwrap_or_default()
     }
 

@@ -39,7 +39,7 @@ fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
     app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 20.0;
     run(&mut app, 0.05);
     assert_eq!(grid(&app), 6);
-    let masses = app.world().resource::<SheetWorld>().sheets()[0].masses();
+    let masses = app.world().resource::<SheetWorld>().sheets()[0].node_count();
     assert_eq!(app.world().get::<SheetMotion>(sheet).expect("in the world").positions().len(), masses);
     let coarse = drawn(&app, sheet);
     assert_eq!(coarse.len(), 21 * 21);

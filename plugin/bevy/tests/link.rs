@@ -22,7 +22,7 @@ fn another_process_sees_the_sheets_and_turns_their_knobs() {
     std::thread::scope(|scope| {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");
-            client.set_patience(Duration::from_secs(60));
+            client.set_timeout(Duration::from_secs(60));
             let mut frames = client.frames(false).expect("reads");
             let frame = frames.wait(Duration::from_secs(60)).expect("a frame");
             let masses = frame.view().expect("sound").sheets().map(|s| s.positions().len()).sum::<usize>();
@@ -62,7 +62,7 @@ fn a_reset_restores_the_parameters_of_the_game() {
     std::thread::scope(|scope| {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");
-            client.set_patience(Duration::from_secs(60));
+            client.set_timeout(Duration::from_secs(60));
             client.set("gravity", "(0, -1.5, 0)").expect("accepted");
             client.set("gravity", "(0, -1, 0)").expect("accepted");
             client.set("engine", "euler").expect("accepted");

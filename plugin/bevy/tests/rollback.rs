@@ -28,7 +28,7 @@ fn played(tick: u64) -> [f64; 2] {
 }
 
 fn state(world: &SheetWorld) -> Vec<u8> {
-    world.save()
+    world.serialise()
 }
 
 #[test]

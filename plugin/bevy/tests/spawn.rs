@@ -133,7 +133,7 @@ fn changing_the_component_changes_the_sheet() {
     app.world_mut().get_mut::<Sheet>(entity).expect("has one").spec.grid = (5, 1, 5);
     run(&mut app, 0.1);
     let sheets = app.world().resource::<SheetWorld>().sheets();
-    assert_eq!((sheets.len(), sheets[0].masses()), (1, 25), "built anew");
+    assert_eq!((sheets.len(), sheets[0].node_count()), (1, 25), "built anew");
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn diagnostics_are_measured() {
     run(&mut app, 0.5);
     let store = app.world().resource::<DiagnosticsStore>();
     let value = |path| store.get(&path).and_then(|d| d.value());
-    assert_eq!(value(Paths::MASSES), Some(221.0));
+    assert_eq!(value(Paths::NODES), Some(221.0));
     assert!(value(Paths::STEP_TIME).is_some_and(|ms| ms > 0.0 && ms < 1000.0));
     assert!(value(Paths::CONTACTS).is_some_and(|n| n > 0.0));
     assert!(value(Paths::ENERGY).is_some_and(f64::is_finite));

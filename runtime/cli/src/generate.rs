@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::cards::Cards;
+use sheetwork::scene::card_scenes::CardScene;
 use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 use sheetwork::{InputError, check_range};
 
-use sheetwork_rigs::output::{counts, print_json, print_line};
+use sheetwork_rigs::output::{parse_counts, print_json, print_line};
 use sheetwork_rigs::quantities::{length, mass};
 
 #[derive(Args)]
@@ -21,7 +21,7 @@ pub struct Generate {
     #[arg(long, required_unless_present = "cards")]
     structure: Option<StructureKind>,
     /// Nodes along the length, layers, nodes along the width: 11x2x11.
-    #[arg(long, value_parser = counts::<3>, required_unless_present = "cards")]
+    #[arg(long, value_parser = parse_counts::<3>, required_unless_present = "cards")]
     grid: Option<[u32; 3]>,
     /// Write a scene of playing cards instead: a pack that is dropped, a house, or a house with a
     /// thrown ball.
@@ -65,16 +65,16 @@ impl Generate {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         match (self.structure, self.grid, self.cards) {
             (Some(structure), Some(grid), _) => self.sheet(structure, grid),
-            (_, _, Some(deck)) => self.deal(deck),
+            (_, _, Some(deck)) => self.write_cards(deck),
             _ => Err(InputError::new("structure", "a sheet needs its structure and its grid")),
         }
     }
 
-    fn deal(&self, deck: Deck) -> Result<ExitCode, InputError> {
+    fn write_cards(&self, deck: Deck) -> Result<ExitCode, InputError> {
         let cards = match deck {
-            Deck::Pack => Cards::Pack,
-            Deck::House => Cards::House,
-            Deck::HouseBall => Cards::HouseAndBall,
+            Deck::Pack => CardScene::Pack,
+            Deck::House => CardScene::House,
+            Deck::HouseBall => CardScene::HouseAndBall,
         };
         let text = cards.text();
         let count = Scene::parse(&text)?.sheets.len();
@@ -108,7 +108,7 @@ impl Generate {
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
         sheetwork::scene::validate::scene(&scene).map_err(unprefixed)?;
         let sheet = Sheet::build(&scene, 0)?;
-        let (masses, springs) = (sheet.masses(), sheet.springs().len());
+        let (masses, springs) = (sheet.node_count(), sheet.springs().len());
         if let Some(file) = &self.output {
             sht::write_sht_file(file, &to_file(&sheet))?;
         }

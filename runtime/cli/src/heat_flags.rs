@@ -3,7 +3,7 @@
 use clap::Args;
 use glam::DVec3;
 use sheetwork_rigs::measure::Thermal;
-use sheetwork_rigs::quantities::{convection, number, temperature, time};
+use sheetwork_rigs::quantities::{convection, parse_number, temperature, time};
 
 #[derive(Args)]
 pub struct HeatFlags {
@@ -17,7 +17,7 @@ pub struct HeatFlags {
     #[arg(long, default_value = "0,1,0", value_parser = vector, allow_hyphen_values = true)]
     normal: DVec3,
     /// Fourier number: diffusivity times time over the length squared (conduction).
-    #[arg(long, default_value = "0.1", value_parser = number)]
+    #[arg(long, default_value = "0.1", value_parser = parse_number)]
     fo: f64,
     /// Initial temperature, °C (cooling: default 120; radiate: that of the surroundings).
     #[arg(long, value_parser = temperature)]
@@ -35,7 +35,7 @@ pub struct HeatFlags {
     #[arg(long, default_value = "400", value_parser = temperature)]
     heater: f64,
     /// View factor of the heater from one side (radiate).
-    #[arg(long, default_value = "0.5", value_parser = number)]
+    #[arg(long, default_value = "0.5", value_parser = parse_number)]
     view: f64,
     /// Duration, s (default 60 for radiate, 10 for creep).
     #[arg(long, value_parser = time)]
@@ -71,7 +71,7 @@ impl HeatFlags {
 
 /// Parses three numbers separated by commas.
 fn vector(text: &str) -> Result<DVec3, String> {
-    let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    let parts: Vec<f64> = text.split(',').map(parse_number).collect::<Result<_, _>>()?;
     let all: [f64; 3] = parts.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))?;
     Ok(DVec3::from_array(all))
 }

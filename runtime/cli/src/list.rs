@@ -16,7 +16,7 @@ use sheetwork_rigs::output::{print_json, print_line};
 #[derive(Args)]
 pub struct List {
     /// Kind of names to list.
-    what: What,
+    what: ListKind,
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
     folder: PathBuf,
@@ -26,7 +26,7 @@ pub struct List {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum What {
+enum ListKind {
     Structures,
     Engines,
     Materials,
@@ -37,11 +37,11 @@ enum What {
 impl List {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let rows = match self.what {
-            What::Structures => structures(),
-            What::Engines => engines(),
-            What::Materials => materials(),
-            What::Cases => measure::TABLE.iter().map(|c| json!({ "name": c.name, "about": c.about })).collect(),
-            What::Scenes => scenes(&self.folder)?,
+            ListKind::Structures => structures(),
+            ListKind::Engines => engines(),
+            ListKind::Materials => materials(),
+            ListKind::Cases => measure::TABLE.iter().map(|c| json!({ "name": c.name, "about": c.about })).collect(),
+            ListKind::Scenes => scenes(&self.folder)?,
         };
         if self.json {
             print_json(&rows)?;
@@ -49,7 +49,7 @@ impl List {
         }
         let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
         let width = rows.iter().map(|r| text(r, "name").len()).max().unwrap_or(0);
-        let constants = matches!(self.what, What::Materials);
+        let constants = matches!(self.what, ListKind::Materials);
         if constants {
             let heads = CONSTANTS.map(|(_, head, _)| format!("{head:>10}")).join("");
             print_line(&format!("{:<width$}{heads}", ""))?;
@@ -100,7 +100,7 @@ fn structures() -> Vec<Value> {
 }
 
 fn engines() -> Vec<Value> {
-    let row = |e: &integrators::EngineInfo| {
+    let row = |e: &integrators::IntegratorInfo| {
         json!({
             "name": e.name, "about": e.about, "order": e.order, "stability_limit": e.stability_limit,
             "evaluations": e.evaluations, "adaptive": e.adaptive,

@@ -12,7 +12,7 @@ pub(crate) mod measure;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod study;
-pub(crate) mod taken;
+pub(crate) mod unused_flags;
 
 use std::process::ExitCode;
 
@@ -23,13 +23,13 @@ use sheetwork::scene::Scene;
 /// Stiff thin sheets in real time: run scenes, generate sheets, measure.
 #[derive(Parser)]
 #[command(name = "sheetwork", version, about)]
-struct Arguments {
+struct ProgramArguments {
     #[command(subcommand)]
-    command: Command,
+    command: ProgramCommand,
 }
 
 #[derive(Subcommand)]
-enum Command {
+enum ProgramCommand {
     /// Run a scene without a screen and report the result.
     Run(run::Run),
     /// Repeat the run of a journal and report the first deviation.
@@ -53,40 +53,40 @@ enum Command {
     /// Set a parameter of a running game, in effect from its next step.
     Set(link::Set),
     /// Play, pause, step, reset or load a running game, or store and restore a snapshot.
-    Tell(link::Tell),
+    Tell(link::GameCommand),
     /// Record a running game.
     Record(link::Record),
     /// Grab a running game's sheet, pull it, and report the force.
-    Grab(link::Grab),
+    Grab(link::GrabArguments),
     /// Evaluate the answers of a study: mean, deviation, median, Student's t.
-    Study(study::Study),
+    Study(study::StudyArguments),
     /// List structures, integrators, materials, rigs or scenes.
     List(list::List),
 }
 
 fn main() -> ExitCode {
-    let matches = Arguments::command().get_matches();
-    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
-    if let (Command::Measure(measure), Some((_, given))) = (&arguments.command, matches.subcommand()) {
-        taken::tell(measure.case(), given);
+    let matches = ProgramArguments::command().get_matches();
+    let arguments = ProgramArguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    if let (ProgramCommand::Measure(measure), Some((_, given))) = (&arguments.command, matches.subcommand()) {
+        unused_flags::report_unused_flags(measure.case(), given);
     }
     let result = match arguments.command {
-        Command::Run(run) => run.execute(),
-        Command::Replay(replay) => replay.execute(),
-        Command::Generate(generate) => generate.execute(),
-        Command::Measure(measure) => measure.execute(),
-        Command::Bench(bench) => bench.execute(),
-        Command::Material(material) => material.execute(),
-        Command::Study(study) => study.execute(),
-        Command::List(list) => list.execute(),
-        Command::Serve(serve) => serve.execute(),
-        Command::Watch(watch) => watch.execute(),
-        Command::Params(params) => params.execute(),
-        Command::Get(get) => get.execute(),
-        Command::Set(set) => set.execute(),
-        Command::Tell(tell) => tell.execute(),
-        Command::Record(record) => record.execute(),
-        Command::Grab(grab) => grab.execute(),
+        ProgramCommand::Run(run) => run.execute(),
+        ProgramCommand::Replay(replay) => replay.execute(),
+        ProgramCommand::Generate(generate) => generate.execute(),
+        ProgramCommand::Measure(measure) => measure.execute(),
+        ProgramCommand::Bench(bench) => bench.execute(),
+        ProgramCommand::Material(material) => material.execute(),
+        ProgramCommand::Study(study) => study.execute(),
+        ProgramCommand::List(list) => list.execute(),
+        ProgramCommand::Serve(serve) => serve.execute(),
+        ProgramCommand::Watch(watch) => watch.execute(),
+        ProgramCommand::Params(params) => params.execute(),
+        ProgramCommand::Get(get) => get.execute(),
+        ProgramCommand::Set(set) => set.execute(),
+        ProgramCommand::Tell(tell) => tell.execute(),
+        ProgramCommand::Record(record) => record.execute(),
+        ProgramCommand::Grab(grab) => grab.execute(),
     };
     match result {
         Ok(code) => code,
@@ -98,7 +98,7 @@ fn main() -> ExitCode {
 }
 
 /// Applies every PATH=VALUE of `--set` to a scene.
-fn overridden(scene: Scene, overrides: &[String]) -> Result<Scene, InputError> {
+fn apply_overrides(scene: Scene, overrides: &[String]) -> Result<Scene, InputError> {
     overrides.iter().try_fold(scene, |scene, item| {
         let parts = item.split_once('=');
         let (path, value) = parts.ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;

@@ -12,8 +12,8 @@ use sheetwork::scene::{Material, MaterialChoice};
 use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork_rigs::measure::Setup;
 
-use sheetwork_rigs::output::{counts, print_json, print_line};
-use sheetwork_rigs::quantities::{acceleration, density, length, number, pressure};
+use sheetwork_rigs::output::{parse_counts, print_json, print_line};
+use sheetwork_rigs::quantities::{acceleration, density, length, parse_number, pressure};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -24,7 +24,7 @@ pub struct MaterialCommand {
     #[arg(long, default_value = "shell")]
     structure: StructureKind,
     /// Nodes along length and width of the bottom layer.
-    #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
+    #[arg(long, default_value = "21x21", value_parser = parse_counts::<2>)]
     grid: [u32; 2],
     /// Number of layers; default 2, limited to the structure's range.
     #[arg(long)]
@@ -46,7 +46,7 @@ pub struct MaterialCommand {
     #[arg(long, value_parser = pressure)]
     young: Option<f64>,
     /// Poisson's ratio in place of the material's.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = parse_number)]
     poisson: Option<f64>,
     /// Density, kg/m³, in place of the material's.
     #[arg(long, value_parser = density)]

@@ -6,13 +6,13 @@ use clap::Args;
 use serde_json::Value;
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
-use sheetwork::scene::{Burgers, Material, SpringLaw, material};
+use sheetwork::scene::IntegratorKind;
+use sheetwork::scene::{BurgersCreep, Material, SpringLaw, material};
 use sheetwork_rigs::measure::{Boundary, Setup, TABLE, measure};
 
 use crate::heat_flags::HeatFlags;
-use sheetwork_rigs::output::{counts, print_json, print_line};
-use sheetwork_rigs::quantities::{acceleration, angle, density, length, number, pressure, speed, time};
+use sheetwork_rigs::output::{parse_counts, print_json, print_line};
+use sheetwork_rigs::quantities::{acceleration, angle, density, length, parse_number, pressure, speed, time};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -23,14 +23,14 @@ pub struct Measure {
     #[arg(long, default_value = "shell")]
     structure: StructureKind,
     /// Nodes along length and width of the bottom layer.
-    #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
+    #[arg(long, default_value = "21x21", value_parser = parse_counts::<2>)]
     grid: [u32; 2],
     /// Number of layers; default 2, limited to the structure's range.
     #[arg(long)]
     layers: Option<u32>,
     /// Time integrator.
     #[arg(long, default_value = "tr-bdf2")]
-    engine: EngineKind,
+    engine: IntegratorKind,
     /// Step, s, or a fraction such as 1/60. Default: 1/60 with an implicit integrator, a stable
     /// step with an explicit one.
     #[arg(long, value_parser = time)]
@@ -39,7 +39,7 @@ pub struct Measure {
     #[arg(long, value_parser = pressure)]
     young: Option<f64>,
     /// Poisson's ratio (default 0.35).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = parse_number)]
     poisson: Option<f64>,
     /// Density, kg/m³ (default 1050).
     #[arg(long, value_parser = density)]
@@ -61,17 +61,17 @@ pub struct Measure {
     gravity: f64,
     /// Damping ratio of the slowest bending mode; for springs of rigs with bodies, a fraction of
     /// their critical damping.
-    #[arg(long, default_value = "0.05", value_parser = number)]
+    #[arg(long, default_value = "0.05", value_parser = parse_number)]
     damping_ratio: f64,
     /// Angle of the incline, of the landing sheet, or of the fold, degrees (default 20 for incline,
     /// 30 for edge-landing, 90 for fold).
     #[arg(long, value_parser = angle)]
     angle: Option<f64>,
     /// Friction coefficient (rigs with bodies).
-    #[arg(long, default_value = "0.3", value_parser = number)]
+    #[arg(long, default_value = "0.3", value_parser = parse_number)]
     friction: f64,
     /// Restitution coefficient (rigs with bodies; default 0.5 for bounce, else 0).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = parse_number)]
     restitution: Option<f64>,
     /// Drop height, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
     #[arg(long, value_parser = length)]
@@ -80,10 +80,10 @@ pub struct Measure {
     #[arg(long, default_value = "1", value_parser = speed)]
     speed: f64,
     /// Factor on the ball speed of the scene, 0.1 to 3 (card-house).
-    #[arg(long, default_value = "1", value_parser = number)]
+    #[arg(long, default_value = "1", value_parser = parse_number)]
     throw: f64,
     /// Angular velocity, rad/s (spin).
-    #[arg(long, default_value = "10", value_parser = number)]
+    #[arg(long, default_value = "10", value_parser = parse_number)]
     rate: f64,
     /// Boundary condition of the edges: cantilever, clamped, supported or free (frequency).
     #[arg(long, default_value = "cantilever")]
@@ -139,7 +139,7 @@ pub struct Measure {
     #[arg(long, value_parser = time)]
     retardation_time: Option<f64>,
     /// Retarded strain over instantaneous strain (creep; default 0.5).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = parse_number)]
     retarded: Option<f64>,
     /// Step from flat to rest in place of the equilibrium solution (cantilever and other
     /// equilibrium rigs).
@@ -251,10 +251,10 @@ impl Measure {
     }
 
     /// Creep constants: those of `base` or the defaults, replaced by the flags given.
-    fn burgers(&self, base: Option<Burgers>) -> Option<Burgers> {
+    fn burgers(&self, base: Option<BurgersCreep>) -> Option<BurgersCreep> {
         let flags = [self.relaxation_time, self.retardation_time, self.retarded];
         let from = base.or_else(|| Setup::default().material.burgers.filter(|_| flags.iter().any(Option::is_some)));
-        from.map(|b| Burgers {
+        from.map(|b| BurgersCreep {
             relaxation_time: self.relaxation_time.unwrap_or(b.relaxation_time),
             retardation_time: self.retardation_time.unwrap_or(b.retardation_time),
             retarded: self.retarded.unwrap_or(b.retarded),
@@ -294,7 +294,7 @@ mod tests {
     use super::changes;
 
     #[test]
-    fn changes_of_grid_are_a_table() {
+    fn changes_of_grid_are_printed_as_a_table() {
         let row = |shape: &str, change: &str, pop: f64| json!({ "shape": shape, "change": change, "pop": pop });
         let all =
             json!([row("droop", "11 to 21", 0.0031), row("box", "11 to 21", 0.0085), row("droop", "21 to 11", 0.01)]);

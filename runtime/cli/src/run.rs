@@ -6,15 +6,15 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Scene, library};
-use sheetwork::sheet::Opening;
-use sheetwork::world::journal::{Input, Writer};
-use sheetwork::world::recording::Recorder;
+use sheetwork::sheet::FractureOpening;
+use sheetwork::world::journal::{JournalInput, JournalWriter};
+use sheetwork::world::recording::RecordingWriter;
 use sheetwork::{InputError, Report, World, check_range};
 
-use crate::overridden;
-use sheetwork_rigs::output::{print_json, print_line, writable};
+use crate::apply_overrides;
+use sheetwork_rigs::output::{check_writable, print_json, print_line};
 use sheetwork_rigs::quantities;
 use sheetwork_rigs::quantities::time;
 
@@ -34,7 +34,7 @@ pub struct Run {
     dt: Option<f64>,
     /// Time integrator, by name (see `sheetwork list engines`).
     #[arg(long)]
-    engine: Option<EngineKind>,
+    engine: Option<IntegratorKind>,
     /// Threads to step sheets on; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
@@ -69,7 +69,7 @@ impl Run {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let scene = self.scene()?;
         // Before the run, so that an invalid path fails at once.
-        [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| writable(file))?;
+        [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| check_writable(file))?;
         let mut world = World::new(&scene)?;
         if self.threads == 0 || self.threads > 1024 {
             return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
@@ -92,7 +92,7 @@ impl Run {
 
     /// The scene with the overrides of the command line.
     fn scene(&self) -> Result<Scene, InputError> {
-        let mut scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
+        let mut scene = apply_overrides(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
             if let Some(value) = value {
                 scene = scene.with_override(path, &value.to_string()).map_err(|e| InputError::new(flag, e.problem))?;
@@ -111,20 +111,20 @@ impl Run {
         let mut recorder = self
             .record
             .as_ref()
-            .map(|f| Recorder::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
+            .map(|f| RecordingWriter::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
             .transpose()?;
-        let mut journal = self.journal.as_ref().map(|f| Writer::create(f, world, self.key_every)).transpose()?;
+        let mut journal = self.journal.as_ref().map(|f| JournalWriter::create(f, world, self.key_every)).transpose()?;
         let mut changes = self.changes(duration)?;
         let bar = self.bar(steps);
         let mut penetration = Vec::new();
         let mut cpu = 0.0;
         let mut done = 0;
         loop {
-            world.watch_penetration(&mut penetration);
+            world.update_max_penetration(&mut penetration);
             if let Some(recorder) = &mut recorder {
                 recorder.frame(world)?;
             }
-            if done >= steps || (world.unstable().is_some() && world.is_quiet()) {
+            if done >= steps || (world.unstable().is_some() && world.is_resting()) {
                 break;
             }
             let batch = per_frame.min(steps - done);
@@ -157,7 +157,7 @@ impl Run {
     }
 
     /// Parameter changes during the run, sorted by time, the last first.
-    fn changes(&self, duration: f64) -> Result<Vec<(f64, Input)>, InputError> {
+    fn changes(&self, duration: f64) -> Result<Vec<(f64, JournalInput)>, InputError> {
         let bad = |item: &str| InputError::new("--at", format!("\"{item}\" is not TIME:PATH=VALUE"));
         let mut all = Vec::with_capacity(self.changes.len());
         for item in &self.changes {
@@ -165,7 +165,7 @@ impl Run {
             let (path, value) = set.split_once('=').ok_or_else(|| bad(item))?;
             let time = quantities::time(time).map_err(|e| InputError::new("--at", e))?;
             check_range("--at", time, 0.0, duration, "s, the length of the run")?;
-            all.push((time, Input::Set { path: path.trim().to_owned(), value: value.to_owned() }));
+            all.push((time, JournalInput::Set { path: path.trim().to_owned(), value: value.to_owned() }));
         }
         all.reverse();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -231,7 +231,7 @@ fn table(report: &Report) -> String {
 }
 
 /// Place and cause of an opened cell.
-fn opening(o: &Opening) -> String {
+fn opening(o: &FractureOpening) -> String {
     let [x, y, z] = o.place_m;
     let how = if o.melted { "melted" } else { "torn" };
     let warm = o.temperature_c.map_or_else(String::new, |t| format!(", {t:.1} °C"));

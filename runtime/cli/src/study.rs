@@ -11,7 +11,7 @@ use sheetwork_rigs::study::{AGAINST, Answers, Findings, LAST_QUESTIONS, QUESTION
 use sheetwork_rigs::output::{print_json, print_line};
 
 #[derive(Args)]
-pub struct Study {
+pub struct StudyArguments {
     /// Tables of answers, as written by the editor's study mode; those of the thesis by default.
     #[arg(default_value = "assets/study/thesis.csv")]
     files: Vec<PathBuf>,
@@ -23,11 +23,11 @@ pub struct Study {
     json: bool,
 }
 
-impl Study {
+impl StudyArguments {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let mut all = Answers::default();
         for file in &self.files {
-            all.join(Answers::read(file)?).map_err(|e| e.in_file(file))?;
+            all.merge(Answers::read(file)?).map_err(|e| e.in_file(file))?;
         }
         if all.ratings.is_empty() && all.overall.is_empty() {
             return Err(InputError::new("", "has no answers").in_file(&self.files[0]));

@@ -2,12 +2,12 @@
 
 mod cli {
     pub mod common;
-    mod faults;
+    mod damaged_files;
     mod generate;
+    mod invalid_input;
     mod link;
     mod measure;
-    mod mutants;
     mod run;
+    mod snapshots_and_fuzzing;
     mod study;
-    mod trust;
 }

@@ -49,7 +49,7 @@ if __name__ == "__main__":
 "#;
 
 #[test]
-fn a_map_survives_the_death_of_a_worker_and_is_the_same() {
+fn a_map_on_a_cluster_with_a_killed_worker_equals_a_local_one() {
     let Some(python) = a_python() else {
         eprintln!("skipped: no Python with dask[distributed], and none can be installed");
         return;

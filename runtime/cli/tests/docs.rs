@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use sheetwork::mesh::structure;
-use sheetwork::scene::{HeaterSpec, Scene, Shape, heater, material, pol, sht};
+use sheetwork::scene::{HeaterSpec, Scene, Shape, heater_file, material, pol, sht};
 use sheetwork::{World, integrators};
 
 fn assets() -> PathBuf {
@@ -153,7 +153,7 @@ fn every_choice_is_documented() {
 }
 
 #[test]
-fn materials_are_tabled_as_they_are() {
+fn the_table_of_materials_equals_the_library() {
     let readme = readme();
     for (name, _, m) in material::LIBRARY {
         let row = readme.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).expect("a row");
@@ -166,7 +166,7 @@ fn materials_are_tabled_as_they_are() {
 }
 
 #[test]
-fn defaults_are_tabled_as_they_are() {
+fn the_table_of_defaults_equals_the_defaults() {
     let readme = readme();
     let tree = serde_json::to_value(Scene { sheets: vec![Default::default()], ..Scene::default() }).expect("a tree");
     for (fields, value) in [
@@ -195,7 +195,7 @@ fn every_file_is_mentioned_and_valid() {
                 "sheets" => sht::read_sht_file(&path).and_then(|f| sheetwork::sheet::from_file(&f)).map(drop),
                 "materials" => material::read_material_file(&path).map(drop),
                 "polyhedra" => pol::read_pol_file(&path).map(drop),
-                _ => heater::read_heaters_file(&path).map(drop),
+                _ => heater_file::read_heaters_file(&path).map(drop),
             };
             valid.unwrap_or_else(|e| panic!("{e}"));
             seen += 1;
@@ -205,7 +205,7 @@ fn every_file_is_mentioned_and_valid() {
 }
 
 #[test]
-fn files_that_are_mentioned_exist() {
+fn mentioned_files_exist() {
     for word in readme().split('`') {
         let folders = ["scenes/", "sheets/", "polyhedra/", "heaters/", "materials/"];
         if folders.iter().any(|f| word.starts_with(f)) {
@@ -229,7 +229,7 @@ fn example_scenes_run() {
 }
 
 #[test]
-fn links_lead_to_headings() {
+fn links_point_to_headings() {
     let readme = readme();
     let anchor = |heading: &str| {
         let kept = heading.trim_start_matches('#').trim().to_lowercase().replace(' ', "-");

@@ -12,16 +12,16 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use crate::command::{Command, MOST_BYTES, Standing};
-use crate::place::LinkPlace;
-use crate::reader::{Events, Frames, LOOK_EVERY, Topology};
+use crate::command::{Command, GameStatus, MAXIMUM_COMMAND_BYTES};
+use crate::link_place::LinkPlace;
+use crate::reader::{Events, Frames, POLL_INTERVAL, Topology};
 use crate::server::{Control, control};
 use crate::{Ipc, LinkError, clean_up, node_at};
 
 /// A connection to a game.
 pub struct Client {
     place: LinkPlace,
-    patience: Duration,
+    timeout: Duration,
     port: Port<Ipc, [u8], (), [u8], ()>,
     control: Control,
     node: Arc<Node<Ipc>>,
@@ -65,7 +65,7 @@ impl RemoteParameter {
 
 /// Force and position of a grab.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-pub struct PulledTo {
+pub struct GrabForce {
     /// Force on the hand, N.
     pub force: [f64; 3],
     /// Position of the grabbed point, m.
@@ -89,14 +89,14 @@ impl Client {
         if control.dynamic_config().number_of_servers() == 0 {
             return Err(with_others(LinkError::NoGame(place.name().into(), String::new()), place));
         }
-        let port = control.client_builder().initial_max_slice_len(MOST_BYTES);
+        let port = control.client_builder().initial_max_slice_len(MAXIMUM_COMMAND_BYTES);
         let port = port.allocation_strategy(AllocationStrategy::Static);
         let port = port.backpressure_strategy(BackpressureStrategy::DiscardData).create();
         let port = port.map_err(|e| match e {
             ClientCreateError::ExceedsMaxSupportedClients => LinkError::Full("command a game"),
             e => LinkError::Memory(format!("no port for commands: {e:?}")),
         })?;
-        Ok(Self { place: place.clone(), patience: Duration::from_secs(2), port, control, node })
+        Ok(Self { place: place.clone(), timeout: Duration::from_secs(2), port, control, node })
     }
 
     /// Attaches, and waits up to `patience` for a game.
@@ -118,8 +118,8 @@ impl Client {
     }
 
     /// Sets the time limit for answers; 2 s by default.
-    pub fn set_patience(&mut self, patience: Duration) {
-        self.patience = patience;
+    pub fn set_timeout(&mut self, patience: Duration) {
+        self.timeout = patience;
     }
 
     /// Place of the link.
@@ -145,8 +145,11 @@ impl Client {
     /// # Errors
     /// Too many bytes, a rejected command, or no answer in time.
     pub fn send_bytes(&self, bytes: &[u8]) -> Result<Map<String, Value>, LinkError> {
-        if bytes.len() > MOST_BYTES {
-            return Err(LinkError::Refused(format!("the command has {} bytes; at most {MOST_BYTES} go", bytes.len())));
+        if bytes.len() > MAXIMUM_COMMAND_BYTES {
+            return Err(LinkError::Refused(format!(
+                "the command has {} bytes; at most {MAXIMUM_COMMAND_BYTES} go",
+                bytes.len()
+            )));
         }
         let request = self.port.loan_slice_uninit(bytes.len()).map_err(|e| LinkError::Memory(format!("{e:?}")))?;
         let pending = request.write_from_slice(bytes).send().map_err(|e| LinkError::Memory(format!("{e:?}")))?;
@@ -157,11 +160,11 @@ impl Client {
                 Ok(None) => {}
                 Err(e) => return Err(LinkError::Memory(format!("{e:?}"))),
             }
-            if start.elapsed() > self.patience {
+            if start.elapsed() > self.timeout {
                 clean_up(&self.node, &self.place);
                 return Err(LinkError::Silent);
             }
-            std::thread::sleep(LOOK_EVERY);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -174,7 +177,7 @@ impl Client {
     ///
     /// # Errors
     /// No answer.
-    pub fn status(&self) -> Result<Standing, LinkError> {
+    pub fn status(&self) -> Result<GameStatus, LinkError> {
         self.ask(&Command::Status)
     }
 
@@ -254,7 +257,7 @@ impl Client {
     ///
     /// # Errors
     /// A grab that has ended, a rejected command, or no answer.
-    pub fn pull(&self, grab: u64, target: [f64; 3]) -> Result<PulledTo, LinkError> {
+    pub fn pull(&self, grab: u64, target: [f64; 3]) -> Result<GrabForce, LinkError> {
         self.ask(&Command::Pull { grab, target })
     }
 

@@ -13,13 +13,13 @@ use crate::layout::LAYOUT;
 use sheetwork::{InputError, World};
 
 /// Maximum size of a command, bytes.
-pub const MOST_BYTES: usize = 16 << 10;
+pub const MAXIMUM_COMMAND_BYTES: usize = 16 << 10;
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
-    /// Returns the status of the game: [`Standing`].
+    /// Returns the status of the game: [`GameStatus`].
     Status,
     /// Returns parameters with value, unit and range, from this index on; `next` is the index for
     /// the next request.
@@ -113,8 +113,8 @@ impl Command {
     /// # Errors
     /// Invalid JSON, an unknown command or another version, as a sentence.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
-        if bytes.len() > MOST_BYTES {
-            return Err(format!("the command has {} bytes; at most {MOST_BYTES} are read", bytes.len()));
+        if bytes.len() > MAXIMUM_COMMAND_BYTES {
+            return Err(format!("the command has {} bytes; at most {MAXIMUM_COMMAND_BYTES} are read", bytes.len()));
         }
         let mut object: serde_json::Value =
             serde_json::from_slice(bytes).map_err(|e| format!("the command is no JSON: {e}"))?;
@@ -130,7 +130,7 @@ impl Command {
 
 /// Status of a game.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Standing {
+pub struct GameStatus {
     /// Name of the scene.
     pub scene: String,
     /// Time integrator.

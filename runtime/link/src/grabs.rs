@@ -7,9 +7,9 @@ use glam::DVec3;
 use sheetwork::{InputError, World};
 
 /// Time without a move after which a grab is released, because its client has gone or was stopped.
-const PATIENCE: Duration = Duration::from_secs(2);
+const GRAB_TIMEOUT: Duration = Duration::from_secs(2);
 
-struct Grab {
+struct HeldGrab {
     number: u64,
     sheet: String,
     /// Index among the sheet's pulls.
@@ -20,7 +20,7 @@ struct Grab {
 /// All grabs of a link.
 #[derive(Default)]
 pub struct Grabs {
-    list: Vec<Grab>,
+    list: Vec<HeldGrab>,
     last: u64,
 }
 
@@ -37,7 +37,7 @@ impl Grabs {
         let index = sheet.grab(uv, stiffness)?;
         let place = sheet.pulls().get(index).map_or(DVec3::ZERO, |p| p.target);
         self.last += 1;
-        self.list.push(Grab { number: self.last, sheet: name.to_owned(), index, moved: Instant::now() });
+        self.list.push(HeldGrab { number: self.last, sheet: name.to_owned(), index, moved: Instant::now() });
         Ok((self.last, place))
     }
 
@@ -59,7 +59,7 @@ impl Grabs {
         for other in self.list.iter_mut().filter(|g| g.sheet == grab.sheet && g.index > grab.index) {
             other.index -= 1;
         }
-        world.sheet_mut(&grab.sheet).is_some_and(|s| s.let_go(grab.index))
+        world.sheet_mut(&grab.sheet).is_some_and(|s| s.release_grab(grab.index))
     }
 
     /// Releases grabs without a recent move.
@@ -68,7 +68,7 @@ impl Grabs {
         if self.list.is_empty() {
             return;
         }
-        let late: Vec<u64> = self.list.iter().filter(|g| g.moved.elapsed() > PATIENCE).map(|g| g.number).collect();
+        let late: Vec<u64> = self.list.iter().filter(|g| g.moved.elapsed() > GRAB_TIMEOUT).map(|g| g.number).collect();
         for number in late {
             self.release(world, number);
         }

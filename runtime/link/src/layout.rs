@@ -26,7 +26,7 @@ pub const UNITS: [u8; 32] = *b"m 1 1 degC 1; s; J\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
 /// Alignment of the arrays, bytes.
 pub const ALIGNMENT: usize = 64;
 /// Maximum number of sheets in a frame.
-pub const MOST_SHEETS: usize = 4096;
+pub const MAXIMUM_SHEETS: usize = 4096;
 
 /// Values common to all sheets of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,7 +168,7 @@ impl<'a> FrameView<'a> {
         let long_enough = own >= size_of::<FrameHeader>() && each >= size_of::<SheetHeader>();
         let sheets = header.sheets as usize;
         let ends = own.saturating_add(sheets.saturating_mul(each));
-        if !long_enough || sheets > MOST_SHEETS || ends > bytes.len() || header.bytes != bytes.len() as u64 {
+        if !long_enough || sheets > MAXIMUM_SHEETS || ends > bytes.len() || header.bytes != bytes.len() as u64 {
             return Err(format!("the frame says it has {} bytes and has {}", header.bytes, bytes.len()));
         }
         let frame = Self { bytes, header };
@@ -255,13 +255,13 @@ impl<'a> SheetView<'a> {
     }
 
     /// An array of one `T` per node at `offset`.
-    fn array<T: Plain>(&self, offset: u64) -> Option<&'a [T]> {
+    fn array<T: PlainData>(&self, offset: u64) -> Option<&'a [T]> {
         array(self.bytes, offset, self.header.masses as usize)
     }
 }
 
 /// `n` values of `T` at `offset`; none for offset 0, a misaligned offset, or one beyond the end.
-pub(crate) fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
+pub(crate) fn array<T: PlainData>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
     let at = usize::try_from(offset).ok()?;
     let end = at.checked_add(n.checked_mul(size_of::<T>())?)?;
     let part = bytes.get(at..end).filter(|_| at != 0)?;
@@ -276,24 +276,24 @@ pub(crate) fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T
 ///
 /// # Safety
 /// Only plain numbers, arrays of them, and `repr(C)` structures of those.
-pub(crate) unsafe trait Plain: Copy {}
+pub(crate) unsafe trait PlainData: Copy {}
 // SAFETY: plain numbers.
-unsafe impl Plain for u8 {}
+unsafe impl PlainData for u8 {}
 // SAFETY: plain numbers.
-unsafe impl Plain for f32 {}
+unsafe impl PlainData for f32 {}
 // SAFETY: an array of plain numbers.
-unsafe impl Plain for [u32; 3] {}
+unsafe impl PlainData for [u32; 3] {}
 // SAFETY: an array of plain numbers.
-unsafe impl Plain for [f32; 3] {}
+unsafe impl PlainData for [f32; 3] {}
 // SAFETY: an array of plain numbers.
-unsafe impl Plain for [f32; 7] {}
+unsafe impl PlainData for [f32; 7] {}
 // SAFETY: `repr(C)`, with plain numbers and arrays of them.
-unsafe impl Plain for FrameHeader {}
+unsafe impl PlainData for FrameHeader {}
 // SAFETY: `repr(C)`, with plain numbers and arrays of them.
-unsafe impl Plain for SheetHeader {}
+unsafe impl PlainData for SheetHeader {}
 
 /// A `T` at byte `at`, without alignment.
-pub(crate) fn read<T: Plain>(bytes: &[u8], at: usize) -> Option<T> {
+pub(crate) fn read<T: PlainData>(bytes: &[u8], at: usize) -> Option<T> {
     let part = bytes.get(at..at.checked_add(size_of::<T>())?)?;
     // SAFETY: the bytes exist, and T is valid for any bytes.
     Some(unsafe { part.as_ptr().cast::<T>().read_unaligned() })
@@ -301,7 +301,7 @@ pub(crate) fn read<T: Plain>(bytes: &[u8], at: usize) -> Option<T> {
 
 /// The `n` numbers at `offset` for writing. Empty if they lie outside `out`, which a valid plan
 /// rules out.
-pub(crate) fn take<T: Plain>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] {
+pub(crate) fn slice_mut<T: PlainData>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] {
     let at = offset as usize;
     let Some(part) = out.get_mut(at..at + n * size_of::<T>()) else { return &mut [] };
     if !part.as_ptr().cast::<T>().is_aligned() {
@@ -312,7 +312,7 @@ pub(crate) fn take<T: Plain>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] 
 }
 
 /// Copies a header to byte `at`.
-pub(crate) fn put<T: Plain>(out: &mut [u8], at: usize, value: T) {
+pub(crate) fn write_header<T: PlainData>(out: &mut [u8], at: usize, value: T) {
     if let Some(part) = out.get_mut(at..at + size_of::<T>()) {
         // SAFETY: the range has the size of T, and T has plain numbers only.
         unsafe { part.as_mut_ptr().cast::<T>().write_unaligned(value) };

@@ -19,15 +19,15 @@
 //!
 //! Either end may terminate at any moment. Readers of a stopped game wait, and see another epoch
 //! after its restart. A game never waits for a reader: a slow or stopped reader misses frames.
-//! Remains of a terminated process are removed by the next one. Permissions: [`place`].
+//! Remains of a terminated process are removed by the next one. Permissions: [`link_place`].
 
-pub(crate) mod answer;
-pub(crate) mod attached;
+pub(crate) mod attached_process;
 pub(crate) mod client;
 pub(crate) mod command;
+pub(crate) mod command_handler;
 pub(crate) mod grabs;
 pub mod layout;
-pub mod place;
+pub mod link_place;
 pub(crate) mod plan;
 pub(crate) mod reader;
 pub(crate) mod server;
@@ -43,10 +43,10 @@ use iceoryx2::prelude::*;
 
 use sheetwork::World;
 
-pub use crate::attached::Attached;
-pub use crate::client::{Client, PulledTo, RemoteParameter};
-pub use crate::command::{Command, Host, Standing};
-pub use crate::place::LinkPlace;
+pub use crate::attached_process::AttachedProcess;
+pub use crate::client::{Client, GrabForce, RemoteParameter};
+pub use crate::command::{Command, GameStatus, Host};
+pub use crate::link_place::LinkPlace;
 pub use crate::reader::{Events, Frame, Frames, Topology};
 pub use crate::server::{Link, LinkStatistics};
 
@@ -54,13 +54,13 @@ pub use crate::server::{Link, LinkStatistics};
 type Ipc = ipc_threadsafe::Service;
 
 /// Maximum number of readers of a stream, and of processes that send commands.
-pub const MOST_CLIENTS: usize = 12;
+pub const MAXIMUM_CLIENTS: usize = 12;
 
 /// A frame and a topology of `world` as a game would write them, for tests of readers.
 pub fn samples(world: &World) -> (Vec<u8>, Vec<u8>) {
-    let plan = plan::Plan::new(world);
+    let plan = plan::FramePlan::new(world);
     let mut frame = vec![0; plan.bytes[1]];
-    let moment = write::Moment { epoch: 1, frame: 0, topology: 1, step_time: 0.0, written_at: 0, playing: true };
+    let moment = write::FrameStamp { epoch: 1, frame: 0, topology: 1, step_time: 0.0, written_at: 0, playing: true };
     write::frame(&plan, world, &moment, true, &mut frame);
     let mut meshes = vec![0; topology::bytes(&plan)];
     topology::write(&plan, world, (1, 1), &mut meshes);
@@ -87,7 +87,7 @@ pub enum LinkError {
     Unlike(String),
     /// The maximum number of processes is attached; the text names the operation.
     #[error("no more than {most} processes may {0} at once, and as many do: end one of them, and try again half a second later",
-        most = MOST_CLIENTS)]
+        most = MAXIMUM_CLIENTS)]
     Full(&'static str),
     /// Shared memory is exhausted or not permitted.
     #[error("shared memory: {0}")]
@@ -101,11 +101,11 @@ impl From<LinkError> for sheetwork::InputError {
 }
 
 /// Number of checks, 50 ms apart, for unfinished objects in shared memory before a start.
-const TIDYINGS: usize = 40;
+const CLEAN_UP_ATTEMPTS: usize = 40;
 
 /// Removes the remains of terminated processes at `place`.
 fn clean_up(node: &Node<Ipc>, place: &LinkPlace) {
-    if place.tidy() {
+    if place.remove_unfinished() {
         node.try_cleanup_dead_nodes();
     }
 }
@@ -119,13 +119,13 @@ fn quiet_log() {
 /// Creates a node at a place and removes the remains of terminated processes there.
 fn node_at(place: &LinkPlace, name: &str) -> Result<Node<Ipc>, LinkError> {
     quiet_log();
-    place.ready()?;
-    if place::free_shared_memory() < stream::MARGIN {
+    place.prepare_folder()?;
+    if link_place::free_shared_memory() < stream::FREE_MEMORY_MARGIN {
         return Err(LinkError::Memory("/dev/shm is full".into()));
     }
     // The creation of a node cleans up first.
-    for _ in 0..TIDYINGS {
-        if place.tidy() {
+    for _ in 0..CLEAN_UP_ATTEMPTS {
+        if place.remove_unfinished() {
             break;
         }
         std::thread::sleep(Duration::from_millis(50));

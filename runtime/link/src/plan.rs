@@ -3,14 +3,14 @@
 //! A change of sheets creates a new plan. Opening of cells updates only triangles and edges, and
 //! only for readers of these.
 
-use crate::layout::{ALIGNMENT, FrameHeader, MOST_SHEETS, SheetHeader, aligned, name_field};
+use crate::layout::{ALIGNMENT, FrameHeader, MAXIMUM_SHEETS, SheetHeader, aligned, name_field};
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::sheet::Sheet;
 
 /// An edge for the strain of its nodes.
 #[derive(Clone, Copy)]
-pub struct Edge {
+pub struct StrainEdge {
     pub a: u32,
     pub b: u32,
     /// 1/m.
@@ -29,22 +29,22 @@ pub struct SheetPlan {
     /// Cells along length and width of a sheet with fracture or slits.
     pub cells: (usize, usize),
     /// Number of triangles without open cells.
-    most_triangles: usize,
+    triangle_capacity: usize,
     /// Edges without open cells.
-    whole: Vec<Edge>,
+    rest_edges: Vec<StrainEdge>,
     /// Revision of open cells at the last check, and at the last update of triangles and edges.
-    seen: u64,
-    opening: Option<u64>,
+    observed_revision: u64,
+    built_revision: Option<u64>,
     /// Triangles of all layers, counter-clockwise seen from the upper side.
     pub triangles: Vec<[u32; 3]>,
-    pub edges: Vec<Edge>,
+    pub edges: Vec<StrainEdge>,
     /// Inverse number of edges at each node.
     pub share: Vec<f32>,
 }
 
 /// Plan of a world's frames.
 #[derive(Default)]
-pub struct Plan {
+pub struct FramePlan {
     pub sheets: Vec<SheetPlan>,
     /// Size of a frame of positions, and of a complete one, bytes.
     pub bytes: [usize; 2],
@@ -53,10 +53,10 @@ pub struct Plan {
     pub bodies_at: usize,
 }
 
-impl Plan {
-    /// The plan for `world`, limited to [`MOST_SHEETS`] sheets.
+impl FramePlan {
+    /// The plan for `world`, limited to [`MAXIMUM_SHEETS`] sheets.
     pub fn new(world: &World) -> Self {
-        let n = world.sheets().len().min(MOST_SHEETS);
+        let n = world.sheets().len().min(MAXIMUM_SHEETS);
         let bodies_at = aligned(size_of::<FrameHeader>() + n * size_of::<SheetHeader>());
         let bodies = bodies_of(world);
         let start = bodies_at + aligned(bodies * size_of::<[f32; 7]>());
@@ -65,52 +65,52 @@ impl Plan {
             let planned = SheetPlan::new(world, index, sheet, &mut plan.bytes);
             plan.sheets.push(planned);
         }
-        plan.follow(world);
+        plan.update_topology(world);
         plan
     }
 
     /// Whether the plan matches `world`, irrespective of open cells.
     pub fn fits(&self, world: &World) -> bool {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
-            plan.masses == sheet.masses()
+            plan.masses == sheet.node_count()
                 && plan.heated == temperature_of(sheet).is_some()
                 && plan.grid == sheet.grid
                 && plan.structure == sheet.structure
                 && plan.name == sheet.name
         };
-        let n = world.sheets().len().min(MOST_SHEETS);
+        let n = world.sheets().len().min(MAXIMUM_SHEETS);
         self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
     }
 
     /// Whether cells have opened or closed since the last call.
-    pub fn has_opened(&mut self, world: &World) -> bool {
+    pub fn has_changed_cells(&mut self, world: &World) -> bool {
         let mut opened = false;
         for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
-            let before = std::mem::replace(&mut plan.seen, sheet.opening_revision());
-            opened |= plan.seen != before;
+            let before = std::mem::replace(&mut plan.observed_revision, sheet.opening_revision());
+            opened |= plan.observed_revision != before;
         }
         opened
     }
 
     /// Updates triangles and edges to the closed cells.
-    pub fn follow(&mut self, world: &World) {
+    pub fn update_topology(&mut self, world: &World) {
         for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
-            if plan.opening != Some(sheet.opening_revision()) {
-                plan.follow(sheet);
+            if plan.built_revision != Some(sheet.opening_revision()) {
+                plan.update_topology(sheet);
             }
         }
     }
 
     /// Number of triangles and cells of each sheet without open cells.
     pub fn largest(&self) -> impl Iterator<Item = (usize, usize)> + Clone {
-        self.sheets.iter().map(|s| (s.most_triangles, s.cells.0 * s.cells.1))
+        self.sheets.iter().map(|s| (s.triangle_capacity, s.cells.0 * s.cells.1))
     }
 }
 
 impl SheetPlan {
     /// Plan of a sheet whose arrays begin at `ends`, without triangles. Advances `ends`.
     fn new(world: &World, index: usize, sheet: &Sheet, ends: &mut [usize; 2]) -> Self {
-        let n = sheet.masses();
+        let n = sheet.node_count();
         let heated = temperature_of(sheet).is_some();
         let mut headers = [header(sheet); 2];
         for (complete, (header, end)) in headers.iter_mut().zip(ends).enumerate() {
@@ -134,29 +134,30 @@ impl SheetPlan {
             heated,
             headers,
             cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
-            most_triangles: match &sheet.triangles {
+            triangle_capacity: match &sheet.triangles {
                 Some(triangles) => triangles.len(),
                 None => sheet.layers.iter().map(|l| l.triangles().len()).sum(),
             },
-            whole: edges_of(world, index, sheet),
-            seen: sheet.opening_revision(),
-            opening: None,
+            rest_edges: edges_of(world, index, sheet),
+            observed_revision: sheet.opening_revision(),
+            built_revision: None,
             triangles: Vec::new(),
             edges: Vec::new(),
             share: Vec::new(),
         }
     }
 
-    fn follow(&mut self, sheet: &Sheet) {
-        self.opening = Some(sheet.opening_revision());
+    fn update_topology(&mut self, sheet: &Sheet) {
+        self.built_revision = Some(sheet.opening_revision());
         self.triangles = match &sheet.triangles {
             Some(triangles) => triangles.clone(),
             None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
         };
-        self.edges.clone_from(&self.whole);
-        if let Some(open) = sheet.opened() {
-            let gone = |mass: u32| sheet.is_gone(mass as usize);
-            let cut = |e: &Edge| gone(e.a) || gone(e.b) || open.cuts(sheet.in_cells(e.a), sheet.in_cells(e.b));
+        self.edges.clone_from(&self.rest_edges);
+        if let Some(open) = sheet.open_cell_set() {
+            let gone = |mass: u32| sheet.is_detached(mass as usize);
+            let cut =
+                |e: &StrainEdge| gone(e.a) || gone(e.b) || open.is_spring_cut(sheet.in_cells(e.a), sheet.in_cells(e.b));
             self.edges.retain(|e| !cut(e));
         }
         let mut count = vec![0.0_f32; self.masses];
@@ -177,7 +178,7 @@ fn header(sheet: &Sheet) -> SheetHeader {
         name: name_field(&sheet.name),
         structure: name_field(sheet.structure.name()),
         grid: [sheet.grid.0, sheet.grid.1, sheet.grid.2],
-        masses: sheet.masses() as u32,
+        masses: sheet.node_count() as u32,
         status: 0,
         contacts: 0,
         energy: [f64::NAN; 4],
@@ -191,20 +192,20 @@ fn header(sheet: &Sheet) -> SheetHeader {
 
 /// Edges of a sheet without open cells, with their rest lengths: springs between nodes of one
 /// layer, or the sides of its triangles in the rest shape.
-fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
+fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
     let inverse = |rest: f64| if rest > 0.0 { 1.0 / rest } else { 0.0 };
     let springs = sheet.springs();
     if !springs.is_empty() {
         let one_layer = |i: &usize| sheet.layer_of[springs.a[*i] as usize] == sheet.layer_of[springs.b[*i] as usize];
-        let edge = |i: usize| Edge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
+        let edge = |i: usize| StrainEdge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
         return (0..springs.len()).filter(one_layer).map(edge).collect();
     }
     let Ok(built) = Sheet::build(world.scene(), index) else { return Vec::new() };
-    if built.masses() != sheet.masses() {
+    if built.node_count() != sheet.node_count() {
         return Vec::new();
     }
     let rest = |[a, b]: [u32; 2]| built.x.get(a as usize).distance(built.x.get(b as usize));
-    built.edges().into_iter().map(|e| Edge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
+    built.edges().into_iter().map(|e| StrainEdge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
 }
 
 /// Temperature of each node, °C, of a sheet with temperatures.
@@ -213,4 +214,4 @@ pub fn temperature_of(sheet: &Sheet) -> Option<&[f64]> {
 }
 
 /// Minimum size of samples (bytes), so that small growth of a small scene needs no reallocation.
-pub const SMALLEST: usize = 64 * ALIGNMENT;
+pub const MINIMUM_SAMPLE_BYTES: usize = 64 * ALIGNMENT;

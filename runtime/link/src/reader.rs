@@ -11,15 +11,15 @@ use iceoryx2::sample::Sample;
 use serde_json::{Map, Value};
 
 use crate::layout::{FrameHeader, FrameView};
-use crate::place::LinkPlace;
+use crate::link_place::LinkPlace;
 use crate::stream::{ByteService, bytes_of, open};
 use crate::topology::{Meshes, SheetMesh};
 use crate::{Ipc, LinkError, clean_up};
 
 /// Poll interval of a wait.
-pub(crate) const LOOK_EVERY: Duration = Duration::from_micros(50);
+pub(crate) const POLL_INTERVAL: Duration = Duration::from_micros(50);
 /// Time without a sample after which a reader removes the remains of terminated processes.
-const QUIET: Duration = Duration::from_secs(1);
+const CLEAN_UP_DELAY: Duration = Duration::from_secs(1);
 
 /// A subscription to a stream, with the objects that it depends on.
 struct Reader {
@@ -111,7 +111,7 @@ impl Frames {
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Frame>, LinkError> {
         let Some(sample) = self.port.receive()? else {
-            if self.heard.elapsed() > QUIET {
+            if self.heard.elapsed() > CLEAN_UP_DELAY {
                 self.heard = Instant::now();
                 self.port.clean_up();
             }
@@ -149,7 +149,7 @@ impl Frames {
             if start.elapsed() > patience {
                 return Err(LinkError::Silent);
             }
-            std::thread::sleep(LOOK_EVERY);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -204,7 +204,7 @@ impl Topology {
                 self.port.clean_up();
                 return Err(LinkError::Silent);
             }
-            std::thread::sleep(LOOK_EVERY);
+            std::thread::sleep(POLL_INTERVAL);
         }
         Ok(&self.now.sheets)
     }

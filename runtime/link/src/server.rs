@@ -10,16 +10,16 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::request_response::PortFactory as Factory;
 use serde_json::{Value, json};
 
-use crate::answer::{ANSWER_BYTES, Desk, stopped};
-use crate::attached::Attached;
+use crate::attached_process::AttachedProcess;
 use crate::command::{Command, Host};
-use crate::place::LinkPlace;
-use crate::place::free_shared_memory;
-use crate::plan::{Plan, SMALLEST};
-use crate::stream::{EVENTS, FRAMES, MARGIN, Stream, TOPOLOGY};
+use crate::command_handler::{ANSWER_BYTES, CommandHandler, unstable_sheets};
+use crate::link_place::LinkPlace;
+use crate::link_place::free_shared_memory;
+use crate::plan::{FramePlan, MINIMUM_SAMPLE_BYTES};
+use crate::stream::{EVENTS, FRAMES, FREE_MEMORY_MARGIN, Stream, TOPOLOGY};
 use crate::topology;
-use crate::write::{Moment, frame};
-use crate::{Ipc, LinkError, MOST_CLIENTS, clean_up, monotonic_ns, node_at};
+use crate::write::{FrameStamp, frame};
+use crate::{Ipc, LinkError, MAXIMUM_CLIENTS, clean_up, monotonic_ns, node_at};
 use sheetwork::World;
 use sheetwork::islands::event::Event;
 use sheetwork::sheet::Status;
@@ -27,14 +27,14 @@ use sheetwork::sheet::Status;
 /// Interval between removals of the remains of terminated processes.
 const HOUSEKEEPING: Duration = Duration::from_millis(500);
 /// Time limit for the end of the housekeeping thread when a link is dropped.
-const LONGEST_END: Duration = Duration::from_secs(2);
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 /// Maximum number of commands in one exchange; more are spread over the steps.
-const MOST_COMMANDS: usize = 64;
+const MAXIMUM_COMMANDS: usize = 64;
 /// Interval between frames of a resting world, ns.
-const STILL_SHOWN_NS: u64 = 100_000_000;
+const IDLE_FRAME_INTERVAL_NS: u64 = 100_000_000;
 /// Calls between two counts: of readers of events, which decide on buckling detection, and of
 /// readers of frames while there are none.
-const COUNTED_EVERY: u32 = 16;
+const READER_COUNT_INTERVAL: u32 = 16;
 /// Maximum size of an event, bytes.
 const EVENT_BYTES: usize = 1024;
 /// Maximum number of attempts to start while a predecessor is being removed.
@@ -53,7 +53,7 @@ pub struct LinkStatistics {
     /// Frames written, with positions only or complete.
     pub frames: u64,
     /// Frames not written for lack of readers.
-    pub unheard: u64,
+    pub unread_frames: u64,
     /// Frames and events not written for lack of shared memory.
     pub dropped: u64,
     /// Events written.
@@ -70,14 +70,14 @@ pub struct LinkStatistics {
 pub struct Link {
     place: LinkPlace,
     epoch: u64,
-    plan: Plan,
+    plan: FramePlan,
     frames: Stream,
     fields: Stream,
     events: Stream,
     topology: Stream,
     control: Control,
     server: Server<Ipc, [u8], (), [u8], ()>,
-    desk: Desk,
+    desk: CommandHandler,
     clients: usize,
     frame: u64,
     /// Steps and time of the last frame, and time of its writing, ns.
@@ -91,11 +91,11 @@ pub struct Link {
     events_seen: usize,
     /// Whether the link has enabled buckling detection for a reader of events; calls since the last
     /// count of these readers.
-    watches: bool,
-    uncounted: u32,
+    detects_buckling: bool,
+    calls_since_count: u32,
     /// Calls since the last count of readers while there are none.
-    unlooked: u32,
-    unheard: u64,
+    calls_since_poll: u32,
+    unread_frames: u64,
     accepted: u64,
     refused: u64,
     /// Ends the housekeeping when dropped.
@@ -119,7 +119,7 @@ impl Link {
                 Err(LinkError::Taken(_) | LinkError::Memory(_)) if attempt < ATTEMPTS => {
                     // A process that died a moment ago may still count as alive.
                     attempt += 1;
-                    if place.tidy() {
+                    if place.remove_unfinished() {
                         node.blocking_cleanup_dead_nodes(Duration::from_millis(50));
                     }
                     std::thread::sleep(Duration::from_millis(25));
@@ -130,12 +130,12 @@ impl Link {
     }
 
     fn on(place: &LinkPlace, world: &World, node: &Arc<Node<Ipc>>) -> Result<Self, LinkError> {
-        let plan = Plan::new(world);
-        let room = |bytes: usize| bytes.max(SMALLEST);
+        let plan = FramePlan::new(world);
+        let room = |bytes: usize| bytes.max(MINIMUM_SAMPLE_BYTES);
         let frames = Stream::new(node, place, "frames", FRAMES, room(plan.bytes[0]))?;
         let fields = Stream::new(node, place, "fields", FRAMES, room(plan.bytes[1]))?;
         let events = Stream::new(node, place, "events", EVENTS, EVENT_BYTES)?;
-        let topology = Stream::new(node, place, "topology", TOPOLOGY, room(topology::most_bytes(&plan)))?;
+        let topology = Stream::new(node, place, "topology", TOPOLOGY, room(topology::sample_capacity(&plan)))?;
         let control = control(node, place, true)?;
         let server = control.server_builder().initial_max_slice_len(ANSWER_BYTES);
         let server = server.allocation_strategy(AllocationStrategy::Static);
@@ -151,7 +151,7 @@ impl Link {
             topology,
             control,
             server,
-            desk: Desk::default(),
+            desk: CommandHandler::default(),
             clients: 0,
             frame: 0,
             steps: None,
@@ -160,13 +160,13 @@ impl Link {
             version: 1,
             sent: 0,
             events_seen: world.events().len(),
-            watches: false,
-            uncounted: COUNTED_EVERY,
-            unlooked: 0,
-            unheard: 0,
+            detects_buckling: false,
+            calls_since_count: READER_COUNT_INTERVAL,
+            calls_since_poll: 0,
+            unread_frames: 0,
             accepted: 0,
             refused: 0,
-            housekeeping: keep_house(node, place),
+            housekeeping: spawn_housekeeping(node, place),
             node: Arc::clone(node),
         })
     }
@@ -179,16 +179,16 @@ impl Link {
     }
 
     /// Enables buckling detection while events have a reader, unless the game enables it.
-    fn watch_for_those_who_hear(&mut self, host: &mut dyn Host) {
-        self.uncounted += 1;
-        if self.uncounted < COUNTED_EVERY {
+    fn update_buckling_detection(&mut self, host: &mut dyn Host) {
+        self.calls_since_count += 1;
+        if self.calls_since_count < READER_COUNT_INTERVAL {
             return;
         }
-        self.uncounted = 0;
+        self.calls_since_count = 0;
         let heard = self.events.readers() > 0;
-        if heard != self.watches && (self.watches || !host.world().watches_buckling()) {
-            host.world_mut().watch_buckling(heard);
-            self.watches = heard;
+        if heard != self.detects_buckling && (self.detects_buckling || !host.world().detects_buckling()) {
+            host.world_mut().set_buckling_detection(heard);
+            self.detects_buckling = heard;
         }
     }
 
@@ -196,26 +196,26 @@ impl Link {
     /// step, for haptic clients.
     pub fn answer(&mut self, host: &mut dyn Host) {
         self.desk.grabs.expire(host.world_mut());
-        self.watch_for_those_who_hear(host);
+        self.update_buckling_detection(host);
         let clients = self.control.dynamic_config().number_of_clients();
         if clients == 0 && self.clients == 0 {
             return;
         }
         if clients != self.clients {
-            if free_shared_memory() < MARGIN {
+            if free_shared_memory() < FREE_MEMORY_MARGIN {
                 return;
             }
             self.clients = clients;
         }
-        for _ in 0..MOST_COMMANDS {
+        for _ in 0..MAXIMUM_COMMANDS {
             let Ok(Some(request)) = self.server.receive() else { break };
             let result = Command::from_bytes(request.payload())
                 .map_err(|problem| sheetwork::InputError::new("", problem))
                 .and_then(|command| {
                     let loads = matches!(command, Command::Load { .. });
-                    let done = self.desk.perform(host, &command);
+                    let done = self.desk.execute(host, &command);
                     if loads && done.is_ok() {
-                        self.look_again();
+                        self.invalidate_plan();
                     }
                     done
                 });
@@ -224,7 +224,7 @@ impl Link {
                 Err(_) => self.refused += 1,
             }
             let bytes = self.reply(host.world(), result);
-            if free_shared_memory() < MARGIN {
+            if free_shared_memory() < FREE_MEMORY_MARGIN {
                 self.refused += 1;
                 continue;
             }
@@ -238,7 +238,7 @@ impl Link {
     fn reply(&self, world: &World, result: Result<serde_json::Map<String, Value>, sheetwork::InputError>) -> Vec<u8> {
         let mut answer =
             json!({ "ok": result.is_ok(), "epoch": self.epoch, "steps": world.steps(), "time": world.time() });
-        let stopped = stopped(world);
+        let stopped = unstable_sheets(world);
         if !stopped.is_empty() {
             answer["stopped"] = stopped.into();
         }
@@ -260,13 +260,13 @@ impl Link {
     /// times a second. `step_time` is the duration of the last step or tick, s.
     pub fn publish(&mut self, world: &World, step_time: f64, playing: bool) {
         if world.events().len() != self.events_seen {
-            self.tell(world);
+            self.publish_events(world);
         }
         let now = (world.steps(), world.time());
         let readers = self.count_readers();
         let before = std::mem::replace(&mut self.readers, readers);
         if readers == [0; 3] {
-            self.unheard += u64::from(self.steps != Some(now));
+            self.unread_frames += u64::from(self.steps != Some(now));
             self.steps = Some(now);
             return;
         }
@@ -275,20 +275,20 @@ impl Link {
             return;
         }
         self.steps = Some(now);
-        if !self.fit(world) {
+        if !self.update_plan(world) {
             return;
         }
         let [frames, fields, topology] = readers;
         if fields > 0 || topology > 0 {
-            self.plan.follow(world);
+            self.plan.update_topology(world);
         }
         if topology > 0 {
-            self.show_topology(world, topology);
+            self.publish_topology(world, topology);
         }
         let written_at = monotonic_ns();
         self.written_at = written_at;
         let (epoch, topology) = (self.epoch, self.version);
-        let moment = Moment { epoch, frame: self.frame, topology, step_time, written_at, playing };
+        let moment = FrameStamp { epoch, frame: self.frame, topology, step_time, written_at, playing };
         self.frame += 1;
         let plan = &self.plan;
         if frames > 0 {
@@ -303,17 +303,17 @@ impl Link {
     /// such clients and without readers at the last call, readers are counted at intervals only,
     /// because after a step each count misses the CPU cache.
     fn count_readers(&mut self) -> [usize; 3] {
-        self.unlooked = (self.unlooked + 1) % COUNTED_EVERY;
-        if self.readers == [0; 3] && self.unlooked != 0 && !self.is_commanded() {
+        self.calls_since_poll = (self.calls_since_poll + 1) % READER_COUNT_INTERVAL;
+        if self.readers == [0; 3] && self.calls_since_poll != 0 && !self.is_commanded() {
             return [0; 3];
         }
         [self.frames.readers(), self.fields.readers(), self.topology.readers()]
     }
 
     /// Sends a changed topology to all readers, and an unchanged one to new readers.
-    fn show_topology(&mut self, world: &World, readers: usize) {
+    fn publish_topology(&mut self, world: &World, readers: usize) {
         if self.sent == self.version {
-            self.topology.welcome(readers);
+            self.topology.send_history(readers);
             return;
         }
         let (plan, which) = (&self.plan, (self.epoch, self.version));
@@ -325,27 +325,27 @@ impl Link {
 
     /// Whether a resting world is due for another frame.
     fn idle_is_due(&self) -> bool {
-        monotonic_ns().saturating_sub(self.written_at) > STILL_SHOWN_NS
+        monotonic_ns().saturating_sub(self.written_at) > IDLE_FRAME_INTERVAL_NS
     }
 
     /// Invalidates the plan after a replacement of the sheets by similar ones.
-    pub fn look_again(&mut self) {
-        self.plan = Plan::default();
+    pub fn invalidate_plan(&mut self) {
+        self.plan = FramePlan::default();
     }
 
     /// Updates the plan to the world; false without memory for it.
-    fn fit(&mut self, world: &World) -> bool {
+    fn update_plan(&mut self, world: &World) -> bool {
         if self.plan.fits(world) {
-            self.version += u32::from(self.plan.has_opened(world));
+            self.version += u32::from(self.plan.has_changed_cells(world));
             return true;
         }
-        let plan = Plan::new(world);
-        let room = free_shared_memory() >= MARGIN;
+        let plan = FramePlan::new(world);
+        let room = free_shared_memory() >= FREE_MEMORY_MARGIN;
         let place = &self.place;
         let resized = room
             && self.frames.resize(place, plan.bytes[0]).is_ok()
             && self.fields.resize(place, plan.bytes[1]).is_ok()
-            && self.topology.resize(place, topology::most_bytes(&plan)).is_ok();
+            && self.topology.resize(place, topology::sample_capacity(&plan)).is_ok();
         if resized {
             self.plan = plan;
             self.version += 1;
@@ -356,7 +356,7 @@ impl Link {
     }
 
     /// Sends the events since the last call.
-    fn tell(&mut self, world: &World) {
+    fn publish_events(&mut self, world: &World) {
         let events = world.events();
         // A reset or a restored snapshot has fewer events.
         let from = self.events_seen.min(events.len());
@@ -397,16 +397,16 @@ impl Link {
     }
 
     /// Attached processes. Reads their names from the system; too slow for every step.
-    pub fn attached(&self) -> Vec<Attached> {
+    pub fn attached(&self) -> Vec<AttachedProcess> {
         let mut list = Vec::new();
         self.control.dynamic_config().list_clients(|client| {
             if let Ok(process) = client.node_id.pid::<Ipc>() {
-                Attached::count(&mut list, process.value() as u32, true);
+                AttachedProcess::count(&mut list, process.value() as u32, true);
             }
             CallbackProgression::Continue
         });
         for stream in [&self.frames, &self.fields, &self.topology, &self.events] {
-            stream.list(|process| Attached::count(&mut list, process, false));
+            stream.list(|process| AttachedProcess::count(&mut list, process, false));
         }
         list
     }
@@ -417,7 +417,7 @@ impl Link {
             readers: [self.frames.readers(), self.fields.readers(), self.events.readers(), self.topology.readers()],
             clients: self.control.dynamic_config().number_of_clients(),
             frames: self.frames.written + self.fields.written,
-            unheard: self.unheard,
+            unread_frames: self.unread_frames,
             dropped: self.frames.dropped + self.fields.dropped + self.events.dropped + self.topology.dropped,
             events: self.events.written,
             bytes: self.frames.bytes + self.fields.bytes + self.events.bytes + self.topology.bytes,
@@ -434,7 +434,7 @@ impl Drop for Link {
         // Bounded wait: the thread may be blocked by an object that another process has not
         // finished.
         let start = Instant::now();
-        while !thread.is_finished() && start.elapsed() < LONGEST_END {
+        while !thread.is_finished() && start.elapsed() < SHUTDOWN_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
         if thread.is_finished() {
@@ -451,8 +451,8 @@ pub(crate) fn control(node: &Node<Ipc>, place: &LinkPlace, create: bool) -> Resu
     if create {
         let builder = builder
             .max_servers(1)
-            .max_clients(MOST_CLIENTS)
-            .max_nodes(2 * MOST_CLIENTS + 2)
+            .max_clients(MAXIMUM_CLIENTS)
+            .max_nodes(2 * MAXIMUM_CLIENTS + 2)
             .max_active_requests_per_client(4)
             .max_response_buffer_size(1)
             .enable_safe_overflow_for_requests(true)
@@ -478,7 +478,7 @@ fn epoch() -> u64 {
 }
 
 /// Starts a thread that removes the remains of terminated processes, so that no step has to.
-fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
+fn spawn_housekeeping(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
     let (end, ended) = channel::<()>();
     let (node, place) = (Arc::clone(node), place.clone());
     let work = move || {
@@ -501,7 +501,8 @@ fn event_bytes(epoch: u64, index: usize, event: &Event, world: &World) -> Vec<u8
     object["epoch"] = epoch.into();
     object["number"] = index.into();
     if let Some(sheet) = world.sheet(&event.sheet) {
-        let touching: Vec<usize> = (0..sheet.masses()).filter(|i| sheet.touching().get(*i) == Some(&true)).collect();
+        let touching: Vec<usize> =
+            (0..sheet.node_count()).filter(|i| sheet.touching().get(*i) == Some(&true)).collect();
         let place = match sheet.status {
             Status::Unstable { place, .. } => place,
             _ if touching.is_empty() => sheet.centre_of_mass(),

@@ -13,38 +13,38 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
 
-use crate::place::LinkPlace;
-use crate::place::free_shared_memory;
-use crate::{Ipc, LinkError, MOST_CLIENTS};
+use crate::link_place::LinkPlace;
+use crate::link_place::free_shared_memory;
+use crate::{Ipc, LinkError, MAXIMUM_CLIENTS};
 
 /// Shared memory left free, bytes; far above the need of iceoryx2 for a new reader.
-pub const MARGIN: u64 = 4 << 20;
+pub const FREE_MEMORY_MARGIN: u64 = 4 << 20;
 /// Bytes of a word.
 const WORD: usize = size_of::<u64>();
 /// Maximum number of samples that a reader holds.
-pub const BORROWED: usize = 2;
+pub const MAXIMUM_BORROWED: usize = 2;
 /// Maximum number of processes of a service: readers, the game, and some that are about to be
 /// removed.
-const NODES: usize = 2 * MOST_CLIENTS + 2;
+const MAXIMUM_NODES: usize = 2 * MAXIMUM_CLIENTS + 2;
 
 /// A service of bytes in aligned words of eight.
 pub type ByteService = Factory<Ipc, [u64], ()>;
 
 /// Queue sizes of a stream.
 #[derive(Clone, Copy, Debug)]
-pub struct Queue {
+pub struct StreamQueue {
     /// Samples that a reader may lag behind before it misses some.
-    pub behind: usize,
+    pub buffer_size: usize,
     /// Samples for a reader that attaches later.
     pub history: usize,
 }
 
 /// Queue of frames and of fields.
-pub const FRAMES: Queue = Queue { behind: 4, history: 0 };
+pub const FRAMES: StreamQueue = StreamQueue { buffer_size: 4, history: 0 };
 /// Queue of events.
-pub const EVENTS: Queue = Queue { behind: 64, history: 0 };
+pub const EVENTS: StreamQueue = StreamQueue { buffer_size: 64, history: 0 };
 /// Queue of topology; only the newest sample is valid.
-pub const TOPOLOGY: Queue = Queue { behind: 1, history: 1 };
+pub const TOPOLOGY: StreamQueue = StreamQueue { buffer_size: 1, history: 1 };
 
 /// Opens the service of stream `what`, which a game has created.
 pub fn open(node: &Node<Ipc>, place: &LinkPlace, what: &str) -> Result<ByteService, LinkError> {
@@ -53,15 +53,15 @@ pub fn open(node: &Node<Ipc>, place: &LinkPlace, what: &str) -> Result<ByteServi
 }
 
 /// Opens or creates the service of stream `what`.
-fn make(node: &Node<Ipc>, place: &LinkPlace, what: &str, queue: Queue) -> Result<ByteService, LinkError> {
+fn make(node: &Node<Ipc>, place: &LinkPlace, what: &str, queue: StreamQueue) -> Result<ByteService, LinkError> {
     let name = place.service(what)?;
     let builder = node.service_builder(&name).publish_subscribe::<[u64]>();
     let made = builder
         .max_publishers(1)
-        .max_subscribers(MOST_CLIENTS)
-        .max_nodes(NODES)
-        .subscriber_max_buffer_size(queue.behind)
-        .subscriber_max_borrowed_samples(BORROWED)
+        .max_subscribers(MAXIMUM_CLIENTS)
+        .max_nodes(MAXIMUM_NODES)
+        .subscriber_max_buffer_size(queue.buffer_size)
+        .subscriber_max_borrowed_samples(MAXIMUM_BORROWED)
         .history_size(queue.history)
         .enable_safe_overflow(true)
         .open_or_create();
@@ -108,13 +108,13 @@ impl Stream {
         node: &Node<Ipc>,
         place: &LinkPlace,
         what: &str,
-        queue: Queue,
+        queue: StreamQueue,
         capacity: usize,
     ) -> Result<Self, LinkError> {
         let mut stream = Self {
             service: make(node, place, what, queue)?,
             publisher: None,
-            each: queue.behind + BORROWED,
+            each: queue.buffer_size + MAXIMUM_BORROWED,
             own: queue.history + 2,
             capacity: 0,
             readers: 0,
@@ -134,7 +134,7 @@ impl Stream {
             return Ok(());
         }
         self.publisher = None;
-        let chunks = MOST_CLIENTS * self.each + self.own;
+        let chunks = MAXIMUM_CLIENTS * self.each + self.own;
         let builder = self.service.publisher_builder().initial_max_slice_len(capacity.div_ceil(WORD));
         let made = builder
             .allocation_strategy(AllocationStrategy::Static)
@@ -159,7 +159,7 @@ impl Stream {
     /// Writes a sample of `bytes` bytes, rounded up to eight, for the present readers, with `fill`.
     /// False without memory.
     pub fn write(&mut self, readers: usize, bytes: usize, fill: impl FnOnce(&mut [u8])) -> bool {
-        let sent = self.ready(readers) && self.send(bytes, fill);
+        let sent = self.reserve_for(readers) && self.send(bytes, fill);
         if sent {
             self.written += 1;
             self.bytes += bytes as u64;
@@ -170,8 +170,8 @@ impl Stream {
     }
 
     /// Sends the history to new readers without a new sample.
-    pub fn welcome(&mut self, readers: usize) {
-        if let (true, Some(publisher)) = (self.ready(readers), &self.publisher) {
+    pub fn send_history(&mut self, readers: usize) {
+        if let (true, Some(publisher)) = (self.reserve_for(readers), &self.publisher) {
             // Readers that cannot be reached are retried at the next call.
             let _ = publisher.update_connections();
         }
@@ -198,17 +198,17 @@ impl Stream {
     }
 
     /// Reserves memory for `readers` readers; false without enough memory.
-    fn ready(&mut self, readers: usize) -> bool {
+    fn reserve_for(&mut self, readers: usize) -> bool {
         if readers == self.readers && readers <= self.ready_for {
             return true;
         }
-        let chunks = readers.min(MOST_CLIENTS) * self.each + self.own;
+        let chunks = readers.min(MAXIMUM_CLIENTS) * self.each + self.own;
         let needed = if readers > self.ready_for { chunks * (self.capacity + 256) } else { 0 };
-        if free_shared_memory() < MARGIN + needed as u64 {
+        if free_shared_memory() < FREE_MEMORY_MARGIN + needed as u64 {
             return false;
         }
         if readers > self.ready_for {
-            self.touch(chunks);
+            self.reserve_samples(chunks);
             self.ready_for = readers;
         }
         self.readers = readers;
@@ -217,7 +217,7 @@ impl Stream {
 
     /// Loans `chunks` samples at once, writes to all of them and returns them. Free samples are
     /// reused last in, first out, so these are in use from then on.
-    fn touch(&self, chunks: usize) {
+    fn reserve_samples(&self, chunks: usize) {
         let Some(publisher) = &self.publisher else { return };
         let mut held = Vec::with_capacity(chunks);
         for _ in 0..chunks {

@@ -1,10 +1,10 @@
 //! Round trip of the layout, and rejection of damaged samples.
 
 use crate::layout::{FrameView, LAYOUT};
-use crate::plan::Plan;
+use crate::plan::FramePlan;
 use crate::topology;
 use crate::topology::{Meshes, SheetMesh};
-use crate::write::{Moment, frame};
+use crate::write::{FrameStamp, frame};
 use sheetwork::World;
 use sheetwork::scene::Scene;
 
@@ -22,20 +22,20 @@ fn world() -> World {
 struct Aligned([u8; 1 << 16]);
 
 fn written(world: &World, complete: bool, memory: &mut Aligned) -> usize {
-    let plan = Plan::new(world);
+    let plan = FramePlan::new(world);
     assert!(plan.fits(world));
     let bytes = plan.bytes[usize::from(complete)];
-    let moment = Moment { epoch: 7, frame: 3, topology: 2, step_time: 1e-3, written_at: 5, playing: true };
+    let moment = FrameStamp { epoch: 7, frame: 3, topology: 2, step_time: 1e-3, written_at: 5, playing: true };
     frame(&plan, world, &moment, complete, &mut memory.0[..bytes]);
     bytes
 }
 
 #[test]
-fn a_frame_has_what_the_world_has() {
+fn a_frame_equals_the_world() {
     let mut world = world();
     let stretch = 1.01;
     let leaf = world.sheet_mut("leaf").expect("there");
-    for i in 0..leaf.masses() {
+    for i in 0..leaf.node_count() {
         leaf.x.set(i, leaf.x.get(i) * stretch);
     }
     let mut memory = Box::new(Aligned([0xff; 1 << 16]));
@@ -47,13 +47,13 @@ fn a_frame_has_what_the_world_has() {
         assert_eq!(view.bodies()[0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         for (seen, sheet) in view.sheets().zip(world.sheets()) {
             assert_eq!((seen.header().name(), seen.header().structure()), (&*sheet.name, sheet.structure.name()));
-            assert_eq!(seen.positions().len(), sheet.masses());
+            assert_eq!(seen.positions().len(), sheet.node_count());
             for (p, q) in seen.positions().iter().zip(sheet.x.iter()) {
                 assert_eq!(*p, q.as_vec3().to_array());
             }
-            assert_eq!(seen.contact().len(), sheet.masses());
+            assert_eq!(seen.contact().len(), sheet.node_count());
             assert!(seen.temperature().is_empty());
-            assert_eq!(seen.normals().len(), if complete { sheet.masses() } else { 0 });
+            assert_eq!(seen.normals().len(), if complete { sheet.node_count() } else { 0 });
             assert!(seen.normals().iter().all(|n| (n[1] - 1.0).abs() < 1e-6));
             let expected = if sheet.name == "leaf" { stretch - 1.0 } else { 0.0 };
             assert!(seen.strain().iter().all(|e| (f64::from(*e) - expected).abs() < 1e-7));
@@ -63,7 +63,7 @@ fn a_frame_has_what_the_world_has() {
 }
 
 #[test]
-fn samples_cut_short_or_damaged_are_refused_or_harmless() {
+fn truncated_or_damaged_samples_are_rejected_or_harmless() {
     let world = world();
     let mut memory = Box::new(Aligned([0; 1 << 16]));
     let bytes = written(&world, true, &mut memory);
@@ -93,17 +93,17 @@ fn samples_cut_short_or_damaged_are_refused_or_harmless() {
 }
 
 #[test]
-fn topology_is_read_as_it_is_written_and_damage_is_refused_or_harmless() {
+fn topology_survives_a_round_trip_and_damage_is_rejected_or_harmless() {
     let world = world();
-    let plan = Plan::new(&world);
+    let plan = FramePlan::new(&world);
     let bytes = topology::bytes(&plan);
-    assert!(bytes <= topology::most_bytes(&plan));
+    assert!(bytes <= topology::sample_capacity(&plan));
     let mut memory = Box::new(Aligned([0xff; 1 << 16]));
     topology::write(&plan, &world, (7, 3), &mut memory.0[..bytes]);
     let meshes = Meshes::read(&memory.0[..bytes]).expect("sound");
     assert_eq!((meshes.epoch, meshes.version, meshes.sheets.len()), (7, 3, 2));
     for (mesh, (plan, sheet)) in meshes.sheets.iter().zip(plan.sheets.iter().zip(world.sheets())) {
-        assert_eq!((&mesh.name, mesh.masses, &mesh.triangles), (&sheet.name, sheet.masses(), &plan.triangles));
+        assert_eq!((&mesh.name, mesh.masses, &mesh.triangles), (&sheet.name, sheet.node_count(), &plan.triangles));
         assert!(!mesh.triangles.is_empty() && mesh.open.is_empty());
     }
     for cut in 0..bytes {
@@ -122,7 +122,7 @@ fn topology_is_read_as_it_is_written_and_damage_is_refused_or_harmless() {
 }
 
 #[test]
-fn commands_are_read_as_they_are_written_and_others_refused() {
+fn commands_survive_a_round_trip_and_invalid_ones_are_rejected() {
     use crate::command::Command;
     let all = [
         Command::Status,

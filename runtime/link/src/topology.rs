@@ -5,8 +5,10 @@
 //! topology in their headers. The service keeps the last sample for readers that attach later. A
 //! fractured sheet has fewer triangles and the same nodes.
 
-use crate::layout::{ALIGNMENT, LAYOUT, MOST_SHEETS, Plain, aligned, array, name_field, name_of, put, read, take};
-use crate::plan::Plan;
+use crate::layout::{
+    ALIGNMENT, LAYOUT, MAXIMUM_SHEETS, PlainData, aligned, array, name_field, name_of, read, slice_mut, write_header,
+};
+use crate::plan::FramePlan;
 use sheetwork::World;
 
 /// First bytes of every sample of topology.
@@ -57,9 +59,9 @@ pub struct SheetTopology {
 }
 
 // SAFETY: `repr(C)`, with plain numbers and arrays of them, without gaps.
-unsafe impl Plain for TopologyHeader {}
+unsafe impl PlainData for TopologyHeader {}
 // SAFETY: `repr(C)`, with plain numbers and arrays of them, without gaps.
-unsafe impl Plain for SheetTopology {}
+unsafe impl PlainData for SheetTopology {}
 
 /// Triangles of a sheet, as received.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -95,17 +97,17 @@ fn size(sheets: impl Iterator<Item = (usize, usize)> + Clone) -> usize {
 }
 
 /// Size (bytes) of the sample of `plan`'s sheets in their present state.
-pub fn bytes(plan: &Plan) -> usize {
+pub fn bytes(plan: &FramePlan) -> usize {
     size(plan.sheets.iter().map(|s| (s.triangles.len(), s.cells.0 * s.cells.1)))
 }
 
 /// Maximum size (bytes) of a sample of these sheets: without open cells.
-pub fn most_bytes(plan: &Plan) -> usize {
+pub fn sample_capacity(plan: &FramePlan) -> usize {
     size(plan.largest())
 }
 
 /// Writes the topology of `world` to `out`, which is [`bytes`] long and aligned.
-pub fn write(plan: &Plan, world: &World, (epoch, version): (u64, u32), out: &mut [u8]) {
+pub fn write(plan: &FramePlan, world: &World, (epoch, version): (u64, u32), out: &mut [u8]) {
     let header = TopologyHeader {
         magic: TOPOLOGY_MAGIC,
         layout: LAYOUT,
@@ -117,27 +119,27 @@ pub fn write(plan: &Plan, world: &World, (epoch, version): (u64, u32), out: &mut
         version,
         reserved: 0,
     };
-    put(out, 0, header);
+    write_header(out, 0, header);
     let mut end = aligned(size_of::<TopologyHeader>() + plan.sheets.len() * size_of::<SheetTopology>());
     for (index, (plan, sheet)) in plan.sheets.iter().zip(world.sheets()).enumerate() {
         let cells = sheet.open_cells().unwrap_or_default();
         let mut head = SheetTopology {
             name: name_field(&sheet.name),
-            masses: sheet.masses() as u32,
+            masses: sheet.node_count() as u32,
             triangles: plan.triangles.len() as u32,
             triangles_at: end as u64,
             cells: [plan.cells.0 as u32, plan.cells.1 as u32],
             cells_at: 0,
         };
-        take::<[u32; 3]>(out, head.triangles_at, plan.triangles.len()).copy_from_slice(&plan.triangles);
+        slice_mut::<[u32; 3]>(out, head.triangles_at, plan.triangles.len()).copy_from_slice(&plan.triangles);
         end += aligned(size_of_val(plan.triangles.as_slice()));
         if !cells.is_empty() {
             head.cells_at = end as u64;
-            let flags = take::<u8>(out, head.cells_at, cells.len()).iter_mut();
+            let flags = slice_mut::<u8>(out, head.cells_at, cells.len()).iter_mut();
             flags.zip(cells).for_each(|(flag, open)| *flag = u8::from(*open));
             end += aligned(cells.len());
         }
-        put(out, size_of::<TopologyHeader>() + index * size_of::<SheetTopology>(), head);
+        write_header(out, size_of::<TopologyHeader>() + index * size_of::<SheetTopology>(), head);
     }
 }
 
@@ -158,7 +160,7 @@ impl Meshes {
         let (own, each) = (header.header_bytes as usize, header.sheet_bytes as usize);
         let sheets = header.sheets as usize;
         let long_enough = own >= size_of::<TopologyHeader>() && each >= size_of::<SheetTopology>();
-        if !long_enough || sheets > MOST_SHEETS || header.bytes != bytes.len() as u64 {
+        if !long_enough || sheets > MAXIMUM_SHEETS || header.bytes != bytes.len() as u64 {
             return Err(format!("the topology says it has {} bytes and has {}", header.bytes, bytes.len()));
         }
         let mesh = |index: usize| {

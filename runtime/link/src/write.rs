@@ -7,15 +7,15 @@
 use glam::Vec3;
 use multiversion::multiversion;
 
-use crate::layout::{FrameHeader, LAYOUT, MAGIC, SheetHeader, UNITS, put, take};
-use crate::plan::{Plan, SheetPlan, temperature_of};
+use crate::layout::{FrameHeader, LAYOUT, MAGIC, SheetHeader, UNITS, slice_mut, write_header};
+use crate::plan::{FramePlan, SheetPlan, temperature_of};
 use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::sheet::{Sheet, Status};
 
 /// Values of a frame in addition to the world.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct FrameStamp {
     pub epoch: u64,
     pub frame: u64,
     pub topology: u32,
@@ -25,7 +25,7 @@ pub struct Moment {
 }
 
 /// Writes a frame of `world` to `out`, which is `plan.bytes[complete]` long and aligned.
-pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &mut [u8]) {
+pub fn frame(plan: &FramePlan, world: &World, moment: &FrameStamp, complete: bool, out: &mut [u8]) {
     let header = FrameHeader {
         magic: MAGIC,
         layout: LAYOUT,
@@ -47,9 +47,9 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
         bodies_at: plan.bodies_at as u64,
         units: UNITS,
     };
-    put(out, 0, header);
+    write_header(out, 0, header);
     let poses = world.rigid().into_iter().flat_map(|r| (0..plan.bodies).filter_map(|i| r.pose(i)));
-    for (to, (place, turn)) in take::<[f32; 7]>(out, header.bodies_at, plan.bodies).iter_mut().zip(poses) {
+    for (to, (place, turn)) in slice_mut::<[f32; 7]>(out, header.bodies_at, plan.bodies).iter_mut().zip(poses) {
         let (p, q) = (place.as_vec3(), turn.as_quat());
         *to = [p.x, p.y, p.z, q.x, q.y, q.z, q.w];
     }
@@ -66,30 +66,30 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
             let e = sheet.energy(world.gravity());
             header.energy = [e.kinetic, e.elastic, e.gravity, e.total];
         }
-        put(out, size_of::<FrameHeader>() + index * size_of::<SheetHeader>(), header);
+        write_header(out, size_of::<FrameHeader>() + index * size_of::<SheetHeader>(), header);
     }
 }
 
 /// Writes the arrays of a sheet and returns the number of its nodes in contact with a body.
 fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8]) -> u32 {
-    let n = sheet.masses();
+    let n = sheet.node_count();
     let mut contacts = 0;
-    for (flag, touches) in take::<u8>(out, header.contact, n).iter_mut().zip(sheet.touching()) {
+    for (flag, touches) in slice_mut::<u8>(out, header.contact, n).iter_mut().zip(sheet.touching()) {
         *flag = u8::from(*touches);
         contacts += u32::from(*touches);
     }
-    positions(&sheet.x, take::<[f32; 3]>(out, header.positions, n));
+    positions(&sheet.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0
         && let Some(temperature) = temperature_of(sheet)
     {
-        let all = take::<f32>(out, header.temperature, n);
+        let all = slice_mut::<f32>(out, header.temperature, n);
         all.iter_mut().zip(temperature).for_each(|(to, from)| *to = *from as f32);
     }
     if header.normals != 0 {
-        normals(plan, sheet, take::<[f32; 3]>(out, header.normals, n));
+        normals(plan, sheet, slice_mut::<[f32; 3]>(out, header.normals, n));
     }
     if header.strain != 0 {
-        strain(plan, sheet, take::<f32>(out, header.strain, n));
+        strain(plan, sheet, slice_mut::<f32>(out, header.strain, n));
     }
     contacts
 }

@@ -20,7 +20,7 @@ pub fn print_line(text: &str) -> Result<(), InputError> {
 }
 
 /// Parses whole numbers separated by `x`, as in `11x2x11`.
-pub fn counts<const N: usize>(text: &str) -> Result<[u32; N], String> {
+pub fn parse_counts<const N: usize>(text: &str) -> Result<[u32; N], String> {
     let parts: Result<Vec<u32>, _> = text.split(['x', 'X']).map(|p| p.trim().parse::<u32>()).collect();
     parts
         .ok()
@@ -28,7 +28,7 @@ pub fn counts<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok_or_else(|| format!("\"{text}\" is not {N} whole numbers joined by x"))
 }
 /// Checks that `file` can be written: its folder exists and it is not itself a folder.
-pub fn writable(file: &Path) -> Result<(), InputError> {
+pub fn check_writable(file: &Path) -> Result<(), InputError> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     match folder {
         _ if file.is_dir() => Err(InputError::new("", "is a folder").in_file(file)),

@@ -1,10 +1,10 @@
 //! Numbers on the command line: plain in SI units (temperatures in °C, angles in degrees), or with
 //! a unit, as in `0.3mm`, `"2.1 GPa"`, `1ms`.
 
-use sheetwork::units::{Quantity, Shown};
+use sheetwork::units::{DisplayUnit, Quantity};
 
 /// Parses a number or a fraction such as `1/60`.
-pub fn number(text: &str) -> Result<f64, String> {
+pub fn parse_number(text: &str) -> Result<f64, String> {
     let parse = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("\"{text}\" is not a number"));
     let value = match text.split_once('/') {
         Some((above, below)) => parse(above)? / parse(below)?,
@@ -14,12 +14,12 @@ pub fn number(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a plain number, a fraction, or a number with a unit of `quantity`.
-fn of(quantity: Quantity, text: &str) -> Result<f64, String> {
-    match number(text) {
+fn parse_quantity(quantity: Quantity, text: &str) -> Result<f64, String> {
+    match parse_number(text) {
         Ok(value) => Ok(value),
         Err(plain) if !text.trim_start().starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => Err(plain),
         Err(plain) if !text.contains(|c: char| c.is_alphabetic() || "%°".contains(c)) => Err(plain),
-        Err(_) => Shown::fixed(quantity, quantity.si(), 1.0).parse(text).map_err(|e| e.to_string()),
+        Err(_) => DisplayUnit::fixed(quantity, quantity.si_unit(), 1.0).parse(text).map_err(|e| e.to_string()),
     }
 }
 
@@ -28,7 +28,7 @@ macro_rules! parsers {
         $(
             #[doc = concat!("See [`Quantity::", stringify!($quantity), "`].")]
             pub fn $name(text: &str) -> Result<f64, String> {
-                of(Quantity::$quantity, text)
+                parse_quantity(Quantity::$quantity, text)
             }
         )*
     };
@@ -53,10 +53,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_may_stand_alone_be_a_fraction_or_have_a_unit() {
+    fn numbers_parse_plain_as_fractions_and_with_units() {
         assert_eq!((length("0.3"), length("0.5 mm"), time("1/60")), (Ok(0.3), Ok(5e-4), Ok(1.0 / 60.0)));
         assert_eq!((time("1ms"), pressure("2 GPa"), temperature("373.15 K")), (Ok(1e-3), Ok(2e9), Ok(100.0)));
         assert!(length("3 GPa").is_err_and(|e| e.contains("pressure") && e.contains("mm")));
-        assert!(length("inf").is_err() && number("nan").is_err() && time("1/0").is_err() && length("").is_err());
+        assert!(length("inf").is_err() && parse_number("nan").is_err() && time("1/0").is_err() && length("").is_err());
     }
 }

@@ -1,14 +1,14 @@
 //! Cost of collision detection per call, for a sheet of 21 by 21 nodes (0.25 m, 0.5 mm thick).
 //!
-//! `cargo bench -p sheetwork --bench contact`. `begin` is the cost once per step; the others are
+//! `cargo bench -p sheetwork --bench contact`. `run_broad_phase` is the cost once per step; the others are
 //! single calls of `find`, of which a stage makes a few.
 
 use divan::Bencher;
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::SharedShape;
-use sheetwork::collision::collision_surface::Skin;
-use sheetwork::collision::features::Features;
-use sheetwork::collision::narrow_phase::{BodyMotion, Finder, Problem, SheetMotion};
+use sheetwork::collision::collision_surface::CollisionSurface;
+use sheetwork::collision::features::ColliderFeatures;
+use sheetwork::collision::narrow_phase::{BodyStageMotion, CollisionDetector, DetectionInput, SheetStageMotion};
 use sheetwork::math::RigidFrame;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
@@ -21,7 +21,7 @@ fn main() {
     divan::main();
 }
 
-fn sheet() -> (Skin, Vectors) {
+fn sheet() -> (CollisionSurface, Vectors) {
     let material = Material { thickness: THICKNESS, ..Material::default() };
     let spec = SheetSpec {
         structure: StructureKind::Shell,
@@ -32,7 +32,7 @@ fn sheet() -> (Skin, Vectors) {
     };
     let scene = Scene { sheets: vec![spec], ..Scene::default() };
     let sheet = Sheet::build(&scene, 0).expect("valid");
-    (Skin::of(&sheet), sheet.x.clone())
+    (CollisionSurface::from_sheet(&sheet), sheet.x.clone())
 }
 
 fn moved(x: &Vectors, f: impl Fn(DVec3) -> DVec3) -> Vectors {
@@ -45,23 +45,23 @@ fn raised(x: &Vectors, by: f64) -> Vectors {
     moved(x, |p| p + DVec3::Y * by)
 }
 
-fn motion<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) -> SheetMotion<'a> {
-    SheetMotion { id, skin, start, base: start, end, awake: true }
+fn motion<'a>(id: u32, skin: &'a CollisionSurface, start: &'a Vectors, end: &'a Vectors) -> SheetStageMotion<'a> {
+    SheetStageMotion { id, skin, start, base: start, end, awake: true }
 }
 
-fn find(bencher: Bencher, sheets: &[SheetMotion], bodies: &[BodyMotion]) {
-    let problem = Problem { sheets, bodies, margin: 2e-4, between: Some(2e-4), surfaces: &|_| (0.3, 0.0) };
-    let (mut finder, mut rows) = (Finder::default(), Vec::new());
-    finder.begin(&problem, 0.05);
-    bencher.bench_local(|| finder.find(&problem, divan::black_box(&mut rows)));
+fn find(bencher: Bencher, sheets: &[SheetStageMotion], bodies: &[BodyStageMotion]) {
+    let problem = DetectionInput { sheets, bodies, margin: 2e-4, between: Some(2e-4), surfaces: &|_| (0.3, 0.0) };
+    let (mut finder, mut rows) = (CollisionDetector::default(), Vec::new());
+    finder.run_broad_phase(&problem, 0.05);
+    bencher.bench_local(|| finder.detect_contacts(&problem, divan::black_box(&mut rows)));
 }
 
 /// A sheet that sinks by 0.15 mm onto a shape whose top is at `depth` below the shape's origin.
 fn onto(bencher: Bencher, shape: &SharedShape, depth: f64, height: f64) {
     let (skin, x) = sheet();
-    let features = Features::of(shape.0.as_ref());
+    let features = ColliderFeatures::from_shape(shape.0.as_ref());
     let here = RigidFrame::from_parts(DVec3::new(1e-3, -depth, 2e-3), DQuat::IDENTITY);
-    let body = BodyMotion { id: 0, features: &features, start: here, base: here, end: here, awake: false };
+    let body = BodyStageMotion { id: 0, features: &features, start: here, base: here, end: here, awake: false };
     let (start, end) = (raised(&x, height + 0.5 * THICKNESS + 1e-6), raised(&x, height + 0.5 * THICKNESS - 1.5e-4));
     find(bencher, &[motion(0, &skin, &start, &end)], &[body]);
 }
@@ -114,13 +114,13 @@ fn rolled(bencher: Bencher) {
 fn begin(bencher: Bencher) {
     let (skin, x) = sheet();
     let (sheets, problem_bodies) = ([motion(0, &skin, &x, &x)], []);
-    let problem = Problem {
+    let problem = DetectionInput {
         sheets: &sheets,
         bodies: &problem_bodies,
         margin: 2e-4,
         between: Some(2e-4),
         surfaces: &|_| (0.3, 0.0),
     };
-    let mut finder = Finder::default();
-    bencher.bench_local(|| finder.begin(divan::black_box(&problem), 0.05));
+    let mut finder = CollisionDetector::default();
+    bencher.bench_local(|| finder.run_broad_phase(divan::black_box(&problem), 0.05));
 }

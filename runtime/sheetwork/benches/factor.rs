@@ -9,10 +9,10 @@
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
-use sheetwork::linear::{Backend, Factor, HalfSolutions, Loads, Path, Pattern, analyse, analyse_for};
+use sheetwork::linear::{Backend, Factor, HalfSolutions, InstructionSet, Pattern, SparseLoads, analyse, analyse_for};
 
 /// Nodes in layers on a square grid, joined to those at the offsets `reach` (columns, rows).
-struct Sheet {
+struct BenchSheet {
     name: &'static str,
     side: i32,
     layers: i32,
@@ -24,16 +24,16 @@ const SHELL: &[(i32, i32)] = &[(0, 1), (1, 0), (1, 1), (1, -1), (2, 0), (0, 2)];
 /// Two layers, each node joined to all neighbours in both.
 const LATTICE: &[(i32, i32)] = &[(0, 0), (0, 1), (1, 0), (1, 1), (1, -1)];
 
-const SHEETS: [Sheet; 6] = [
-    Sheet { name: "shell 11x11", side: 11, layers: 1, reach: SHELL },
-    Sheet { name: "shell 21x21", side: 21, layers: 1, reach: SHELL },
-    Sheet { name: "shell 41x41", side: 41, layers: 1, reach: SHELL },
-    Sheet { name: "shell 81x81", side: 81, layers: 1, reach: SHELL },
-    Sheet { name: "lattice 21x2x21", side: 21, layers: 2, reach: LATTICE },
-    Sheet { name: "lattice 41x2x41", side: 41, layers: 2, reach: LATTICE },
+const SHEETS: [BenchSheet; 6] = [
+    BenchSheet { name: "shell 11x11", side: 11, layers: 1, reach: SHELL },
+    BenchSheet { name: "shell 21x21", side: 21, layers: 1, reach: SHELL },
+    BenchSheet { name: "shell 41x41", side: 41, layers: 1, reach: SHELL },
+    BenchSheet { name: "shell 81x81", side: 81, layers: 1, reach: SHELL },
+    BenchSheet { name: "lattice 21x2x21", side: 21, layers: 2, reach: LATTICE },
+    BenchSheet { name: "lattice 41x2x41", side: 41, layers: 2, reach: LATTICE },
 ];
 
-impl Sheet {
+impl BenchSheet {
     fn pattern(&self) -> (Pattern, Vec<[f64; 2]>) {
         let n = self.side;
         let masses = || (0..n * n * self.layers).map(|i| (i / self.layers / n, i / self.layers % n, i % self.layers));
@@ -68,8 +68,8 @@ fn values(pattern: &Pattern) -> Vec<f64> {
 }
 
 /// Loads on four neighbouring nodes, as from contact constraints.
-fn contacts(masses: u32, side: u32) -> Loads {
-    let mut loads = Loads::default();
+fn contacts(masses: u32, side: u32) -> SparseLoads {
+    let mut loads = SparseLoads::default();
     for i in 0..64 {
         let at = |k| (i * 37 + [0, 1, side, side + 1][k]) % masses;
         loads.push((0..4).map(|k| (at(k), [0.1, 0.2, 0.25])));
@@ -97,7 +97,7 @@ fn clock(least: &mut f64, work: impl FnOnce()) {
     *least = least.min(start.elapsed().as_secs_f64() * 1e3);
 }
 
-fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &Loads, least: &mut Times) {
+fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &SparseLoads, least: &mut Times) {
     let mut halves = HalfSolutions::default();
     // Several times, with warm caches as in a sheet's step.
     for _ in 0..4 {
@@ -120,7 +120,7 @@ fn main() {
         let values = values(&pattern);
         let loads = contacts(pattern.size() as u32, sheet.side as u32);
         let mut factors = vec![analyse(&pattern, &places, Backend::Faer)];
-        factors.extend(Path::ALL.into_iter().rev().filter_map(|path| analyse_for(&pattern, &places, path)));
+        factors.extend(InstructionSet::ALL.into_iter().rev().filter_map(|path| analyse_for(&pattern, &places, path)));
         let mut times = vec![Times::NONE; factors.len()];
         let mut b = vec![1.0; 3 * pattern.size()];
         let start = Instant::now();

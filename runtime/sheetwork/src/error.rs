@@ -77,12 +77,12 @@ pub fn check_range(field: &str, value: f64, min: f64, max: f64, unit: &str) -> R
         return Ok(());
     }
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let (value, min, max) = (short(value), short(min), short(max));
+    let (value, min, max) = (format_short(value), format_short(min), format_short(max));
     Err(InputError::new(field, format!("{value}{unit} is outside {min} to {max}{unit}")))
 }
 
 /// Text of a number, with an exponent if plain digits would be mostly zeros.
-fn short(value: f64) -> String {
+fn format_short(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && size.is_finite() && !(1e-3..1e6).contains(&size) {
         format!("{value:e}")

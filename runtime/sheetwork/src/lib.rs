@@ -75,7 +75,7 @@ pub use crate::error::{InputError, check_range};
 pub use crate::islands::event::{Event, EventKind};
 pub use crate::math::Vectors;
 pub use crate::mesh::structure::StructureKind;
-pub use crate::profiler::{Phase, Watch};
+pub use crate::profiler::{Phase, StepObserver};
 pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 pub use crate::world::{

@@ -2,8 +2,8 @@
 
 pub use crate::mesh::outline::{HoleSpec, OutlineSpec};
 pub use crate::scene::{
-    Air, BodySpec, ContactDefaults, EngineKind, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene,
-    Shape, SheetSpec, SpringLaw,
+    Air, BodySpec, ContactDefaults, IntegratorKind, Material, MaterialChoice, PathKey, PinSpec, Placement, Region,
+    Scene, Shape, SheetSpec, SpringLaw,
 };
 pub use crate::{
     BodyState, Energy, Event, EventKind, InputError, Parameter, RigidView, Sheet, Snapshot, Status, StructureKind,

@@ -1,6 +1,6 @@
 //! Phases of a step, for the measurement of their durations.
 //!
-//! The library has no clock: it notifies a [`Watch`] at the start and at the end of each phase, and
+//! The library has no clock: it notifies a [`StepObserver`] at the start and at the end of each phase, and
 //! the observer may read one. Without an observer, the default, a notification is a test of an
 //! empty option in about ten places of a step. An observer does not affect results.
 
@@ -36,7 +36,7 @@ impl Phase {
 
 /// Observer of the phases of a step. Phases are nested, properly within each thread; sheets stepped
 /// in parallel notify from several threads.
-pub trait Watch: Send + Sync {
+pub trait StepObserver: Send + Sync {
     /// Notification of the start of a phase.
     fn begin(&self, phase: Phase);
 
@@ -46,11 +46,11 @@ pub trait Watch: Send + Sync {
 
 /// An optional step observer.
 #[derive(Clone, Default)]
-pub(crate) struct Watched(pub Option<Arc<dyn Watch>>);
+pub(crate) struct Profiler(pub Option<Arc<dyn StepObserver>>);
 
-impl Watched {
+impl Profiler {
     /// Run `work` as part of `phase`.
-    pub fn within<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
+    pub fn measure<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
         let Some(watch) = &self.0 else { return work() };
         watch.begin(phase);
         let done = work();

@@ -1,9 +1,9 @@
-//! Serialisation of state to bytes ([`Keeper`]) and from bytes ([`Taker`]), for snapshots.
+//! Serialisation of state to bytes ([`StateWriter`]) and from bytes ([`StateReader`]), for snapshots.
 //!
 //! Little endian; numbers keep all bits. Each type whose state carries over between steps has a
 //! function that writes it and one that reads it in the same order. The bytes come from a file with
 //! a valid checksum and from a world of the same structure; counts and indices are checked
-//! nevertheless, and invalid ones are a [`Cut`].
+//! nevertheless, and invalid ones are a [`CorruptState`].
 
 use glam::{DQuat, DVec3};
 
@@ -11,18 +11,18 @@ use crate::math::Vectors;
 
 /// Error of deserialisation: the bytes end early or contain an invalid value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cut;
+pub struct CorruptState;
 
 /// Result of deserialisation.
-pub type Taken<T = ()> = Result<T, Cut>;
+pub type ReadResult<T = ()> = Result<T, CorruptState>;
 
 /// Writer of state.
 #[derive(Default)]
-pub struct Keeper {
+pub struct StateWriter {
     pub bytes: Vec<u8>,
 }
 
-impl Keeper {
+impl StateWriter {
     pub fn byte(&mut self, value: u8) {
         self.bytes.push(value);
     }
@@ -126,11 +126,11 @@ impl Keeper {
 }
 
 /// Reader of state.
-pub struct Taker<'a> {
+pub struct StateReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Taker<'a> {
+impl<'a> StateReader<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }
@@ -140,30 +140,30 @@ impl<'a> Taker<'a> {
         self.rest.is_empty()
     }
 
-    fn some(&mut self, count: usize) -> Taken<&'a [u8]> {
-        let (some, rest) = self.rest.split_at_checked(count).ok_or(Cut)?;
+    fn take_bytes(&mut self, count: usize) -> ReadResult<&'a [u8]> {
+        let (some, rest) = self.rest.split_at_checked(count).ok_or(CorruptState)?;
         self.rest = rest;
         Ok(some)
     }
 
-    pub fn byte(&mut self) -> Taken<u8> {
-        Ok(self.some(1)?[0])
+    pub fn byte(&mut self) -> ReadResult<u8> {
+        Ok(self.take_bytes(1)?[0])
     }
 
-    pub fn flag(&mut self) -> Taken<bool> {
+    pub fn flag(&mut self) -> ReadResult<bool> {
         match self.byte()? {
             0 => Ok(false),
             1 => Ok(true),
-            _ => Err(Cut),
+            _ => Err(CorruptState),
         }
     }
 
-    pub fn count(&mut self) -> Taken<u64> {
+    pub fn count(&mut self) -> ReadResult<u64> {
         let (mut value, mut shift) = (0, 0);
         loop {
             let byte = self.byte()?;
             if shift > 63 || (shift == 63 && byte > 1) {
-                return Err(Cut);
+                return Err(CorruptState);
             }
             value |= u64::from(byte & 0x7f) << shift;
             if byte & 0x80 == 0 {
@@ -175,71 +175,75 @@ impl<'a> Taker<'a> {
 
     /// Read a count of elements that take at least `least` bytes each; an error if the remaining
     /// bytes do not suffice.
-    pub fn length(&mut self, least: usize) -> Taken<usize> {
-        let count = usize::try_from(self.count()?).map_err(|_| Cut)?;
-        if count.checked_mul(least).is_some_and(|bytes| bytes <= self.rest.len()) { Ok(count) } else { Err(Cut) }
+    pub fn length(&mut self, least: usize) -> ReadResult<usize> {
+        let count = usize::try_from(self.count()?).map_err(|_| CorruptState)?;
+        if count.checked_mul(least).is_some_and(|bytes| bytes <= self.rest.len()) {
+            Ok(count)
+        } else {
+            Err(CorruptState)
+        }
     }
 
     /// Read an index below `end`.
-    pub fn index(&mut self, end: usize) -> Taken<u32> {
+    pub fn index(&mut self, end: usize) -> ReadResult<u32> {
         let index = self.count()?;
-        if index < end as u64 { u32::try_from(index).map_err(|_| Cut) } else { Err(Cut) }
+        if index < end as u64 { u32::try_from(index).map_err(|_| CorruptState) } else { Err(CorruptState) }
     }
 
     /// Read four bytes, little endian.
-    pub fn sum(&mut self) -> Taken<u32> {
-        let bytes = self.some(4)?.first_chunk().ok_or(Cut)?;
+    pub fn checksum(&mut self) -> ReadResult<u32> {
+        let bytes = self.take_bytes(4)?.first_chunk().ok_or(CorruptState)?;
         Ok(u32::from_le_bytes(*bytes))
     }
 
     /// Read an unsigned integer below 2³².
-    pub fn small(&mut self) -> Taken<u32> {
-        u32::try_from(self.count()?).map_err(|_| Cut)
+    pub fn count_u32(&mut self) -> ReadResult<u32> {
+        u32::try_from(self.count()?).map_err(|_| CorruptState)
     }
 
-    pub fn number(&mut self) -> Taken<f64> {
-        let bytes = self.some(8)?.first_chunk().ok_or(Cut)?;
+    pub fn number(&mut self) -> ReadResult<f64> {
+        let bytes = self.take_bytes(8)?.first_chunk().ok_or(CorruptState)?;
         Ok(f64::from_le_bytes(*bytes))
     }
 
-    pub fn vector(&mut self) -> Taken<DVec3> {
+    pub fn vector(&mut self) -> ReadResult<DVec3> {
         Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
     }
 
-    pub fn rotation(&mut self) -> Taken<DQuat> {
+    pub fn rotation(&mut self) -> ReadResult<DQuat> {
         Ok(DQuat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
     }
 
-    pub fn optional(&mut self) -> Taken<Option<f64>> {
+    pub fn optional(&mut self) -> ReadResult<Option<f64>> {
         if self.flag()? { self.number().map(Some) } else { Ok(None) }
     }
 
-    pub fn text(&mut self) -> Taken<&'a str> {
-        std::str::from_utf8(self.blob()?).map_err(|_| Cut)
+    pub fn text(&mut self) -> ReadResult<&'a str> {
+        std::str::from_utf8(self.blob()?).map_err(|_| CorruptState)
     }
 
-    pub fn blob(&mut self) -> Taken<&'a [u8]> {
+    pub fn blob(&mut self) -> ReadResult<&'a [u8]> {
         let count = self.length(1)?;
-        self.some(count)
+        self.take_bytes(count)
     }
 
-    pub fn numbers(&mut self, to: &mut [f64]) -> Taken {
-        let bytes = self.some(8 * to.len())?;
+    pub fn numbers(&mut self, to: &mut [f64]) -> ReadResult {
+        let bytes = self.take_bytes(8 * to.len())?;
         for (to, from) in to.iter_mut().zip(bytes.chunks_exact(8)) {
-            *to = f64::from_le_bytes(*from.first_chunk().ok_or(Cut)?);
+            *to = f64::from_le_bytes(*from.first_chunk().ok_or(CorruptState)?);
         }
         Ok(())
     }
 
-    pub fn singles(&mut self, to: &mut [f32]) -> Taken {
-        let bytes = self.some(4 * to.len())?;
+    pub fn singles(&mut self, to: &mut [f32]) -> ReadResult {
+        let bytes = self.take_bytes(4 * to.len())?;
         for (to, from) in to.iter_mut().zip(bytes.chunks_exact(4)) {
-            *to = f32::from_le_bytes(*from.first_chunk().ok_or(Cut)?);
+            *to = f32::from_le_bytes(*from.first_chunk().ok_or(CorruptState)?);
         }
         Ok(())
     }
 
-    pub fn sparse(&mut self, to: &mut [f64]) -> Taken {
+    pub fn sparse(&mut self, to: &mut [f64]) -> ReadResult {
         for eight in to.chunks_mut(8) {
             let there = self.byte()?;
             for (bit, value) in eight.iter_mut().enumerate() {
@@ -249,29 +253,29 @@ impl<'a> Taker<'a> {
         Ok(())
     }
 
-    pub fn list(&mut self) -> Taken<Vec<f64>> {
+    pub fn list(&mut self) -> ReadResult<Vec<f64>> {
         let mut values = vec![0.0; self.length(8)?];
         self.numbers(&mut values)?;
         Ok(values)
     }
 
     /// Read a list into a slice of the same length.
-    pub fn same_list(&mut self, to: &mut [f64]) -> Taken {
+    pub fn list_into(&mut self, to: &mut [f64]) -> ReadResult {
         if self.count()? != to.len() as u64 {
-            return Err(Cut);
+            return Err(CorruptState);
         }
         self.numbers(to)
     }
 
-    pub fn vectors(&mut self, to: &mut Vectors) -> Taken {
+    pub fn vectors(&mut self, to: &mut Vectors) -> ReadResult {
         to.axes_mut().into_iter().try_for_each(|axis| self.numbers(axis))
     }
 
     /// Read vectors, either none or one per node.
-    pub fn vector_list(&mut self, to: &mut Vectors, masses: usize) -> Taken {
+    pub fn vector_list(&mut self, to: &mut Vectors, masses: usize) -> ReadResult {
         let count = self.length(24)?;
         if count != 0 && count != masses {
-            return Err(Cut);
+            return Err(CorruptState);
         }
         if to.len() != count {
             *to = Vectors::zeros(count);
@@ -279,9 +283,9 @@ impl<'a> Taker<'a> {
         self.vectors(to)
     }
 
-    pub fn flags(&mut self, to: &mut Vec<bool>) -> Taken {
-        let count = usize::try_from(self.count()?).map_err(|_| Cut)?;
-        let bytes = self.some(count.div_ceil(8))?;
+    pub fn flags(&mut self, to: &mut Vec<bool>) -> ReadResult {
+        let count = usize::try_from(self.count()?).map_err(|_| CorruptState)?;
+        let bytes = self.take_bytes(count.div_ceil(8))?;
         to.clear();
         to.extend((0..count).map(|i| bytes[i / 8] >> (i % 8) & 1 == 1));
         Ok(())
@@ -293,8 +297,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_kept_is_taken() {
-        let mut keeper = Keeper::default();
+    fn written_state_reads_back_bit_for_bit() {
+        let mut keeper = StateWriter::default();
         for value in [0, 1, 127, 128, 300, u64::from(u32::MAX), u64::MAX] {
             keeper.count(value);
         }
@@ -306,7 +310,7 @@ mod tests {
         keeper.text("αβ");
         keeper.optional(None);
         keeper.optional(Some(2.0));
-        let mut taker = Taker::new(&keeper.bytes);
+        let mut taker = StateReader::new(&keeper.bytes);
         for value in [0, 1, 127, 128, 300, u64::from(u32::MAX), u64::MAX] {
             assert_eq!(taker.count(), Ok(value));
         }
@@ -327,15 +331,15 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
-        assert_eq!(Taker::new(&[0xff; 11]).count(), Err(Cut));
-        assert_eq!(Taker::new(&[0x80]).count(), Err(Cut));
-        assert_eq!(Taker::new(&[2]).flag(), Err(Cut));
-        assert_eq!(Taker::new(&[9, 1, 2]).blob(), Err(Cut));
-        assert_eq!(Taker::new(&[1, 0xff]).text(), Err(Cut));
+    fn corrupt_bytes_are_refused() {
+        assert_eq!(StateReader::new(&[0xff; 11]).count(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[0x80]).count(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[2]).flag(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[9, 1, 2]).blob(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[1, 0xff]).text(), Err(CorruptState));
         // A count larger than memory.
-        assert_eq!(Taker::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).list(), Err(Cut));
-        assert_eq!(Taker::new(&[5]).index(5), Err(Cut));
-        assert_eq!(Taker::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).flags(&mut Vec::new()), Err(Cut));
+        assert_eq!(StateReader::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).list(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[5]).index(5), Err(CorruptState));
+        assert_eq!(StateReader::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).flags(&mut Vec::new()), Err(CorruptState));
     }
 }

@@ -23,21 +23,21 @@ const SHELL: &str = "structure: \"shell\", grid: (7, 1, 5), size: (0.1, 0.05), m
 const SWEEP: &str = "path: [(time: 0), (time: 0.1, offset: (0.02, 0.01, 0), rotation: (0, 20, 10))]";
 
 #[test]
-fn masses_glued_to_a_led_body_follow_without_lag() {
+fn nodes_attached_to_a_kinematic_body_follow_without_lag() {
     for (engine, sheet) in [("euler-richardson", ""), ("rk45", ""), ("tr-bdf2", SHELL), ("bdf2", SHELL)] {
         let mut world = held(engine, sheet, SWEEP);
         let index = world.rigid().and_then(|r| r.index_of("arm")).expect("there");
         let state = |world: &World| *world.body_state("arm").expect("there");
         let sheet = &world.sheets()[0];
-        let glued: Vec<usize> = (0..sheet.masses()).filter(|i| sheet.is_held(*i)).collect();
+        let glued: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).collect();
         assert!(!glued.is_empty(), "{engine}");
-        let locals: Vec<DVec3> = glued.iter().map(|i| state(&world).local(sheet.x.get(*i))).collect();
+        let locals: Vec<DVec3> = glued.iter().map(|i| state(&world).local_point(sheet.x.get(*i))).collect();
         for _ in 0..150 {
             world.step();
             let arm = state(&world);
             assert_eq!(world.rigid().and_then(|r| r.pose(index)), Some((arm.origin(), arm.rotation())));
             for (i, local) in glued.iter().zip(&locals) {
-                let lag = world.sheets()[0].x.get(*i).distance(arm.place(*local));
+                let lag = world.sheets()[0].x.get(*i).distance(arm.world_point(*local));
                 assert!(lag < 1e-15, "{engine}: {lag:e}");
             }
         }
@@ -47,7 +47,7 @@ fn masses_glued_to_a_led_body_follow_without_lag() {
 }
 
 #[test]
-fn a_sheet_goes_where_a_sent_body_takes_it_and_falls_when_it_is_removed() {
+fn an_attached_sheet_follows_a_moved_body_and_falls_after_its_removal() {
     let mut world = held("tr-bdf2", SHELL, "");
     world.step();
     let before = world.sheets()[0].x.get(0);
@@ -56,7 +56,7 @@ fn a_sheet_goes_where_a_sent_body_takes_it_and_falls_when_it_is_removed() {
     assert!((world.sheets()[0].x.get(0) - before).distance(DVec3::Y * 1e-4) < 1e-15);
     // Bodies after the removed one get new indices; those before it keep theirs.
     assert!(world.remove_body("arm"));
-    assert!((0..world.sheets()[0].masses()).all(|i| !world.sheets()[0].is_held(i)));
+    assert!((0..world.sheets()[0].node_count()).all(|i| !world.sheets()[0].is_held(i)));
     let height = world.sheets()[0].centre_of_mass().y;
     world.advance(0.6);
     assert!(world.sheets()[0].centre_of_mass().y < height - 0.15);
@@ -65,30 +65,30 @@ fn a_sheet_goes_where_a_sent_body_takes_it_and_falls_when_it_is_removed() {
 }
 
 #[test]
-fn masses_glued_to_a_free_body_stay_free_and_start_with_its_motion() {
+fn nodes_attached_to_a_dynamic_body_are_dynamic_and_start_with_its_motion() {
     let world = held("tr-bdf2", SHELL, "mass: 0.1, velocity: (0, 1, 0), spin: (0, 0, 2)");
     let sheet = &world.sheets()[0];
-    let glued: Vec<_> = sheet.glued().collect();
+    let glued: Vec<_> = sheet.dynamic_attachments().collect();
     let arm = *world.body_state("arm").expect("there");
     assert_eq!(glued.len(), 5);
     for (mass, index, local) in glued {
         let i = mass as usize;
         assert_eq!(world.rigid().and_then(|r| r.index_of("arm")), Some(index));
         assert!(!sheet.is_held(i));
-        assert!(arm.place(local).distance(sheet.x.get(i)) < 1e-16);
+        assert!(arm.world_point(local).distance(sheet.x.get(i)) < 1e-16);
         assert!(sheet.v.get(i).distance(arm.velocity_at(sheet.x.get(i))) < 1e-15);
     }
 }
 
 #[test]
-fn a_world_without_bodies_of_its_own_has_none_to_glue_to() {
+fn an_attachment_to_a_missing_body_is_rejected() {
     let scene = Scene::parse("(bodies: [(shape: Ball(1))], sheets: [(pins: [(region: Left, body: \"body 0\")])])");
     let error = World::without_bodies(&scene.expect("valid")).err().expect("nothing there");
     assert!(error.field == "sheets.0.pins" && error.problem.contains("body 0"), "{error}");
 }
 
 #[test]
-fn a_free_body_keeps_its_energy_and_is_reported() {
+fn a_dynamic_body_conserves_energy_and_is_reported() {
     let mut world = world(
         "(dt: 0.01, bodies: [(name: \"top\", shape: Box((0.1, 0.02, 0.05)), mass: 0.3, velocity: (1, 5, 0), spin: (20, 3, 1)),
             (name: \"post\", shape: Box((0.1, 1, 0.1)), placement: (position: (9, 0, 0)))])",
@@ -110,7 +110,7 @@ fn a_free_body_keeps_its_energy_and_is_reported() {
 }
 
 #[test]
-fn a_scene_of_bodies_comes_to_rest_the_same_way_on_any_number_of_threads() {
+fn a_scene_of_bodies_is_bit_identical_on_any_number_of_threads() {
     let text = "(dt: 0.0166, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [(name: \"a\"), (name: \"b\")],
         bodies: [(name: \"x\", shape: Box((0.1, 0.1, 0.1)), density: 300, placement: (position: (0.5, 0.2, 0), rotation: (9, 0, 4))),
             (name: \"y\", shape: Ball(0.05), density: 300, placement: (position: (0.53, 0.4, 0.01)))])";
@@ -120,7 +120,7 @@ fn a_scene_of_bodies_comes_to_rest_the_same_way_on_any_number_of_threads() {
         world.remove_sheet("b");
         world.set_threads(threads).expect("threads");
         let mut taken = 0;
-        while taken < 1200 && !world.is_quiet() {
+        while taken < 1200 && !world.is_resting() {
             world.step();
             taken += 1;
         }
@@ -133,7 +133,7 @@ fn a_scene_of_bodies_comes_to_rest_the_same_way_on_any_number_of_threads() {
 }
 
 #[test]
-fn bodies_are_added_while_the_world_runs() {
+fn bodies_can_be_added_during_a_run() {
     let mut world = world("(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)))");
     let ball =
         Scene::parse("(bodies: [(name: \"ball\", shape: Ball(0.1), mass: 1, placement: (position: (0, 0.5, 0)))])");
@@ -147,7 +147,7 @@ fn bodies_are_added_while_the_world_runs() {
 }
 
 #[test]
-fn a_free_body_is_put_elsewhere_at_rest_and_wakes_what_slept() {
+fn a_moved_dynamic_body_is_at_rest_and_wakes_sleeping_sheets() {
     let mut world = world(
         "(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), engine: \"tr-bdf2\", dt: 0.01,
             sheets: [(name: \"card\", structure: \"shell\", grid: (9, 1, 9), size: (0.2, 0.2), material: \"card\",
@@ -156,7 +156,7 @@ fn a_free_body_is_put_elsewhere_at_rest_and_wakes_what_slept() {
                 (name: \"box\", shape: Box((0.1, 0.1, 0.1)), placement: (position: (0.5, 0.05, 0)))])",
     );
     world.advance(6.0);
-    assert!(world.is_quiet(), "all sleeps");
+    assert!(world.is_resting(), "all sleeps");
     let there = DVec3::new(0.3, 0.5, 0.2);
     assert!(world.place_body("ball", there, DQuat::IDENTITY));
     assert!(!world.place_body("box", there, DQuat::IDENTITY), "it does not move freely");

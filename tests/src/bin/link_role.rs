@@ -11,20 +11,20 @@ use sheetwork_link::Client;
 use sheetwork_link::Link;
 use sheetwork_link::LinkError;
 use sheetwork_link::layout::FrameHeader;
-use sheetwork_link::place::LinkPlace;
-use sheetwork_tests::game::{Game, strip};
+use sheetwork_link::link_place::LinkPlace;
+use sheetwork_tests::game::{TestGame, strip};
 
 /// Maximum life of a process whose test has died.
-const LONGEST: Duration = Duration::from_secs(600);
+const MAXIMUM_LIFETIME: Duration = Duration::from_secs(600);
 /// Time limit of every wait, long enough for a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const WAIT_TIMEOUT: Duration = Duration::from_secs(60);
 
 fn main() -> ExitCode {
     match std::env::args().nth(1).as_deref() {
         Some("game") => game(),
         Some("reader") => reader(),
         Some("intruder") => intruder(),
-        Some("liar") => liar(),
+        Some("liar") => invalid_game(),
         Some("crowded") => crowded(),
         _ => {
             eprintln!("usage: link_role game|reader|intruder|liar|crowded");
@@ -40,13 +40,13 @@ fn place() -> LinkPlace {
 
 /// A game at 240 Hz, or at full speed with SHEETWORK_FAST.
 fn game() {
-    let mut game = Game::new(&strip());
+    let mut game = TestGame::new(&strip());
     game.playing = std::env::var_os("SHEETWORK_PAUSED").is_none();
     let fast = std::env::var_os("SHEETWORK_FAST").is_some();
     game.world.set_sleep(false);
     let mut link = Link::new(&place(), &game.world).expect("serves");
     let start = Instant::now();
-    while start.elapsed() < LONGEST {
+    while start.elapsed() < MAXIMUM_LIFETIME {
         if game.playing {
             game.world.step();
         }
@@ -60,11 +60,11 @@ fn game() {
 /// A reader of SHEETWORK_FRAMES frames, unlimited by default.
 fn reader() {
     let wanted = std::env::var("SHEETWORK_FRAMES").ok().and_then(|n| n.parse().ok()).unwrap_or(u64::MAX);
-    let client = Client::attach_within(&place(), PATIENCE).expect("a game");
+    let client = Client::attach_within(&place(), WAIT_TIMEOUT).expect("a game");
     let mut frames = client.frames(true).expect("a place");
     let mut last = None;
     for read in 0..wanted {
-        let frame = frames.wait(PATIENCE).expect("frames");
+        let frame = frames.wait(WAIT_TIMEOUT).expect("frames");
         let (header, view) = (*frame.header(), frame.view().expect("sound"));
         assert!(last.is_none_or(|(epoch, n)| epoch != header.epoch || n < header.frame), "frames go on");
         assert!(view.sheets().all(|s| s.positions().iter().flatten().all(|c| c.is_finite())));
@@ -85,11 +85,12 @@ fn intruder() {
 }
 
 /// A game that writes frames of another layout, of a wrong size, and nonsense.
-fn liar() {
+fn invalid_game() {
     let place = place();
-    let mut honest = Link::new(&LinkPlace::within(place.root(), "honest").expect("a name"), &Game::new(&strip()).world)
-        .expect("makes the folder");
-    honest.look_again();
+    let mut honest =
+        Link::new(&LinkPlace::within(place.root(), "honest").expect("a name"), &TestGame::new(&strip()).world)
+            .expect("makes the folder");
+    honest.invalidate_plan();
     let mut config = Config::default();
     config.global.set_root_path(&Path_::new(place.root().as_os_str().as_encoded_bytes()).expect("a path"));
     config.global.prefix = FileName::new(place.prefix().as_bytes()).expect("a prefix");
@@ -116,7 +117,7 @@ fn liar() {
             let _ = answer.write_from_slice(b"{,}").send();
         }
         std::thread::sleep(Duration::from_millis(5));
-        if start.elapsed() > LONGEST {
+        if start.elapsed() > MAXIMUM_LIFETIME {
             return;
         }
     }
@@ -126,7 +127,7 @@ type Path_ = iceoryx2::prelude::Path;
 
 /// A game and its reader with 8 MiB of shared memory, which is filled and emptied again.
 fn crowded() {
-    let mut game = Game::new(&strip());
+    let mut game = TestGame::new(&strip());
     let mut link = Link::new(&place(), &game.world).expect("there is room at first");
     let mut steps = |link: &mut Link, n: u32| {
         for _ in 0..n {

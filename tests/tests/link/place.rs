@@ -6,21 +6,21 @@ use std::time::{Duration, Instant};
 
 use sheetwork_link::Client;
 use sheetwork_link::Frames;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 
 /// Time limit of every wait, long enough for a busy machine.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub const WAIT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Program of the roles of other processes.
 pub const ROLES: &str = env!("CARGO_BIN_EXE_link_role");
 
 /// The link of one test.
-pub struct Place {
+pub struct TestLink {
     folder: PathBuf,
     pub link: LinkPlace,
 }
 
-impl Place {
+impl TestLink {
     pub fn new(test: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("sheetwork-test-{test}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -41,8 +41,8 @@ impl Place {
     }
 
     pub fn attach(&self) -> Client {
-        let mut client = Client::attach_within(&self.link, PATIENCE).expect("a game");
-        client.set_patience(PATIENCE);
+        let mut client = Client::attach_within(&self.link, WAIT_TIMEOUT).expect("a game");
+        client.set_timeout(WAIT_TIMEOUT);
         client
     }
 
@@ -56,7 +56,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TestLink {
     fn drop(&mut self) {
         // Remains of killed processes: objects with this folder's prefix, and the folder.
         let prefix = self.link.prefix();
@@ -88,7 +88,7 @@ impl Process {
     /// Waits for the end of the process; whether it succeeded.
     pub fn ended_well(&mut self) -> bool {
         let start = Instant::now();
-        while start.elapsed() < PATIENCE {
+        while start.elapsed() < WAIT_TIMEOUT {
             if let Some(status) = self.0.try_wait().expect("a child") {
                 return status.success();
             }
@@ -114,12 +114,12 @@ impl Drop for Process {
 /// Waits for a frame for which `wanted` returns a value.
 pub fn until<T>(frames: &mut Frames, mut wanted: impl FnMut(&sheetwork_link::Frame) -> Option<T>) -> T {
     let start = Instant::now();
-    while start.elapsed() < PATIENCE {
+    while start.elapsed() < WAIT_TIMEOUT {
         if let Ok(frame) = frames.wait(Duration::from_millis(200))
             && let Some(found) = wanted(&frame)
         {
             return found;
         }
     }
-    panic!("no such frame in {PATIENCE:?}");
+    panic!("no such frame in {WAIT_TIMEOUT:?}");
 }

@@ -7,7 +7,7 @@ use std::process::Command;
 
 use sheetwork_tests::python::python;
 
-use super::place::Place;
+use super::place::TestLink;
 
 fn a_python() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-python");
@@ -98,12 +98,12 @@ print("python is content")
 "#;
 
 #[test]
-fn python_reads_sets_is_refused_and_pulls() {
+fn the_python_client_reads_sets_grabs_and_reports_rejections() {
     let Some(python) = a_python() else {
         eprintln!("skipped: no Python with iceoryx2 and numpy, and none can be installed");
         return;
     };
-    let place = Place::new("python");
+    let place = TestLink::new("python");
     let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
     drop(place.attach());
     let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/link/python");

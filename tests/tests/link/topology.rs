@@ -7,8 +7,8 @@ use sheetwork::scene::Scene;
 use sheetwork_link::Client;
 use sheetwork_link::Link;
 
-use super::place::{PATIENCE, Place};
-use sheetwork_tests::game::{Game, strip};
+use super::place::{TestLink, WAIT_TIMEOUT};
+use sheetwork_tests::game::{TestGame, strip};
 
 /// A strip of paper that is pulled at one end until it fractures.
 fn drawn() -> Scene {
@@ -21,9 +21,9 @@ fn drawn() -> Scene {
 }
 
 #[test]
-fn triangles_come_once_and_to_who_takes_anothers_place() {
-    let place = Place::new("triangles");
-    let mut game = Game::new(&strip());
+fn triangles_are_sent_once_and_to_new_readers() {
+    let place = TestLink::new("triangles");
+    let mut game = TestGame::new(&strip());
     let mut link = Link::new(&place.link, &game.world).expect("serves");
     let client = Client::attach(&place.link).expect("attaches");
     let (mut frames, mut topology) = (client.frames(false).expect("reads"), client.topology().expect("reads"));
@@ -52,9 +52,9 @@ fn triangles_come_once_and_to_who_takes_anothers_place() {
 }
 
 #[test]
-fn what_tears_is_told_and_what_is_reset_is_whole() {
-    let place = Place::new("tears");
-    let mut game = Game::new(&drawn());
+fn fracture_updates_the_topology_and_a_reset_restores_it() {
+    let place = TestLink::new("tears");
+    let mut game = TestGame::new(&drawn());
     let mut link = Link::new(&place.link, &game.world).expect("serves");
     let client = Client::attach(&place.link).expect("attaches");
     let (mut frames, mut topology) = (client.frames(true).expect("reads"), client.topology().expect("reads"));
@@ -88,12 +88,12 @@ fn what_tears_is_told_and_what_is_reset_is_whole() {
 
 #[test]
 fn a_game_in_another_process_sends_its_triangles() {
-    let place = Place::new("mesh");
+    let place = TestLink::new("mesh");
     let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
     let client = place.attach();
     let mut topology = client.topology().expect("reads");
-    let frame = client.frames(false).expect("reads").wait(PATIENCE).expect("a frame");
-    assert_eq!(topology.wait(frame.header(), PATIENCE).expect("topology")[0].triangles.len(), 64);
+    let frame = client.frames(false).expect("reads").wait(WAIT_TIMEOUT).expect("a frame");
+    assert_eq!(topology.wait(frame.header(), WAIT_TIMEOUT).expect("topology")[0].triangles.len(), 64);
     assert!(
         topology.wait(&sheetwork_link::layout::FrameHeader { topology: 9, ..*frame.header() }, Duration::ZERO).is_err()
     );

@@ -44,7 +44,7 @@ impl History {
         self.now += 1;
         let now = self.now;
         let tick = self.at(now);
-        world.save_into(&mut tick.before);
+        world.serialise_into(&mut tick.before);
         tick.inputs = [own, theirs];
     }
 
@@ -84,7 +84,7 @@ impl History {
         for t in tick..self.now {
             blow(world, self.inputs(t));
             world.step();
-            world.save_into(&mut self.at(t + 1).before);
+            world.serialise_into(&mut self.at(t + 1).before);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Events of sheets, as Bevy messages.
 
 use bevy::prelude::*;
-use sheetwork::islands::event::{Alarm, EventKind};
-use sheetwork::sheet::Opening;
+use sheetwork::islands::event::{EventKind, InstabilityReport};
+use sheetwork::sheet::FractureOpening;
 
 use super::{BodyMotion, SheetMotion, SheetWorld};
 
@@ -22,9 +22,9 @@ pub struct SheetEvent {
     /// Entity of that body, while it exists.
     pub body_entity: Option<Entity>,
     /// Place and cause of a fracture, for a fracture event.
-    pub opening: Option<Opening>,
+    pub opening: Option<FractureOpening>,
     /// Evidence of an instability and the recovery policy applied, for such events.
-    pub alarm: Option<Alarm>,
+    pub alarm: Option<InstabilityReport>,
 }
 
 /// Send the events recorded since the last run.

@@ -64,7 +64,7 @@ pub(super) fn aim(
     }
     let placed = placement::placement_of(placement::pose_of(&there));
     let alike = aimed.0.is_some_and(|was| (was.0, was.1, was.2) == (now.0, now.1, now.2));
-    if !(alike && world.aim_heat_gun(&placed)) {
+    if !(alike && world.place_heat_gun(&placed)) {
         let SheetHeatGun { on, temperature, convection, half_angle, reach } = *gun;
         let direction = placed.quaternion() * bevy::math::DVec3::NEG_Z;
         let path = Vec::new();

@@ -18,8 +18,8 @@ use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
-    Burgers, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement,
-    Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, Tack, WhenUnstable,
+    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey,
+    PinSpec, Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
 };
 
 #[reflect_remote(SheetSpec)]
@@ -127,7 +127,7 @@ pub(super) struct MaterialReflect {
     yield_stress: Option<f64>,
     hardening: f64,
     #[reflect(ignore)]
-    burgers: Option<Burgers>,
+    burgers: Option<BurgersCreep>,
     #[reflect(ignore)]
     orthotropic: Option<Orthotropic>,
     specific_heat: f64,
@@ -140,7 +140,7 @@ pub(super) struct MaterialReflect {
     melts_at: Option<f64>,
     tears_at: Option<f64>,
     #[reflect(ignore)]
-    tack: Option<Tack>,
+    tack: Option<Adhesion>,
 }
 
 #[reflect_remote(HeaterSpec)]

@@ -208,7 +208,7 @@ impl Sheet {
     /// Attach the nodes of `region` to the body of that name, at their positions when the sheet is
     /// built. The body must exist before the sheet.
     pub fn glue(mut self, region: Region, body: impl Into<String>) -> Self {
-        self.spec.pins.push(PinSpec::glued(region, body));
+        self.spec.pins.push(PinSpec::attached(region, body));
         self
     }
 
@@ -221,7 +221,7 @@ impl Sheet {
     /// Prescribe the motion of the nodes of a region: a path of displacements from their initial
     /// positions, with times in s since the spawn.
     pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
-        self.spec.pins.push(PinSpec { path: path.into(), ..PinSpec::held(region) });
+        self.spec.pins.push(PinSpec { path: path.into(), ..PinSpec::fixed(region) });
         self
     }
 

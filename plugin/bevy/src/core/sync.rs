@@ -132,7 +132,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         return false;
     }
     let grid = (new.grid.0, new.grid.2);
-    if grid != (old.grid.0, old.grid.2) && world.resample(motion.name(), grid).is_err() {
+    if grid != (old.grid.0, old.grid.2) && world.remap(motion.name(), grid).is_err() {
         return false;
     }
     let defaults = world.scene().contact.clone();

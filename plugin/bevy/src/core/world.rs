@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::rigid::RigidView;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Air, Scene};
 use sheetwork::{InputError, World as Sheets};
 
@@ -76,7 +76,7 @@ impl SheetWorld {
     pub(super) fn choose_integrator(&mut self) {
         let empty = Scene::default();
         if self.world.engine() == empty.engine && self.world.dt() == empty.dt && self.world.set_dt(1.0 / 64.0).is_ok() {
-            self.world.set_engine(EngineKind::TrBdf2);
+            self.world.set_engine(IntegratorKind::TrBdf2);
             self.fitted = Some(1.0 / 64.0);
         }
     }
@@ -123,14 +123,14 @@ impl SheetWorld {
         Ok(())
     }
 
-    /// Restore the state saved as `bytes` by [`World::save`](sheetwork::World::save), for rollback.
+    /// Restore the state saved as `bytes` by [`World::serialise`](sheetwork::World::serialise), for rollback.
     /// With equal inputs the following ticks repeat the original ones bit for bit, and their events
     /// are sent again. Sheets and bodies must be those of the saved state.
     ///
     /// # Errors
     /// When `bytes` is not a snapshot of this world; the world is unchanged then.
     pub fn rewind(&mut self, bytes: &[u8]) -> Result<(), InputError> {
-        self.world.load(bytes)?;
+        self.world.deserialise(bytes)?;
         self.moves.clear();
         self.events_seen = self.events_seen.min(self.world.events().len());
         Ok(())

@@ -11,18 +11,18 @@ use bevy::math::DVec3;
 use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
 
 use super::ParameterAccess;
-use super::units::{Quantity, Shown, UnitError};
+use super::units::{DisplayUnit, Quantity, UnitError};
 
 /// Number without unit.
-pub const PLAIN: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+pub const PLAIN: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 /// Lengths in millimetres.
-pub const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
+pub const MM: DisplayUnit = DisplayUnit::fixed(Quantity::Length, "mm", 1e-3);
 /// Temperatures in °C.
-pub const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
+pub const CELSIUS: DisplayUnit = DisplayUnit::fixed(Quantity::Temperature, "°C", 1.0);
 /// Moduli and stresses.
-pub const PASCAL: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
+pub const PASCAL: DisplayUnit = DisplayUnit::prefixed(Quantity::Pressure, "Pa");
 /// Times in milliseconds.
-pub const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
+pub const MS: DisplayUnit = DisplayUnit::fixed(Quantity::Time, "ms", 1e-3);
 
 /// Options of a number control.
 #[derive(Clone, Debug, Default)]
@@ -72,7 +72,7 @@ pub fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
 }
 
 /// Number control of the value `now`, SI, displayed in its unit and named by `label`.
-pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &ControlOptions) -> ControlResult {
+pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: DisplayUnit, how: &ControlOptions) -> ControlResult {
     let draft_id = label.id.with("draft");
     let draft = if how.late { ui.data(|d| d.get_temp::<f64>(draft_id)) } else { None };
     let start = draft.unwrap_or(now);
@@ -130,7 +130,7 @@ pub fn parameter_row(
     access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: f64,
-    shown: Shown,
+    shown: DisplayUnit,
     how: &ControlOptions,
 ) {
     let label = name(ui, title, about);
@@ -145,7 +145,7 @@ pub fn parameter_control(
     label: &Response,
     path: &str,
     now: f64,
-    shown: Shown,
+    shown: DisplayUnit,
     how: &ControlOptions,
 ) {
     let done = input(ui, label, now, shown, how);
@@ -172,12 +172,12 @@ pub fn vector(
     access: &mut dyn ParameterAccess,
     of: &str,
     now: DVec3,
-    shown: Shown,
+    shown: DisplayUnit,
     how: &ControlOptions,
 ) -> (Option<DVec3>, bool) {
     let (mut changed, mut reset) = (None, false);
     // One unit after all three numbers: the column is narrow.
-    let bare = Shown { unit: "", ..shown };
+    let bare = DisplayUnit { unit: "", ..shown };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.spacing_mut().interact_size.x = 52.0;
@@ -205,7 +205,7 @@ pub fn vector_row(
     access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: DVec3,
-    shown: Shown,
+    shown: DisplayUnit,
 ) {
     name(ui, title, about);
     let (changed, reset) =

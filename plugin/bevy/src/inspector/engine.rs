@@ -6,15 +6,15 @@ use sheetwork::integrators::TABLE;
 
 use super::ParameterAccess;
 use super::controls::{ControlOptions, MS, PLAIN, name, parameter_control, parameter_row, text_of, vector_row};
-use super::units::{Quantity, Shown, format_si};
+use super::units::{DisplayUnit, Quantity, format_si};
 
 /// Gravity presets, m/s², downwards.
 const GRAVITIES: [(&str, f64); 4] = [("Earth", 9.81), ("Moon", 1.62), ("1/10", 0.981), ("none", 0.0)];
 
-const GRAVITY: Shown = Shown::fixed(Quantity::Acceleration, "", 1.0);
-const WIND: Shown = Shown::fixed(Quantity::Speed, "", 1.0);
-const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
-const MICRO: Shown = Shown::fixed(Quantity::Length, "µm", 1e-6);
+const GRAVITY: DisplayUnit = DisplayUnit::fixed(Quantity::Acceleration, "", 1.0);
+const WIND: DisplayUnit = DisplayUnit::fixed(Quantity::Speed, "", 1.0);
+const DENSITY: DisplayUnit = DisplayUnit::fixed(Quantity::Density, "kg/m³", 1.0);
+const MICRO: DisplayUnit = DisplayUnit::fixed(Quantity::Length, "µm", 1e-6);
 
 /// Rows of integrator, step, substeps per frame, gravity and air in a grid of two columns.
 /// `factor`: whether the linear damping of the air can be edited.

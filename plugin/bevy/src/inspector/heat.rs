@@ -6,7 +6,7 @@ use bevy_egui::egui::{Grid, RichText, Ui};
 use super::ParameterAccess;
 use super::controls::{ControlOptions, name, parameter_row};
 use super::style::quiet;
-use super::units::{Quantity, Shown};
+use super::units::{DisplayUnit, Quantity};
 
 /// Prefixes of the parameter paths of heat sources.
 const HEATS: [&str; 7] =
@@ -58,10 +58,10 @@ pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
 }
 
 /// Display unit of a parameter's unit.
-fn shown(unit: &str) -> Shown {
+fn shown(unit: &str) -> DisplayUnit {
     match unit {
-        "°C" => Shown::fixed(Quantity::Temperature, "°C", 1.0),
-        "W/(m² K)" => Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0),
-        _ => Shown::fixed(Quantity::Number, "", 1.0),
+        "°C" => DisplayUnit::fixed(Quantity::Temperature, "°C", 1.0),
+        "W/(m² K)" => DisplayUnit::fixed(Quantity::Convection, "W/(m² K)", 1.0),
+        _ => DisplayUnit::fixed(Quantity::Number, "", 1.0),
     }
 }

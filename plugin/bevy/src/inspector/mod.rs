@@ -171,7 +171,7 @@ fn choose(ui: &mut Ui, game: &InspectedGame<'_>, sheet: &mut usize) {
             }
         });
     }
-    let text = format!("{}: {} nodes, {} springs", now.name, now.masses(), now.springs().len());
+    let text = format!("{}: {} nodes, {} springs", now.name, now.node_count(), now.springs().len());
     ui.label(RichText::new(text).color(quiet(ui)));
 }
 

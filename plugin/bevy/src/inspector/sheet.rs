@@ -4,9 +4,9 @@ use bevy_egui::egui::Ui;
 
 use super::ParameterAccess;
 use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row};
-use super::units::{Quantity, Shown};
+use super::units::{DisplayUnit, Quantity};
 
-const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
+const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
 /// Rows of the parameters of sheet `index` that can change at run time, material aside, in a grid
 /// of two columns.
@@ -80,7 +80,7 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         &ControlOptions::slider(0.0..=1.0),
     );
     let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
-    let shown = Shown::fixed(Quantity::Pressure, "Pa", 1.0);
+    let shown = DisplayUnit::fixed(Quantity::Pressure, "Pa", 1.0);
     parameter_row(
         ui,
         access,

@@ -12,7 +12,7 @@ use bevy::prelude::*;
 use sheetwork::World;
 use sheetwork::scene::HeatMode;
 use sheetwork::sheet::Sheet as SheetInWorld;
-use sheetwork::sheet::surface::Surface;
+use sheetwork::sheet::surface::DrawingSurface;
 use sheetwork::units::temperature::ZERO_CELSIUS;
 
 use super::measure;
@@ -185,7 +185,7 @@ impl ColourScale {
     pub fn paint(
         &self,
         (sheet, upper): (&SheetInWorld, bool),
-        surface: &Surface,
+        surface: &DrawingSurface,
         values: &mut Vec<f32>,
         out: &mut Vec<[f32; 4]>,
     ) {
@@ -203,7 +203,7 @@ impl ColourScale {
         };
         match (self.quantity, sheet.heat()) {
             (Quantity::Stiffness, Some(heat)) => {
-                let left: Vec<f64> = (0..sheet.masses()).map(|i| 100.0 / heat.compliance(i)).collect();
+                let left: Vec<f64> = (0..sheet.node_count()).map(|i| 100.0 / heat.compliance(i)).collect();
                 surface.interpolate(&left, values);
             }
             _ => surface.interpolate(celsius, values),

@@ -6,7 +6,7 @@
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
-use sheetwork::scene::heater::Heater;
+use sheetwork::scene::heater_file::Heater;
 
 use super::colour::heat_colour;
 use super::materials::Materials;

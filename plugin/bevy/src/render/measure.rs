@@ -6,7 +6,7 @@ use sheetwork::sheet::Sheet;
 /// Largest strain of the edges at each node, in tension or compression, %.
 pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
-    out.resize(sheet.masses(), 0.0);
+    out.resize(sheet.node_count(), 0.0);
     let mut see = |a: u32, b: u32, rest: f64| {
         let (a, b) = (a as usize, b as usize);
         if rest > 0.0 {
@@ -35,8 +35,8 @@ pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
 /// per length of the edge.
 pub fn bending(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
-    out.resize(sheet.masses(), 0.0);
-    let mut normals = vec![DVec3::ZERO; sheet.masses()];
+    out.resize(sheet.node_count(), 0.0);
+    let mut normals = vec![DVec3::ZERO; sheet.node_count()];
     let triangles = match &sheet.triangles {
         Some(all) => all.clone(),
         None => sheet.layers.iter().flat_map(|layer| layer.triangles()).collect(),
@@ -96,7 +96,7 @@ mod tests {
                 assert!(out.iter().all(|v| *v < 1e-6), "{structure}: {out:?}");
             }
             let sheet = &mut world.sheets_mut()[0];
-            for i in 0..sheet.masses() {
+            for i in 0..sheet.node_count() {
                 let p = sheet.x.get(i);
                 sheet.x.set(i, DVec3::new(1.02 * p.x, p.y, p.z));
                 sheet.v.set(i, DVec3::new(3.0, 0.0, 4.0));
@@ -114,7 +114,7 @@ mod tests {
         let mut world = sheet("shell");
         let sheet = &mut world.sheets_mut()[0];
         let radius = 0.2;
-        for i in 0..sheet.masses() {
+        for i in 0..sheet.node_count() {
             let p = sheet.x.get(i);
             let angle = p.x / radius;
             sheet.x.set(i, DVec3::new(radius * angle.sin(), radius * angle.cos(), p.z));

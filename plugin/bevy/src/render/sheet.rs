@@ -1,6 +1,6 @@
 //! Mesh of a sheet, updated from its nodes.
 //!
-//! One layer is displayed, smoothed by splines through its nodes ([`Surface`]). The topology is
+//! One layer is displayed, smoothed by splines through its nodes ([`DrawingSurface`]). The topology is
 //! built once. Positions and normals are then written in place, only for a visible sheet that has
 //! moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist only
 //! where they are requested.
@@ -11,9 +11,9 @@ use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
-use sheetwork::mesh::structure::Layer;
+use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::sheet::Sheet as SheetInWorld;
-use sheetwork::sheet::surface::Surface;
+use sheetwork::sheet::surface::DrawingSurface;
 
 use super::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
@@ -65,7 +65,7 @@ impl Default for SheetDisplay {
 /// Surface and settings of an entity's mesh, and the state that it displays.
 #[derive(Component)]
 pub(super) struct DisplayedSheet {
-    surface: Surface,
+    surface: DrawingSurface,
     triangles: Vec<[u32; 3]>,
     layer: SheetLayer,
     smoothing: u32,
@@ -112,7 +112,7 @@ pub(super) fn insert_meshes(
             (d.layer, d.smoothing, d.masses, d.grid, d.coloured, d.opening)
                 == (display.layer, display.smoothing, masses, sheet.grid, coloured, opening)
         };
-        if drawn.is_some_and(fits) || masses != sheet.masses() {
+        if drawn.is_some_and(fits) || masses != sheet.node_count() {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }
@@ -155,7 +155,7 @@ pub(super) fn insert_meshes(
 }
 
 /// Displayed surface of a sheet and its spline segments per cell.
-fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, u32)> {
+fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(DrawingSurface, u32)> {
     let index = match display.layer {
         SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
         SheetLayer::Bottom => 0,
@@ -170,7 +170,7 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, 
 }
 
 /// Spline segments per cell of a layer: `wanted`, or as many as the vertex limit permits.
-fn segments_per_cell(layer: &Layer, wanted: u32) -> u32 {
+fn segments_per_cell(layer: &LatticeLayer, wanted: u32) -> u32 {
     let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
     let most = (MAX_VERTICES / cells.max(1.0)).sqrt() as u32;
     wanted.clamp(1, 16).min(most.max(1))
@@ -184,7 +184,7 @@ fn subdivisions(triangles: usize, wanted: u32) -> u32 {
 }
 
 /// Mesh of the surface with node positions `x`, world space, m.
-pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
+pub fn sheet_mesh(surface: &DrawingSurface, x: &Vectors) -> Mesh {
     let made = surface.mesh(x);
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, made.positions)

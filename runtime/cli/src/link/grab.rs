@@ -7,25 +7,25 @@ use clap::Args;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
 use sheetwork_link::Command;
-use sheetwork_link::PulledTo;
+use sheetwork_link::GrabForce;
 
-use crate::link::Target;
+use crate::link::GameSelection;
 use sheetwork_rigs::output::{print_json, print_line};
-use sheetwork_rigs::quantities::{number, stiffness, time};
+use sheetwork_rigs::quantities::{parse_number, stiffness, time};
 
 /// Grabs a material point of a running game's sheet and moves it.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
-pub struct Grab {
+pub struct GrabArguments {
     #[command(flatten)]
-    target: Target,
+    target: GameSelection,
     /// Name of the sheet.
     sheet: String,
     /// Material coordinate along the length, 0 to 1.
-    #[arg(value_parser = number)]
+    #[arg(value_parser = parse_number)]
     u: f64,
     /// Material coordinate along the width, 0 to 1.
-    #[arg(value_parser = number)]
+    #[arg(value_parser = parse_number)]
     v: f64,
     /// Displacement of the hand, m: x,y,z.
     #[arg(long, default_value = "0,0.05,0", value_parser = vector)]
@@ -40,7 +40,7 @@ pub struct Grab {
     #[arg(long, default_value = "100", value_parser = stiffness)]
     stiffness: f64,
     /// Updates of the hand per second, up to 1000.
-    #[arg(long, default_value = "500", value_parser = number)]
+    #[arg(long, default_value = "500", value_parser = parse_number)]
     rate: f64,
     /// Print every force: time_s, force (N), position (m).
     #[arg(long)]
@@ -51,11 +51,11 @@ pub struct Grab {
 }
 
 fn vector(text: &str) -> Result<[f64; 3], String> {
-    let parts: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    let parts: Result<Vec<f64>, String> = text.split(',').map(parse_number).collect();
     parts?.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))
 }
 
-impl Grab {
+impl GrabArguments {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--rate", self.rate, 0.1, 1000.0, "1/s")?;
         check_range("--over", self.over, 0.0, 1e6, "s")?;
@@ -101,7 +101,7 @@ fn size(v: [f64; 3]) -> f64 {
     v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-fn row(felt: &PulledTo) -> String {
+fn row(felt: &GrabForce) -> String {
     let [fx, fy, fz] = felt.force;
     let [x, y, z] = felt.position;
     format!("{:.6},{fx:.6},{fy:.6},{fz:.6},{x:.6},{y:.6},{z:.6}", felt.time)

@@ -1,7 +1,7 @@
 //! Commands of the live link: selection of a game, and its clients.
 
 pub(crate) mod grab;
-pub(crate) mod knobs;
+pub(crate) mod parameters;
 pub(crate) mod record;
 pub(crate) mod serve;
 pub(crate) mod watch;
@@ -9,17 +9,17 @@ pub(crate) mod watch;
 use clap::Args;
 use sheetwork_link::Client;
 use sheetwork_link::LinkError;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 use sheetwork_rigs::quantities::time;
 
-pub use crate::link::grab::Grab;
-pub use crate::link::knobs::{Get, Parameters, Set, Tell};
+pub use crate::link::grab::GrabArguments;
+pub use crate::link::parameters::{GameCommand, Get, Parameters, Set};
 pub use crate::link::record::Record;
 pub use crate::link::serve::Serve;
 pub use crate::link::watch::Watch;
 
 /// Prints to standard error the sheets that an answer lists as unstable.
-fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
+fn print_unstable_sheets(answer: &serde_json::Map<String, serde_json::Value>) {
     let names = answer.get("stopped").and_then(serde_json::Value::as_array);
     for name in names.into_iter().flatten().filter_map(serde_json::Value::as_str) {
         eprintln!(
@@ -30,7 +30,7 @@ fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
 
 /// Selection of a game.
 #[derive(Args)]
-struct Target {
+struct GameSelection {
     /// Name of the link; SHEETWORK_LINK, or "sheetwork", by default.
     #[arg(long, default_value = "")]
     link: String,
@@ -39,7 +39,7 @@ struct Target {
     wait: f64,
 }
 
-impl Target {
+impl GameSelection {
     fn attach(&self) -> Result<Client, LinkError> {
         let patience = std::time::Duration::try_from_secs_f64(self.wait).unwrap_or_default();
         Client::attach_within(&LinkPlace::new(&self.link)?, patience)

@@ -9,30 +9,30 @@ use clap::Args;
 use glam::{Quat, Vec3};
 use serde_json::json;
 use sheetwork::scene::{HeatMode, Scene};
-use sheetwork::world::recording::{Frame, Header, RecordedTemperature, Recorder};
+use sheetwork::world::recording::{RecordedFrame, RecordedTemperature, RecordingHeader, RecordingWriter};
 use sheetwork::{InputError, check_range};
 use sheetwork_link::Topology;
 use sheetwork_link::layout::FrameView;
 
-use crate::link::Target;
+use crate::link::GameSelection;
 use sheetwork_rigs::output::{print_json, print_line};
-use sheetwork_rigs::quantities::{number, time};
+use sheetwork_rigs::quantities::{parse_number, time};
 
 /// Time limit of the wait for a frame.
-const PATIENCE: Duration = Duration::from_secs(5);
+const FIRST_FRAME_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Records a running game.
 #[derive(Args)]
 pub struct Record {
     #[command(flatten)]
-    target: Target,
+    target: GameSelection,
     /// File to write.
     file: PathBuf,
     /// Duration, s of real time.
     #[arg(long, default_value = "10", value_parser = time)]
     seconds: f64,
     /// Frames per simulated second; additional frames are skipped.
-    #[arg(long, default_value = "60", value_parser = number)]
+    #[arg(long, default_value = "60", value_parser = parse_number)]
     rate: f64,
     /// Print JSON and nothing else.
     #[arg(long)]
@@ -50,13 +50,13 @@ impl Record {
         let warm = !Scene::parse(&source).is_ok_and(by_thesis);
         let mut frames = client.frames(false)?;
         let mut topology = client.topology()?;
-        let mut frame = frames.wait(PATIENCE)?;
+        let mut frame = frames.wait(FIRST_FRAME_TIMEOUT)?;
         let epoch = frame.header().epoch;
         let shape = |view: &FrameView| -> Vec<usize> { view.sheets().map(|s| s.positions().len()).collect() };
         let first = frame.view()?;
         let bodies = first.bodies().len();
-        let header = Header { scene, source, frames_per_second: self.rate, masses: shape(&first), bodies };
-        let mut recorder = Recorder::begin(&self.file, &header)?;
+        let header = RecordingHeader { scene, source, frames_per_second: self.rate, masses: shape(&first), bodies };
+        let mut recorder = RecordingWriter::begin(&self.file, &header)?;
         let (start, mut due) = (Instant::now(), f64::NEG_INFINITY);
         let mut ended = "time is up";
         while start.elapsed().as_secs_f64() < self.seconds {
@@ -68,11 +68,11 @@ impl Record {
             }
             // A backward jump of time is a reset; the recording continues.
             if time >= due || time < due - 2.0 / self.rate {
-                topology.wait(view.header(), PATIENCE)?;
+                topology.wait(view.header(), FIRST_FRAME_TIMEOUT)?;
                 recorder.append(&copied(&view, &topology, warm))?;
                 due = (time + 1e-9).max(due.max(time - 0.5 / self.rate)) + 1.0 / self.rate - 1e-6;
             }
-            match frames.wait(PATIENCE) {
+            match frames.wait(FIRST_FRAME_TIMEOUT) {
                 Ok(next) => frame = next,
                 Err(_) => {
                     ended = "the game has gone quiet";
@@ -90,14 +90,14 @@ impl Record {
     }
 }
 
-fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
+fn copied(view: &FrameView, topology: &Topology, warm: bool) -> RecordedFrame {
     let warmth = |celsius: &[f32]| match celsius {
         [_, ..] if warm => RecordedTemperature::Mean(celsius.to_vec()),
         _ => RecordedTemperature::Unknown,
     };
     let whole = |open: &[bool]| !open.contains(&true);
     let meshes = topology.sheets().iter();
-    Frame {
+    RecordedFrame {
         time: view.header().time,
         sheets: view.sheets().map(|s| s.positions().iter().map(|p| Vec3::from(*p)).collect()).collect(),
         bodies: view
@@ -105,7 +105,7 @@ fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
             .iter()
             .map(|[x, y, z, a, b, c, d]| (Vec3::new(*x, *y, *z), Quat::from_xyzw(*a, *b, *c, *d)))
             .collect(),
-        warmth: view.sheets().map(|s| warmth(s.temperature())).collect(),
+        temperatures: view.sheets().map(|s| warmth(s.temperature())).collect(),
         open: meshes.map(|m| if whole(&m.open) { [].into() } else { m.open.as_slice().into() }).collect(),
     }
 }

@@ -9,17 +9,17 @@ use sheetwork::scene::{Scene, library};
 use sheetwork::{InputError, World, check_range};
 use sheetwork_link::Host;
 use sheetwork_link::Link;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 
-use crate::overridden;
+use crate::apply_overrides;
 use sheetwork_rigs::output::print_line;
-use sheetwork_rigs::quantities::{number, time};
+use sheetwork_rigs::quantities::{parse_number, time};
 
 /// Maximum simulated time that one pass catches up, s. After a stop of the process the scene
 /// continues without a leap.
-const MOST_OWED: f64 = 0.1;
+const MAXIMUM_PENDING_TIME: f64 = 0.1;
 /// Interval between polls for commands, with and without a commanding client.
-const LOOK: [Duration; 2] = [Duration::from_micros(250), Duration::from_millis(2)];
+const POLL_INTERVALS: [Duration; 2] = [Duration::from_micros(250), Duration::from_millis(2)];
 
 #[derive(Args)]
 pub struct Serve {
@@ -32,7 +32,7 @@ pub struct Serve {
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
     /// Simulated seconds per real second.
-    #[arg(long, default_value = "1", value_parser = number)]
+    #[arg(long, default_value = "1", value_parser = parse_number)]
     speed: f64,
     /// Start paused.
     #[arg(long)]
@@ -46,15 +46,15 @@ pub struct Serve {
 }
 
 /// A world that runs in real time.
-struct Game {
+struct RealTimeWorld {
     world: World,
     threads: usize,
     playing: bool,
     /// Simulated time due but not yet stepped, s.
-    owed: f64,
+    pending_time: f64,
 }
 
-impl Host for Game {
+impl Host for RealTimeWorld {
     fn world(&self) -> &World {
         &self.world
     }
@@ -68,27 +68,27 @@ impl Host for Game {
     }
 
     fn play(&mut self, playing: bool) -> Result<(), InputError> {
-        (self.playing, self.owed) = (playing, 0.0);
+        (self.playing, self.pending_time) = (playing, 0.0);
         Ok(())
     }
 
     fn load(&mut self, file: &Path) -> Result<(), InputError> {
         let mut world = World::new(&Scene::load(file)?)?;
         world.set_threads(self.threads)?;
-        (self.world, self.owed) = (world, 0.0);
+        (self.world, self.pending_time) = (world, 0.0);
         Ok(())
     }
 }
 
 impl Serve {
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        let scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
+        let scene = apply_overrides(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         check_range("--speed", self.speed, 1e-3, 1e3, "")?;
         check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
         check_range("--seconds", self.seconds.unwrap_or(0.0), 0.0, 1e9, "s")?;
         let mut world = World::new(&scene)?;
         world.set_threads(self.threads)?;
-        let mut game = Game { world, threads: self.threads, playing: !self.paused, owed: 0.0 };
+        let mut game = RealTimeWorld { world, threads: self.threads, playing: !self.paused, pending_time: 0.0 };
         let place = LinkPlace::new(&self.link)?;
         let mut link = Link::new(&place, &game.world)?;
         print_line(&format!("serving {} as \"{}\"; Ctrl-C ends", scene.name, place.name()))?;
@@ -96,24 +96,25 @@ impl Serve {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn run(&self, game: &mut Game, link: &mut Link) {
+    fn run(&self, game: &mut RealTimeWorld, link: &mut Link) {
         let start = Instant::now();
         let mut last = start;
         loop {
             let now = Instant::now();
             if game.playing {
-                game.owed = (game.owed + (now - last).as_secs_f64() * self.speed).min(MOST_OWED.max(game.world.dt()));
+                game.pending_time = (game.pending_time + (now - last).as_secs_f64() * self.speed)
+                    .min(MAXIMUM_PENDING_TIME.max(game.world.dt()));
             }
             last = now;
             link.exchange(game, 0.0);
-            while game.playing && game.owed >= game.world.dt() {
-                game.owed -= game.world.dt();
+            while game.playing && game.pending_time >= game.world.dt() {
+                game.pending_time -= game.world.dt();
                 let step = Instant::now();
                 game.world.step();
                 link.exchange(game, step.elapsed().as_secs_f64());
             }
-            let next = if game.playing { (game.world.dt() - game.owed) / self.speed } else { f64::INFINITY };
-            let look = LOOK[usize::from(!link.is_commanded())];
+            let next = if game.playing { (game.world.dt() - game.pending_time) / self.speed } else { f64::INFINITY };
+            let look = POLL_INTERVALS[usize::from(!link.is_commanded())];
             let pause = Duration::try_from_secs_f64(next).unwrap_or(look).min(look);
             let over = self.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
             if over || !link.sleep(pause) {

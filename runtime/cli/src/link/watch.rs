@@ -13,7 +13,7 @@ use sheetwork_link::Frame;
 use sheetwork_link::LinkError;
 use sheetwork_link::layout::{FrameHeader, FrameView, SheetView};
 
-use crate::link::Target;
+use crate::link::GameSelection;
 use sheetwork_rigs::output::print_line;
 use sheetwork_rigs::quantities::time;
 
@@ -29,7 +29,7 @@ const COLUMNS: &str = "epoch,frame,time_s,step_time_s,sheet,status,contacts,lowe
 #[derive(Args)]
 pub struct Watch {
     #[command(flatten)]
-    target: Target,
+    target: GameSelection,
     /// Show only this sheet.
     #[arg(long)]
     sheet: Option<String>,

@@ -6,11 +6,11 @@ use std::process::Command;
 use serde_json::Value;
 
 /// A folder with a copy of the assets, removed at the end.
-pub struct Place {
+pub struct TestFolder {
     folder: PathBuf,
 }
 
-impl Place {
+impl TestFolder {
     /// A new folder; `name` is unique to the test.
     pub fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("sheetwork-cli-{name}-{}", std::process::id()));
@@ -31,13 +31,13 @@ impl Place {
     }
 
     /// Runs the program in the folder.
-    pub fn run(&self, arguments: &[&str]) -> Ran {
+    pub fn run(&self, arguments: &[&str]) -> ProgramOutput {
         let output = Command::new(env!("CARGO_BIN_EXE_sheetwork"))
             .args(arguments)
             .current_dir(&self.folder)
             .output()
             .expect("the program starts");
-        let ran = Ran {
+        let ran = ProgramOutput {
             status: output.status.code(),
             out: String::from_utf8(output.stdout).expect("UTF-8"),
             err: String::from_utf8(output.stderr).expect("UTF-8"),
@@ -55,7 +55,7 @@ impl Place {
     }
 
     /// Runs the program and requires exit status 2 with a message that contains all `parts`.
-    pub fn refused(&self, arguments: &[&str], parts: &[&str]) {
+    pub fn expect_rejection(&self, arguments: &[&str], parts: &[&str]) {
         let ran = self.run(arguments);
         assert_eq!(ran.status, Some(2), "{arguments:?}: {}{}", ran.out, ran.err);
         assert_eq!(ran.out, "", "{arguments:?}");
@@ -65,20 +65,20 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
 /// Exit status and output of the program.
-pub struct Ran {
+pub struct ProgramOutput {
     pub status: Option<i32>,
     pub out: String,
     pub err: String,
 }
 
-impl Ran {
+impl ProgramOutput {
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {}", self.out))
     }

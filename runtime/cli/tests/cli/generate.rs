@@ -1,6 +1,6 @@
 //! `generate` and `list`.
 
-use super::common::{Place, keys};
+use super::common::{TestFolder, keys};
 
 /// Structure, grid, nodes, springs; those of the thesis first.
 const COUNTS: &[(&str, &str, u64, u64)] = &[
@@ -18,7 +18,7 @@ const COUNTS: &[(&str, &str, u64, u64)] = &[
 
 #[test]
 fn counts_are_those_of_the_thesis() {
-    let place = Place::new("counts");
+    let place = TestFolder::new("counts");
     for (structure, grid, masses, springs) in COUNTS {
         let found = place.json(&["generate", "--structure", structure, "--grid", grid, "--json"]);
         assert_eq!(found["structure"], *structure);
@@ -32,7 +32,7 @@ fn counts_are_those_of_the_thesis() {
 
 #[test]
 fn a_written_sheet_is_read_by_a_scene_with_the_same_counts() {
-    let place = Place::new("written");
+    let place = TestFolder::new("written");
     for (structure, grid, masses, springs) in COUNTS {
         let file = format!("{structure}-{grid}.sht");
         let ran = place.run(&["generate", "--structure", structure, "--grid", grid, "-o", &file]);
@@ -46,8 +46,8 @@ fn a_written_sheet_is_read_by_a_scene_with_the_same_counts() {
 }
 
 #[test]
-fn scenes_of_cards_can_be_read_back() {
-    let place = Place::new("cards");
+fn generated_card_scenes_are_valid() {
+    let place = TestFolder::new("cards");
     for (deck, cards) in [("pack", 52), ("house", 15), ("house-ball", 15)] {
         let file = place.path("cards.ron");
         let ran = place.run(&["generate", "--cards", deck, "-o", "cards.ron"]);
@@ -57,14 +57,14 @@ fn scenes_of_cards_can_be_read_back() {
         let found = place.json(&["generate", "--cards", deck, "--json"]);
         assert_eq!(found["cards"], cards);
     }
-    place.refused(&["generate", "--cards", "poker"], &["poker", "house"]);
-    place.refused(&["generate", "--cards", "pack", "--structure", "samm"], &["--structure"]);
-    place.refused(&["generate"], &["--structure"]);
+    place.expect_rejection(&["generate", "--cards", "poker"], &["poker", "house"]);
+    place.expect_rejection(&["generate", "--cards", "pack", "--structure", "samm"], &["--structure"]);
+    place.expect_rejection(&["generate"], &["--structure"]);
 }
 
 #[test]
-fn a_written_sheet_moves_as_the_generated_one() {
-    let place = Place::new("same");
+fn a_written_sheet_moves_like_the_generated_one() {
+    let place = TestFolder::new("same");
     let flags = ["generate", "--structure", "slamm", "--grid", "7x2x6", "--node-mass", "4e-4", "--output", "leaf.sht"];
     assert_eq!(place.run(&flags).status, Some(0));
     let fields = "node_mass: 4e-4, velocities: [(region: Left, value: (0, 0.1, 0))], probes: {\"tip\": (1, 0.3)}";
@@ -79,7 +79,7 @@ fn a_written_sheet_moves_as_the_generated_one() {
 
 #[test]
 fn sizes_are_taken_from_the_flags() {
-    let place = Place::new("sizes");
+    let place = TestFolder::new("sizes");
     let base = ["generate", "--structure", "samm", "--grid", "5x2x4", "--width", "0.2", "--depth", "0.1", "--json"];
     let found = place.json(&base);
     assert!((found["mass_kg"].as_f64().expect("a number") - 1045.0 * 1e-3 * 0.02).abs() < 1e-9);
@@ -92,10 +92,10 @@ fn sizes_are_taken_from_the_flags() {
 
 #[test]
 fn flags_of_generate_are_checked() {
-    let place = Place::new("generate-flags");
+    let place = TestFolder::new("generate-flags");
     let refused = |flags: &[&str], parts: &[&str]| {
         let all = [&["generate", "--structure", "samm", "--grid", "5x2x4"], flags].concat();
-        place.refused(&all, parts);
+        place.expect_rejection(&all, parts);
     };
     refused(&["--width", "-1"], &["width", "-1 m", "1e-6 to 1000 m"]);
     refused(&["--depth", "0"], &["depth", "0 m"]);
@@ -105,7 +105,7 @@ fn flags_of_generate_are_checked() {
     refused(&["--cross-over"], &["samm has no cross-over"]);
     refused(&["-o", "no/such/folder/x.sht"], &["no/such/folder/x.sht"]);
     let of = |structure: &str, grid: &str, parts: &[&str]| {
-        place.refused(&["generate", "--structure", structure, "--grid", grid], parts);
+        place.expect_rejection(&["generate", "--structure", structure, "--grid", grid], parts);
     };
     of("satin", "5x2x4", &["satin", "samm", "provot3d"]);
     of("samm", "5x4", &["--grid", "5x4", "3 whole numbers"]);
@@ -117,7 +117,7 @@ fn flags_of_generate_are_checked() {
 
 #[test]
 fn lists_have_a_row_for_everything() {
-    let place = Place::new("lists");
+    let place = TestFolder::new("lists");
     let names = |what: &str| -> Vec<String> {
         let rows = place.json(&["list", what, "--json"]);
         let rows = rows.as_array().expect("an array");
@@ -138,15 +138,15 @@ fn lists_have_a_row_for_everything() {
     let engine = &place.json(&["list", "engines", "--json"])[0];
     let fields = ["name", "about", "order", "stability_limit", "evaluations", "adaptive", "implicit"];
     assert_eq!(keys(engine), fields);
-    place.refused(&["list", "cheeses"], &["cheeses", "structures"]);
-    place.refused(&["list", "scenes", "--folder", "nowhere"], &["nowhere"]);
+    place.expect_rejection(&["list", "cheeses"], &["cheeses", "structures"]);
+    place.expect_rejection(&["list", "scenes", "--folder", "nowhere"], &["nowhere"]);
     place.write("assets/scenes/zz.ron", "(dt: 0)");
     assert!(place.run(&["list", "scenes"]).out.contains("not valid"));
 }
 
 #[test]
-fn a_material_is_reported_with_what_its_structure_delivers() {
-    let place = Place::new("material");
+fn a_material_report_has_the_delivered_stiffness() {
+    let place = TestFolder::new("material");
     let found = place.json(&["material", "hips", "--structure", "double-diagonal", "--grid", "21x21", "--json"]);
     let value = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key}"));
     // D = E t³/(12 (1-ν²)) for 2 GPa, 0.5 mm, ν 0.38.
@@ -167,24 +167,24 @@ fn a_material_is_reported_with_what_its_structure_delivers() {
         place.run(&["material", "assets/materials/cotton.ron", "--structure", "trimm"]).out.contains("gravito-bending")
     );
     assert!(place.run(&["material", "card", "--structure", "samm"]).out.contains("no twist stiffness"));
-    place.refused(&["material", "cheese"], &["material", "cheese", "hips"]);
-    place.refused(&["material", "gone.ron"], &["gone.ron", "cannot be opened"]);
-    place.refused(&["material", "hips", "--thickness", "-1"], &["thickness", "1e-7 to 1 m"]);
-    place.refused(&["material", "hips", "--gap", "0", "--structure", "samm"], &["gap", "0 m"]);
-    place.refused(&["material", "hips", "--structure", "provot2d", "--layers", "2"], &["layers", "1 to 1"]);
+    place.expect_rejection(&["material", "cheese"], &["material", "cheese", "hips"]);
+    place.expect_rejection(&["material", "gone.ron"], &["gone.ron", "cannot be opened"]);
+    place.expect_rejection(&["material", "hips", "--thickness", "-1"], &["thickness", "1e-7 to 1 m"]);
+    place.expect_rejection(&["material", "hips", "--gap", "0", "--structure", "samm"], &["gap", "0 m"]);
+    place.expect_rejection(&["material", "hips", "--structure", "provot2d", "--layers", "2"], &["layers", "1 to 1"]);
 }
 
 #[test]
-fn a_scene_takes_its_material_from_a_file() {
-    let place = Place::new("material-file");
+fn a_scene_reads_its_material_from_a_file() {
+    let place = TestFolder::new("material-file");
     place.write("soft.ron", "(\n  young: 200,\n  density: 2090,\n)");
     let scene = "(dt: 0.001, duration: 0.002, sheets: [(name: \"leaf\", structure: \"samm\", material: \"soft.ron\")])";
     let report = place.json(&["run", place.write("scene.ron", scene), "--json"]);
     assert_eq!(report["status"], "ok");
     place.write("soft.ron", "(\n  young: 200,\n  density: -1,\n)");
-    place.refused(&["run", "scene.ron"], &["soft.ron:3: density: -1 kg/m³", "0.001 to 1e6"]);
+    place.expect_rejection(&["run", "scene.ron"], &["soft.ron:3: density: -1 kg/m³", "0.001 to 1e6"]);
     place.write("soft.ron", "(\n  yung: 200,\n)");
-    place.refused(&["run", "scene.ron"], &["soft.ron:2:", "yung"]);
+    place.expect_rejection(&["run", "scene.ron"], &["soft.ron:2:", "yung"]);
     let opened = place.run(&["run", "scene.ron", "--set", "sheets.leaf.material.young=300"]);
     assert_eq!(opened.status, Some(2));
     place.write("soft.ron", "(young: 200)");

@@ -5,18 +5,18 @@ use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
 
-use super::common::{Place, Ran, keys};
+use super::common::{ProgramOutput, TestFolder, keys};
 
 /// A folder with a running game, which ends with the test.
-struct Served {
-    place: Place,
+struct ServedGame {
+    place: TestFolder,
     root: PathBuf,
     game: Child,
 }
 
-impl Served {
+impl ServedGame {
     fn new(name: &str, arguments: &[&str]) -> Self {
-        let place = Place::new(name);
+        let place = TestFolder::new(name);
         let root = place.path("link");
         let mut command = Command::new(env!("CARGO_BIN_EXE_sheetwork"));
         command.arg("serve").args(arguments).current_dir(place.path("")).env("SHEETWORK_LINK_ROOT", &root);
@@ -24,7 +24,7 @@ impl Served {
         Self { place, root, game }
     }
 
-    fn run(&self, arguments: &[&str]) -> Ran {
+    fn run(&self, arguments: &[&str]) -> ProgramOutput {
         let output = Command::new(env!("CARGO_BIN_EXE_sheetwork"))
             .args(arguments)
             .current_dir(self.place.path(""))
@@ -32,7 +32,7 @@ impl Served {
             .output()
             .expect("the program starts");
         let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
-        Ran { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+        ProgramOutput { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
     }
 
     fn json(&self, arguments: &[&str]) -> Value {
@@ -42,7 +42,7 @@ impl Served {
     }
 }
 
-impl Drop for Served {
+impl Drop for ServedGame {
     fn drop(&mut self) {
         let _ = self.game.kill();
         let _ = self.game.wait();
@@ -52,8 +52,8 @@ impl Drop for Served {
 }
 
 #[test]
-fn a_served_scene_is_watched_set_told_recorded_and_pulled() {
-    let served = Served::new("link", &["assets/scenes/cantilever_sheet.ron", "--paused"]);
+fn a_served_scene_can_be_watched_set_commanded_recorded_and_grabbed() {
+    let served = ServedGame::new("link", &["assets/scenes/cantilever_sheet.ron", "--paused"]);
     let status = served.json(&["tell", "--wait", "60", "status"]);
     assert_eq!((status["scene"].as_str(), status["playing"].as_bool()), (Some("cantilever"), Some(false)));
     let young = "sheets.sheet.material.young";
@@ -96,8 +96,8 @@ fn a_served_scene_is_watched_set_told_recorded_and_pulled() {
 }
 
 #[test]
-fn what_is_heated_is_switched_watched_and_recorded_with_its_temperatures() {
-    let served = Served::new("warm-link", &["assets/scenes/melting_hole.ron", "--paused"]);
+fn a_heated_scene_is_switched_watched_and_recorded_with_temperatures() {
+    let served = ServedGame::new("warm-link", &["assets/scenes/melting_hole.ron", "--paused"]);
     served.json(&["tell", "--wait", "60", "status"]);
     let switch = "heaters.panel.on";
     assert_eq!(served.json(&["get", switch, "--json"])["value"], true);
@@ -120,13 +120,13 @@ fn what_is_heated_is_switched_watched_and_recorded_with_its_temperatures() {
     let (header, frames) = sheetwork::world::recording::read(&served.place.path("w.swr")).expect("a recording");
     let last = frames.last().expect("frames");
     assert!(
-        matches!(last.warmth_of(0), sheetwork::world::recording::RecordedTemperature::Mean(t) if t.len() == header.masses[0])
+        matches!(last.temperatures_of(0), sheetwork::world::recording::RecordedTemperature::Mean(t) if t.len() == header.masses[0])
     );
 }
 
 #[test]
-fn a_short_soak_says_what_is_held() {
-    let ran = Place::new("soak").run(&["bench", "soak", "--frames", "300", "--json"]);
+fn a_short_soak_reports_its_resources() {
+    let ran = TestFolder::new("soak").run(&["bench", "soak", "--frames", "300", "--json"]);
     let result = ran.json();
     let wanted =
         ["frames", "seconds", "written", "bytes", "dropped", "commands", "kills", "before", "warm", "after", "grown"];
@@ -140,8 +140,8 @@ fn a_short_soak_says_what_is_held() {
 }
 
 #[test]
-fn a_sheet_that_went_unstable_is_told_of_beside_the_answer() {
-    let served = Served::new("unstable-link", &["assets/scenes/cantilever_sheet.ron", "--paused"]);
+fn an_unstable_sheet_is_reported_beside_the_answer() {
+    let served = ServedGame::new("unstable-link", &["assets/scenes/cantilever_sheet.ron", "--paused"]);
     served.json(&["tell", "--wait", "60", "status"]);
     assert_eq!(served.run(&["set", "engine", "euler"]).err, "");
     assert_eq!(served.json(&["tell", "step", "100"])["stopped"], serde_json::json!(["sheet"]));
@@ -154,8 +154,8 @@ fn a_sheet_that_went_unstable_is_told_of_beside_the_answer() {
 }
 
 #[test]
-fn without_a_game_there_is_an_error_and_bad_names_are_refused() {
-    let place = Place::new("no-link");
+fn a_missing_game_is_an_error_and_invalid_names_are_rejected() {
+    let place = TestFolder::new("no-link");
     let root = place.path("none");
     let run = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sheetwork"));

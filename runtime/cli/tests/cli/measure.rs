@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::common::{Place, keys};
+use super::common::{TestFolder, keys};
 
 /// Keys common to all rigs.
 const COMMON: [&str; 11] = [
@@ -22,7 +22,7 @@ const COMMON: [&str; 11] = [
 /// Flags that make a rig fast.
 const FAST: [&str; 5] = ["--json", "--young", "1e5", "--grid", "5x5"];
 
-fn measure(place: &Place, case: &str, flags: &[&str]) -> Value {
+fn measure(place: &TestFolder, case: &str, flags: &[&str]) -> Value {
     place.json(&[&["measure", case], &FAST[..], flags].concat())
 }
 
@@ -31,8 +31,8 @@ fn number(found: &Value, key: &str) -> f64 {
 }
 
 #[test]
-fn every_case_has_the_keys_of_the_contract() {
-    let place = Place::new("measure-keys");
+fn every_rig_has_the_keys_of_the_contract() {
+    let place = TestFolder::new("measure-keys");
     let own: [(&str, &[&str]); 13] = [
         ("fold", &["angle_deg", "predicted_deg", "folded_deg", "springback_deg"]),
         ("creep", &["compliance", "expected_compliance", "compliance_error", "deflection_m", "temperature_c"]),
@@ -76,8 +76,8 @@ fn every_case_has_the_keys_of_the_contract() {
 }
 
 #[test]
-fn cases_find_what_is_known() {
-    let place = Place::new("measure-numbers");
+fn rigs_reproduce_known_results() {
+    let place = TestFolder::new("measure-numbers");
     let slides = measure(&place, "incline", &["--angle", "30", "--friction", "0.3"]);
     let expected = 9.81 * (30_f64.to_radians().sin() - 0.3 * 30_f64.to_radians().cos());
     assert_eq!(slides["slid"], true);
@@ -98,8 +98,8 @@ fn cases_find_what_is_known() {
 }
 
 #[test]
-fn orders_and_limits_are_those_of_the_list() {
-    let place = Place::new("measure-oscillator");
+fn measured_orders_and_limits_equal_the_table_of_integrators() {
+    let place = TestFolder::new("measure-oscillator");
     let rows = place.json(&["list", "engines", "--json"]);
     for row in rows.as_array().expect("rows") {
         let name = row["name"].as_str().expect("a name");
@@ -118,7 +118,7 @@ fn orders_and_limits_are_those_of_the_list() {
 
 #[test]
 fn flags_choose_the_sheet() {
-    let place = Place::new("measure-sheet");
+    let place = TestFolder::new("measure-sheet");
     let found = measure(&place, "free-fall", &["--structure", "provot2d", "--length", "0.1", "--width", "0.2"]);
     assert_eq!((found["structure"].as_str(), found["layers"].as_u64()), (Some("provot2d"), Some(1)));
     assert_eq!((number(&found, "length_m"), number(&found, "width_m")), (0.1, 0.2));
@@ -129,7 +129,7 @@ fn flags_choose_the_sheet() {
 
 #[test]
 fn an_unstable_measurement_has_status_1() {
-    let place = Place::new("measure-unstable");
+    let place = TestFolder::new("measure-unstable");
     let flags = "measure bounce --structure trimm --engine verlet --grid 5x5 --dt 0.01 --json";
     let flags: Vec<&str> = flags.split(' ').collect();
     let ran = place.run(&flags);
@@ -139,8 +139,8 @@ fn an_unstable_measurement_has_status_1() {
 
 #[test]
 fn flags_of_measure_are_checked() {
-    let place = Place::new("measure-flags");
-    let refused = |flags: &[&str], parts: &[&str]| place.refused(&[&["measure"], flags].concat(), parts);
+    let place = TestFolder::new("measure-flags");
+    let refused = |flags: &[&str], parts: &[&str]| place.expect_rejection(&[&["measure"], flags].concat(), parts);
     refused(&["jump"], &["jump", "bounce"]);
     refused(&["bounce", "--height", "-1"], &["height: -1 m is outside 0.001 to 1000 m"]);
     refused(&["bounce", "--restitution", "1.5"], &["restitution: 1.5 is outside 0 to 1"]);

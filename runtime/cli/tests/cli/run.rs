@@ -4,13 +4,13 @@ use serde_json::Value;
 use sheetwork::scene::Scene;
 use sheetwork::world::recording;
 
-use super::common::{Place, keys};
+use super::common::{TestFolder, keys};
 
 const WEDGE: &str = "assets/scenes/wedge.ron";
 
 #[test]
 fn the_report_has_the_keys_of_the_contract() {
-    let place = Place::new("keys");
+    let place = TestFolder::new("keys");
     let report = place.json(&["run", WEDGE, "--seconds", "0.4", "--json"]);
     let top = ["scene", "engine", "dt_s", "simulated_s", "cpu_s", "steps", "status", "sheets", "bodies", "events"];
     assert_eq!(keys(&report), top);
@@ -40,7 +40,7 @@ fn the_report_has_the_keys_of_the_contract() {
 
 #[test]
 fn without_json_a_table_is_printed() {
-    let place = Place::new("table");
+    let place = TestFolder::new("table");
     let ran = place.run(&["run", WEDGE, "--seconds", "0.4"]);
     assert_eq!((ran.status, ran.err.as_str()), (Some(0), ""));
     for part in ["wedge", "euler-richardson", "221 masses, 881 springs", "first_contact", "energy"] {
@@ -49,8 +49,8 @@ fn without_json_a_table_is_printed() {
 }
 
 #[test]
-fn flags_take_the_place_of_fields() {
-    let place = Place::new("flags");
+fn flags_override_fields() {
+    let place = TestFolder::new("flags");
     let flags = ["run", WEDGE, "--json", "--seconds", "0.1", "--dt", "1/200", "--engine", "rk4", "--no-sleep"];
     let report = place.json(&flags);
     assert_eq!(report["engine"], "rk4");
@@ -71,8 +71,8 @@ fn flags_take_the_place_of_fields() {
 }
 
 #[test]
-fn an_override_changes_what_happens() {
-    let place = Place::new("override");
+fn an_override_changes_the_result() {
+    let place = TestFolder::new("override");
     let low = |young: &str| {
         let set = format!("sheets.sheet.material.young={young}");
         let report = place.json(&["run", WEDGE, "--json", "--seconds", "0.5", "--set", &set]);
@@ -84,8 +84,8 @@ fn an_override_changes_what_happens() {
 }
 
 #[test]
-fn the_result_does_not_depend_on_threads() {
-    let place = Place::new("threads");
+fn the_result_is_independent_of_threads() {
+    let place = TestFolder::new("threads");
     let sheet =
         |i: i32| format!("(node_mass: 4e-4, placement: (position: ({}, 0.00{}, 0.03)))", 0.4 * f64::from(i - 3), 2 + i);
     let sheets: Vec<String> = (1..6).map(sheet).collect();
@@ -102,12 +102,12 @@ fn the_result_does_not_depend_on_threads() {
     let alone = run("1");
     assert_eq!(alone["sheets"].as_array().map(Vec::len), Some(5));
     assert_eq!(alone, run("3"));
-    place.refused(&["run", file, "--threads", "0"], &["threads", "0", "1 to 1024"]);
+    place.expect_rejection(&["run", file, "--threads", "0"], &["threads", "0", "1 to 1024"]);
 }
 
 #[test]
 fn reports_and_recordings_are_written() {
-    let place = Place::new("files");
+    let place = TestFolder::new("files");
     let flags = ["run", WEDGE, "--json", "--seconds", "0.3", "--report", "r.json", "--record", "r.swr"];
     let printed = place.json(&flags);
     let text = std::fs::read_to_string(place.path("r.json")).expect("a report");
@@ -120,13 +120,13 @@ fn reports_and_recordings_are_written() {
     assert!((last.time - 0.3).abs() < 1e-9);
     let corner = printed["sheets"][0]["probes"]["corner"][1].as_f64().expect("a number");
     assert!((f64::from(last.sheets[0][0].y) - corner).abs() < 1e-7);
-    place.refused(&["run", WEDGE, "--seconds", "0", "--record", "no/folder/r.swr"], &["no/folder/r.swr"]);
-    place.refused(&["run", WEDGE, "--seconds", "0", "--report", "no/folder/r.json"], &["no/folder/r.json"]);
+    place.expect_rejection(&["run", WEDGE, "--seconds", "0", "--record", "no/folder/r.swr"], &["no/folder/r.swr"]);
+    place.expect_rejection(&["run", WEDGE, "--seconds", "0", "--report", "no/folder/r.json"], &["no/folder/r.json"]);
 }
 
 #[test]
-fn values_have_units_where_they_are_typed() {
-    let place = Place::new("units");
+fn flag_values_accept_units() {
+    let place = TestFolder::new("units");
     let run = |flags: &[&str]| {
         let mut report = place.json(&[&["run", "wedge", "--json"], flags].concat());
         report["cpu_s"] = Value::Null;
@@ -138,18 +138,21 @@ fn values_have_units_where_they_are_typed() {
     assert!((plain["sheets"][0]["max_speed_m_s"].as_f64()).is_some_and(|v| v > 0.1), "it falls");
     let speed = |r: &Value| r["sheets"][0]["max_speed_m_s"].as_f64().expect("a number");
     assert!((speed(&units) / speed(&plain) - 1.0).abs() < 1e-3, "{} {}", speed(&units), speed(&plain));
-    place.refused(&["run", "wedge", "--dt", "3 mm"], &["--dt", "mm is a unit of length", "ms"]);
+    place.expect_rejection(&["run", "wedge", "--dt", "3 mm"], &["--dt", "mm is a unit of length", "ms"]);
     let thick = "sheets.0.material.thickness=2 MPa";
-    place.refused(&["run", "wedge", "--set", thick], &["thickness", "MPa is a unit of pressure", "mm"]);
-    place.refused(&["run", "wedge", "--seconds", "1", "--at", "2:dt=1e-3"], &["--at", "2 s", "0 to 1 s"]);
-    place.refused(&["run", "assets/sheets/slamm_5x2x5.sht"], &["slamm_5x2x5.sht", "no scene", "sheets: [(file"]);
+    place.expect_rejection(&["run", "wedge", "--set", thick], &["thickness", "MPa is a unit of pressure", "mm"]);
+    place.expect_rejection(&["run", "wedge", "--seconds", "1", "--at", "2:dt=1e-3"], &["--at", "2 s", "0 to 1 s"]);
+    place.expect_rejection(
+        &["run", "assets/sheets/slamm_5x2x5.sht"],
+        &["slamm_5x2x5.sht", "no scene", "sheets: [(file"],
+    );
     let young = place.json(&["material", "hips", "--length", "30 cm", "--young", "2.1 GPa", "--json"]);
     assert_eq!(young, place.json(&["material", "hips", "--length", "0.3", "--young", "2.1e9", "--json"]));
 }
 
 #[test]
 fn an_unstable_sheet_is_reported_with_status_1() {
-    let place = Place::new("unstable");
+    let place = TestFolder::new("unstable");
     let flags =
         ["run", WEDGE, "--json", "--seconds", "1", "--set", "sheets.sheet.material.young=2e9", "--record", "u.swr"];
     let ran = place.run(&flags);
@@ -165,7 +168,7 @@ fn an_unstable_sheet_is_reported_with_status_1() {
 
 #[test]
 fn every_command_of_the_assets_readme_runs() {
-    let place = Place::new("readme");
+    let place = TestFolder::new("readme");
     let readme = std::fs::read_to_string(place.path("assets/README.md")).expect("readable");
     let blocks = readme.split("```sh\n").skip(1).filter_map(|b| b.split("```").next());
     let mut count = 0;

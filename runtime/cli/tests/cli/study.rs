@@ -1,6 +1,6 @@
 //! Statistics of the thesis's answers equal its printed tables.
 
-use super::common::Place;
+use super::common::TestFolder;
 
 /// Printed values of the thesis: test, sheet, statistic, then one value per question.
 const PRINTED: &str = include_str!("study_printed.csv");
@@ -8,8 +8,8 @@ const PRINTED: &str = include_str!("study_printed.csv");
 const THESIS: &str = "assets/study/thesis.csv";
 
 #[test]
-fn the_thesis_s_answers_come_to_what_it_prints() {
-    let place = Place::new("study");
+fn statistics_of_the_thesis_answers_equal_its_tables() {
+    let place = TestFolder::new("study");
     let found = place.json(&["study", "--json"]);
     assert_eq!((found["subjects"].as_u64(), found["against"].as_str()), (Some(10), Some("provot2d")));
     let mut lines = PRINTED.lines();
@@ -42,14 +42,14 @@ fn the_thesis_s_answers_come_to_what_it_prints() {
 }
 
 #[test]
-fn tables_are_for_people_and_mistakes_are_named() {
-    let place = Place::new("study-tables");
+fn tables_are_readable_and_errors_are_located() {
+    let place = TestFolder::new("study-tables");
     let ran = place.run(&["study", THESIS, "--against", "slamm"]);
     assert_eq!(ran.status, Some(0));
     assert!(ran.out.contains("6.80 ± 1.17 (6.5)") && ran.out.contains("10 subjects"), "{}", ran.out);
-    place.refused(&["study", THESIS, THESIS], &["thesis.csv", "001 is in two of the tables"]);
-    place.refused(&["study", "no/such.csv"], &["no/such.csv"]);
+    place.expect_rejection(&["study", THESIS, THESIS], &["thesis.csv", "001 is in two of the tables"]);
+    place.expect_rejection(&["study", "no/such.csv"], &["no/such.csv"]);
     let bad =
         place.write("bad.csv", "subject,test,sheet,A1,A2,A3,A4,A5,B1,B2,B3,C1,C2\na,cube,silk,1,1,1,1,1,1,1,1,,\n");
-    place.refused(&["study", bad], &["bad.csv:2", "sheet", "silk"]);
+    place.expect_rejection(&["study", bad], &["bad.csv:2", "sheet", "silk"]);
 }

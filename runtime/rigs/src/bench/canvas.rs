@@ -22,11 +22,11 @@ const FINE: u32 = 8;
 pub const INK: RGBColor = RGBColor(36, 41, 47);
 
 /// Result of a drawing call.
-pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub type DrawResult<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// Horizontal anchor of a text; vertically it is centred.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Anchor {
+pub enum TextAnchor {
     Left,
     Centre,
     Right,
@@ -35,7 +35,7 @@ pub enum Anchor {
 }
 
 /// A drawing for any surface.
-pub trait Picture {
+pub trait Drawing {
     /// Width and height, units.
     fn size(&self) -> (u32, u32);
 
@@ -43,14 +43,14 @@ pub trait Picture {
     ///
     /// # Errors
     /// Errors of the surface.
-    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B>;
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> DrawResult<B>;
 }
 
 /// Writes a picture as SVG.
 ///
 /// # Errors
 /// Failure to write.
-pub fn svg(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
+pub fn svg(path: &Path, picture: &impl Drawing) -> Result<(), InputError> {
     prepare_font()?;
     let (width, height) = picture.size();
     // The backend has integer coordinates only. A finer grid than the shown one keeps discs round.
@@ -67,7 +67,7 @@ pub fn svg(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
 ///
 /// # Errors
 /// Failure to write.
-pub fn png(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
+pub fn png(path: &Path, picture: &impl Drawing) -> Result<(), InputError> {
     prepare_font()?;
     let (width, height) = picture.size();
     let (width, height) = (SCALE * width, SCALE * height);
@@ -104,13 +104,13 @@ impl<B: DrawingBackend> Canvas<B> {
     }
 
     /// A line through points, `width` units wide.
-    pub fn line(&self, points: &[(f64, f64)], colour: RGBColor, width: f64) -> Drawn<B> {
+    pub fn line(&self, points: &[(f64, f64)], colour: RGBColor, width: f64) -> DrawResult<B> {
         let points: Vec<_> = points.iter().map(|&p| self.at(p)).collect();
         self.area.draw(&PathElement::new(points, self.pen(colour, width)))
     }
 
     /// A dashed line.
-    pub fn dashes(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> Drawn<B> {
+    pub fn dashes(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> DrawResult<B> {
         let count = ((b.0 - a.0).hypot(b.1 - a.1) / 8.0).ceil().max(1.0);
         let along = |k: f64| (a.0 + (b.0 - a.0) * k / count, a.1 + (b.1 - a.1) * k / count);
         for dash in 0..count as u32 {
@@ -121,25 +121,25 @@ impl<B: DrawingBackend> Canvas<B> {
     }
 
     /// A filled rectangle.
-    pub fn fill(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> Drawn<B> {
+    pub fn fill(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> DrawResult<B> {
         self.area.draw(&Rectangle::new([self.at(a), self.at(b)], colour.filled()))
     }
 
     /// A filled polygon.
-    pub fn polygon(&self, corners: &[(f64, f64)], colour: RGBColor) -> Drawn<B> {
+    pub fn polygon(&self, corners: &[(f64, f64)], colour: RGBColor) -> DrawResult<B> {
         let corners: Vec<_> = corners.iter().map(|&p| self.at(p)).collect();
         self.area.draw(&Polygon::new(corners, colour.filled()))
     }
 
     /// A text of `size` units at a point.
-    pub fn text(&self, text: &str, at: (f64, f64), size: f64, anchor: Anchor, colour: RGBColor) -> Drawn<B> {
+    pub fn text(&self, text: &str, at: (f64, f64), size: f64, anchor: TextAnchor, colour: RGBColor) -> DrawResult<B> {
         let horizontal = match anchor {
-            Anchor::Left => HPos::Left,
-            Anchor::Centre | Anchor::Upwards => HPos::Center,
-            Anchor::Right => HPos::Right,
+            TextAnchor::Left => HPos::Left,
+            TextAnchor::Centre | TextAnchor::Upwards => HPos::Center,
+            TextAnchor::Right => HPos::Right,
         };
         let mut font = (FONT, size * self.scale).into_font();
-        if anchor == Anchor::Upwards {
+        if anchor == TextAnchor::Upwards {
             font = font.transform(FontTransform::Rotate270);
         }
         let style = TextStyle::from(font).color(&colour).pos(Pos::new(horizontal, VPos::Center));

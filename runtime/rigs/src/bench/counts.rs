@@ -13,34 +13,34 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
-use sheetwork::linear::Path;
+use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::profiler::{Phase, Watch};
-use sheetwork::scene::EngineKind;
+use sheetwork::profiler::{Phase, StepObserver};
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
 };
 use sheetwork::{InputError, World};
 use sheetwork_link::Link;
-use sheetwork_link::place::LinkPlace;
+use sheetwork_link::link_place::LinkPlace;
 
 use crate::bench::hot_box::hot_box;
-use crate::bench::link::Game;
+use crate::bench::link::BenchedGame;
 use crate::output::{print_json, print_line};
 
 /// Steps of the shorter run, and additional steps of the longer run.
-const FIRST: u32 = 4;
-const MORE: u32 = 16;
+const SHORT_RUN_STEPS: u32 = 4;
+const EXTRA_STEPS: u32 = 16;
 /// Additional steps of a sleeping world, whose steps take so few instructions that the difference
 /// in set-up between two runs (up to 5000) would matter.
-const MORE_ASLEEP: u32 = 1600;
+const EXTRA_STEPS_ASLEEP: u32 = 1600;
 /// Build profile.
 const BUILD: &str = if cfg!(debug_assertions) { "dev" } else { "release" };
 /// Relative tolerance of a check.
-const MARGIN: f64 = 0.01;
+const RELATIVE_TOLERANCE: f64 = 0.01;
 /// Absolute tolerance of a check, instructions, for cases in which a single call exceeds the
 /// relative tolerance.
-const FEW: f64 = 100.0;
+const ABSOLUTE_TOLERANCE: f64 = 100.0;
 
 #[derive(Args)]
 pub struct Counts {
@@ -61,25 +61,25 @@ pub struct Counts {
 }
 
 /// A case: a scene, and an action on its world before each step.
-struct Case {
+struct CountCase {
     name: &'static str,
     about: &'static str,
     scene: fn() -> Scene,
     sleep: bool,
-    each: fn(&mut Rig),
+    each: fn(&mut CountRig),
 }
 
 /// State of a case.
-struct Rig {
-    game: Game,
+struct CountRig {
+    game: BenchedGame,
     bytes: Vec<u8>,
     link: Option<Link>,
 }
 
-fn nothing(_: &mut Rig) {}
+fn nothing(_: &mut CountRig) {}
 
 /// Exchange with a link without readers; no action where the link cannot be served.
-fn exchange(rig: &mut Rig) {
+fn exchange(rig: &mut CountRig) {
     if rig.link.is_none() {
         let name = format!("counts-{}", std::process::id());
         let place = LinkPlace::new(&name).ok();
@@ -90,11 +90,11 @@ fn exchange(rig: &mut Rig) {
     }
 }
 
-const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> Case {
-    Case { name, about, scene, sleep: false, each: nothing }
+const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> CountCase {
+    CountCase { name, about, scene, sleep: false, each: nothing }
 }
 
-const CASES: &[Case] = &[
+const CASES: &[CountCase] = &[
     case("plain", "a clamped shell of 21x21 masses falls: no feature", plain),
     case("plastic_unused", "it may yield, and does not", || with(|s| s.plastic = true)),
     case("tearing_unused", "it may tear, and does not", || with(|s| s.tearing = true)),
@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
         scene.bodies.push(BodySpec::new(Shape::HalfSpace));
         scene
     }),
-    Case {
+    CountCase {
         name: "asleep",
         about: "it has been put to sleep on a floor",
         scene: || {
@@ -141,34 +141,34 @@ const CASES: &[Case] = &[
         scene.sheets[0].when_unstable = WhenUnstable::ReduceStep { parts: 64 };
         scene
     }),
-    Case {
+    CountCase {
         name: "snapshots",
         about: "a snapshot every step",
         scene: plain,
         sleep: false,
-        each: |rig| rig.game.0.save_into(&mut rig.bytes),
+        each: |rig| rig.game.0.serialise_into(&mut rig.bytes),
     },
-    Case { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
-    Case {
+    CountCase { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
+    CountCase {
         name: "watched",
         about: "buckling is looked for",
         scene: plain,
         sleep: false,
-        each: |rig| rig.game.0.watch_buckling(true),
+        each: |rig| rig.game.0.set_buckling_detection(true),
     },
-    Case {
+    CountCase {
         name: "phases",
         about: "somebody is told which part of a step is under way",
         scene: plain,
         sleep: false,
-        each: |rig| rig.game.0.set_watch(Some(Arc::new(Nobody))),
+        each: |rig| rig.game.0.set_profiler(Some(Arc::new(NullObserver))),
     },
 ];
 
 /// A step observer without effect.
-struct Nobody;
+struct NullObserver;
 
-impl Watch for Nobody {
+impl StepObserver for NullObserver {
     fn begin(&self, _: Phase) {}
 
     fn end(&self, _: Phase) {}
@@ -182,7 +182,7 @@ fn springs() -> Scene {
         pins: vec![PinSpec::clamped(Region::Left)],
         ..SheetSpec::default()
     };
-    Scene { engine: EngineKind::Rk4, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
+    Scene { engine: IntegratorKind::Rk4, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
 }
 
 fn plain() -> Scene {
@@ -195,7 +195,7 @@ fn plain() -> Scene {
         pins: vec![PinSpec::clamped(Region::Left)],
         ..SheetSpec::default()
     };
-    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+    Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
 }
 
 fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {
@@ -215,7 +215,7 @@ impl Counts {
             let names: Vec<&str> = CASES.iter().map(|c| c.name).collect();
             return Err(InputError::new("cases", format!("{name} is none of {}", names.join(", "))));
         }
-        let chosen: Vec<&Case> =
+        let chosen: Vec<&CountCase> =
             CASES.iter().filter(|c| self.cases.is_empty() || self.cases.iter().any(|n| n == c.name)).collect();
         if let Some(steps) = self.steps {
             return chosen.into_iter().try_for_each(|c| run(c, steps)).map(|()| ExitCode::SUCCESS);
@@ -228,9 +228,9 @@ impl Counts {
         let mut kernels = String::new();
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
         for case in &chosen {
-            let (less, with) = counted(case.name, FIRST)?;
-            let more = if case.sleep { MORE_ASLEEP } else { MORE };
-            let count = (counted(case.name, FIRST + more)?.0 - less) / f64::from(more);
+            let (less, with) = count_instructions(case.name, SHORT_RUN_STEPS)?;
+            let more = if case.sleep { EXTRA_STEPS_ASLEEP } else { EXTRA_STEPS };
+            let count = (count_instructions(case.name, SHORT_RUN_STEPS + more)?.0 - less) / f64::from(more);
             kernels = with;
             found.insert(case.name.to_owned(), json!(count));
             if !self.json {
@@ -246,7 +246,7 @@ impl Counts {
             bar.inc(1);
         }
         bar.finish_and_clear();
-        let missed = self.held(&found, &kernels)?;
+        let missed = self.check_counts(&found, &kernels)?;
         if self.json {
             print_json(
                 &json!({ "build": BUILD, "kernels": kernels, "instructions_per_step": found, "missed": missed }),
@@ -259,7 +259,7 @@ impl Counts {
 
     /// Deviations from the reference file. Counts depend on compiler, profile and vector
     /// instructions.
-    fn held(&self, found: &Map<String, Value>, kernels: &str) -> Result<Vec<String>, InputError> {
+    fn check_counts(&self, found: &Map<String, Value>, kernels: &str) -> Result<Vec<String>, InputError> {
         let Some(file) = &self.check else { return Ok(Vec::new()) };
         let compiler = compiler();
         if self.renew {
@@ -283,7 +283,7 @@ impl Counts {
         let off = found.iter().filter_map(|(name, count)| {
             let (count, wanted) = (count.as_f64()?, wanted["instructions_per_step"][name].as_f64()?);
             let change = count / wanted - 1.0;
-            (change.abs() > MARGIN && (count - wanted).abs() > FEW)
+            (change.abs() > RELATIVE_TOLERANCE && (count - wanted).abs() > ABSOLUTE_TOLERANCE)
                 .then(|| format!("{name}: {count:.0}, {:+.2} % off {wanted:.0}", 100.0 * change))
         });
         Ok(off.collect())
@@ -296,15 +296,15 @@ fn compiler() -> String {
     output.map_or_else(|_| "no compiler".to_owned(), |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
 }
 
-fn run(case: &Case, steps: u32) -> Result<(), InputError> {
-    print_line(&format!("{:?}", Path::best()).to_lowercase())?;
+fn run(case: &CountCase, steps: u32) -> Result<(), InputError> {
+    print_line(&format!("{:?}", InstructionSet::best()).to_lowercase())?;
     let mut world = World::new(&(case.scene)())?;
     world.set_sleep(case.sleep);
     if case.sleep {
         // Equal in both runs; counting starts after these steps.
         (0..60).for_each(|_| world.step());
     }
-    let mut rig = Rig { game: Game(world), bytes: Vec::new(), link: None };
+    let mut rig = CountRig { game: BenchedGame(world), bytes: Vec::new(), link: None };
     for _ in 0..steps {
         (case.each)(&mut rig);
         rig.game.0.step();
@@ -315,7 +315,7 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
 /// Instructions of a run of `steps` steps, and its vector instruction set. Only the stepping thread
 /// counts: the housekeeping thread of a link follows the clock, and under callgrind a step takes
 /// long.
-fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
+fn count_instructions(name: &str, steps: u32) -> Result<(f64, String), InputError> {
     let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
     let folder = std::env::temp_dir().join(format!("sheetwork-counts-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|e| InputError::io(&folder, &e))?;

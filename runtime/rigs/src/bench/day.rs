@@ -19,13 +19,13 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::memory;
 use crate::output::{print_json, print_line};
-use crate::quantities::number;
+use crate::quantities::parse_number;
 
 /// Time between kicks (s) and largest velocity component of a kick (m/s).
 const KICK_EVERY: u64 = 10;
@@ -45,11 +45,11 @@ const LENGTH: f64 = 0.1;
 #[derive(Args)]
 pub struct Day {
     /// Simulated time, h; 0.2 to 1e4.
-    #[arg(long, default_value = "24", value_parser = number)]
+    #[arg(long, default_value = "24", value_parser = parse_number)]
     hours: f64,
     /// Time integrator.
     #[arg(long, default_value = "tr-bdf2")]
-    engine: EngineKind,
+    engine: IntegratorKind,
     /// Nodes along the strip, 3 to 1000; half as many across it.
     #[arg(long, default_value_t = 9)]
     masses: u32,
@@ -60,7 +60,7 @@ pub struct Day {
 
 /// Statistics over a part of the time.
 #[derive(Clone, Copy)]
-struct Seen {
+struct DayStatistics {
     /// Largest mechanical energy above that of the first equilibrium, J.
     most: f64,
     /// Energy of the largest kick, J, and largest energy rise between two kicks, J.
@@ -74,7 +74,7 @@ struct Seen {
     memory: u64,
 }
 
-impl Seen {
+impl DayStatistics {
     const NOTHING: Self =
         Self { most: 0.0, kick: 0.0, rise: 0.0, tip: (f64::INFINITY, f64::NEG_INFINITY), warmest: -273.15, memory: 0 };
 
@@ -93,14 +93,14 @@ impl Day {
         let start = Instant::now();
         let mut world = World::new(&self.scene())?;
         world.set_sleep(false);
-        world.settle(1e-9);
+        world.find_equilibrium(1e-9);
         let rest = world.energy().total;
         let parts = if self.hours < 10.0 { (self.hours * 3600.0 / CYCLE as f64) as u64 } else { self.hours as u64 };
         let cycles = (self.hours * 3600.0 / CYCLE as f64).round() as u64;
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(cycles) };
-        let mut all: Vec<Seen> = Vec::with_capacity(parts as usize + 1);
+        let mut all: Vec<DayStatistics> = Vec::with_capacity(parts as usize + 1);
         let mut draw = 0_u64;
-        let mut seen = Seen::NOTHING;
+        let mut seen = DayStatistics::NOTHING;
         for cycle in 0..cycles {
             if let Some(sheet) = cycle_of(&mut world, rest, &mut draw, &mut seen)? {
                 print_line(&format!("unstable at {:.2} s: {sheet}", world.time()))?;
@@ -108,16 +108,16 @@ impl Day {
             }
             bar.inc(1);
             if (cycle + 1) * parts / cycles > cycle * parts / cycles {
-                seen.memory = memory::own();
-                all.push(std::mem::replace(&mut seen, Seen::NOTHING));
-                self.say(&bar, all.len(), &all)?;
+                seen.memory = memory::process_memory();
+                all.push(std::mem::replace(&mut seen, DayStatistics::NOTHING));
+                self.print_progress(&bar, all.len(), &all)?;
             }
         }
         bar.finish_and_clear();
         self.judge(&world, &all, start.elapsed().as_secs_f64())
     }
 
-    fn say(&self, bar: &ProgressBar, count: usize, all: &[Seen]) -> Result<(), InputError> {
+    fn print_progress(&self, bar: &ProgressBar, count: usize, all: &[DayStatistics]) -> Result<(), InputError> {
         let (Some(last), false) = (all.last(), self.json) else { return Ok(()) };
         bar.suspend(|| {
             print_line(&format!(
@@ -134,20 +134,21 @@ impl Day {
     }
 
     /// Result of the day. The first part is the reference of the others.
-    fn judge(&self, world: &World, all: &[Seen], seconds: f64) -> Result<ExitCode, InputError> {
+    fn judge(&self, world: &World, all: &[DayStatistics], seconds: f64) -> Result<ExitCode, InputError> {
         let Some((first, later)) = all.split_first() else { return Ok(ExitCode::SUCCESS) };
         let energy = later.iter().map(|s| s.most / first.most).fold(1.0, f64::max);
         let rise = all.iter().map(|s| s.rise / s.kick).fold(0.0, f64::max);
         let drift = later.iter().map(|s| (s.tip.0 - first.tip.0).abs().max((s.tip.1 - first.tip.1).abs()));
         let drift = drift.fold(0.0, f64::max);
         let grown = all.last().map_or(0, |s| s.memory.saturating_sub(first.memory));
-        let well = energy <= BOUND && rise <= RISE && drift <= DRIFT * LENGTH && grown <= memory::ROOM;
+        let well =
+            energy <= BOUND && rise <= RISE && drift <= DRIFT * LENGTH && grown <= memory::MEMORY_GROWTH_TOLERANCE;
         let simulated = world.time();
         if self.json {
             print_json(&json!({
                 "simulated_s": simulated, "steps": world.steps(), "seconds": seconds, "energy_over_first": energy,
                 "rise_over_kick": rise, "tip_drift_m": drift, "memory_grown_bytes": grown, "well": well,
-                "parts": all.iter().map(Seen::json).collect::<Vec<_>>(),
+                "parts": all.iter().map(DayStatistics::json).collect::<Vec<_>>(),
             }))?;
         } else {
             print_line(&format!(
@@ -189,7 +190,12 @@ impl Day {
 
 /// One period of the oven, energies above `rest` (J). Returns the name of a sheet that became
 /// unstable.
-fn cycle_of(world: &mut World, rest: f64, draw: &mut u64, seen: &mut Seen) -> Result<Option<String>, InputError> {
+fn cycle_of(
+    world: &mut World,
+    rest: f64,
+    draw: &mut u64,
+    seen: &mut DayStatistics,
+) -> Result<Option<String>, InputError> {
     let mut before = world.energy().total;
     for second in 0..CYCLE {
         if second == 0 || second == CYCLE / 2 {
@@ -233,7 +239,7 @@ fn kick(world: &mut World, draw: &mut u64) {
         KICK * (2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 - 1.0)
     };
     let sheet = &mut world.sheets_mut()[0];
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         let way = DVec3::new(next(), next(), next());
         if !sheet.is_held(i) {
             sheet.v.set(i, sheet.v.get(i) + way);

@@ -15,7 +15,7 @@ use cpu_time::ThreadTime;
 use glam::DVec3;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -24,11 +24,11 @@ use crate::output::{print_json, print_line};
 /// Duration of a frame, s.
 const FRAME: f64 = 1.0 / 60.0;
 /// Steps without levels before a budget applies.
-const SEEN: usize = 60;
+const CALIBRATION_STEPS: usize = 60;
 /// Weight of a new value in the running mean of step times.
-const NEW: f64 = 0.05;
+const AVERAGE_WEIGHT: f64 = 0.05;
 /// Fraction of the run for reaching the budget.
-const BEGIN: f64 = 0.25;
+const START_UP_FRACTION: f64 = 0.25;
 
 #[derive(Args)]
 pub struct Detail {
@@ -54,9 +54,9 @@ pub struct Detail {
 
 /// Step times of a world, ms.
 #[derive(Default)]
-struct Times(Vec<f64>);
+struct LodStepTimes(Vec<f64>);
 
-impl Times {
+impl LodStepTimes {
     fn step(&mut self, world: &mut World) -> f64 {
         let start = Instant::now();
         world.step();
@@ -67,7 +67,7 @@ impl Times {
 
     /// Step times after the start-up.
     fn later(&self) -> &[f64] {
-        &self.0[(BEGIN * self.0.len() as f64) as usize..]
+        &self.0[(START_UP_FRACTION * self.0.len() as f64) as usize..]
     }
 
     fn mean(&self) -> f64 {
@@ -75,7 +75,7 @@ impl Times {
     }
 
     /// Quantile of the step times.
-    fn part(&self, part: f64) -> f64 {
+    fn percentile(&self, part: f64) -> f64 {
         let mut all = self.later().to_vec();
         all.sort_by(f64::total_cmp);
         let last = all.len().saturating_sub(1);
@@ -94,16 +94,17 @@ impl Detail {
         }
         let (mut plain, mut whole, mut kept) =
             (World::new(&self.scene(false))?, World::new(&self.scene(true))?, World::new(&self.scene(true))?);
-        let (mut without, mut idle, mut with) = (Times::default(), Times::default(), Times::default());
+        let (mut without, mut idle, mut with) =
+            (LodStepTimes::default(), LodStepTimes::default(), LodStepTimes::default());
         let (mut mean, mut ratio) = (None, None);
         let (mut changes, mut budget) = (0_u32, 0.0);
         for _ in 0..(self.seconds / FRAME).round() as u32 {
             let taken = without.step(&mut plain);
             idle.step(&mut whole);
             let before = mean.unwrap_or(taken);
-            mean = Some(before + NEW * (taken - before));
-            if budget == 0.0 && without.0.len() == SEEN {
-                budget = self.budget * without.part(0.5);
+            mean = Some(before + AVERAGE_WEIGHT * (taken - before));
+            if budget == 0.0 && without.0.len() == CALIBRATION_STEPS {
+                budget = self.budget * without.percentile(0.5);
             }
             let grids = |world: &World| world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>();
             let there = grids(&kept);
@@ -112,7 +113,7 @@ impl Detail {
             changes += there.iter().zip(&now).map(|(a, b)| u32::from(a != b)).sum::<u32>();
             if let (Some(model), true) = (kept.detail_cost().filter(|c| *c > 0.0), there == now) {
                 let before = ratio.unwrap_or(real / model);
-                let now: f64 = before + NEW * (real / model - before);
+                let now: f64 = before + AVERAGE_WEIGHT * (real / model - before);
                 ratio = Some(now);
                 let wanted = budget / now;
                 let far = kept.detail_budget().is_none_or(|b| (wanted / b - 1.0).abs() > 0.15);
@@ -121,15 +122,15 @@ impl Detail {
                 }
             }
         }
-        self.tell(&without, &idle, &with, (budget, ratio.unwrap_or(1.0), changes), &kept)?;
+        self.print_report(&without, &idle, &with, (budget, ratio.unwrap_or(1.0), changes), &kept)?;
         Ok(ExitCode::SUCCESS)
     }
 
-    fn tell(
+    fn print_report(
         &self,
-        without: &Times,
-        idle: &Times,
-        with: &Times,
+        without: &LodStepTimes,
+        idle: &LodStepTimes,
+        with: &LodStepTimes,
         (budget, ratio, changes): (f64, f64, u32),
         kept: &World,
     ) -> Result<(), InputError> {
@@ -141,10 +142,10 @@ impl Detail {
         if self.json {
             return print_json(&json!({
                 "sheets": self.sheets, "grid": self.grid, "budget_ms": budget,
-                "without_ms": without.mean(), "without_p99_ms": without.part(0.99),
-                "idle_over_without": idle.part(0.5) / without.part(0.5),
-                "with_ms": with.mean(), "with_p50_ms": with.part(0.5), "with_p99_ms": with.part(0.99),
-                "worst_ms": with.part(1.0), "within": within, "mean_over_budget": with.mean() / budget,
+                "without_ms": without.mean(), "without_p99_ms": without.percentile(0.99),
+                "idle_over_without": idle.percentile(0.5) / without.percentile(0.5),
+                "with_ms": with.mean(), "with_p50_ms": with.percentile(0.5), "with_p99_ms": with.percentile(0.99),
+                "worst_ms": with.percentile(1.0), "within": within, "mean_over_budget": with.mean() / budget,
                 "real_over_model": ratio, "changes": changes, "grids": grids,
             }));
         }
@@ -154,16 +155,19 @@ impl Detail {
             self.grid,
             self.grid,
             without.mean(),
-            without.part(0.99)
+            without.percentile(0.99)
         ))?;
-        print_line(&format!("with levels and nothing to do: {:.3} times that", idle.part(0.5) / without.part(0.5)))?;
+        print_line(&format!(
+            "with levels and nothing to do: {:.3} times that",
+            idle.percentile(0.5) / without.percentile(0.5)
+        ))?;
         print_line(&format!(
             "with a budget of {budget:.2} ms: {:.2} ms, {:.2} of the budget; 99 of 100 within {:.2} ms, the worst {:.2} ms; {:.1} % of steps \
              within the budget",
             with.mean(),
             with.mean() / budget,
-            with.part(0.99),
-            with.part(1.0),
+            with.percentile(0.99),
+            with.percentile(1.0),
             100.0 * within
         ))?;
         print_line(&format!(
@@ -174,7 +178,7 @@ impl Detail {
     /// Measures the cost of a solve by number of nodes, beside the cost model.
     fn calibrate(&self) -> Result<ExitCode, InputError> {
         let mut rows = Vec::new();
-        for (engine, dt) in [(EngineKind::TrBdf2, FRAME), (EngineKind::Verlet, 1e-7)] {
+        for (engine, dt) in [(IntegratorKind::TrBdf2, FRAME), (IntegratorKind::Verlet, 1e-7)] {
             for n in [6, 11, 16, 21, 31, 41] {
                 let mut sail = self.sail(0, n, false);
                 if let (MaterialChoice::Inline(material), false) = (&mut sail.material, engine.info().implicit) {
@@ -208,7 +212,7 @@ impl Detail {
 
     fn scene(&self, levels: bool) -> Scene {
         let sheets = (0..self.sheets).map(|i| self.sail(i, self.grid, levels)).collect();
-        Scene { engine: EngineKind::TrBdf2, dt: FRAME, sheets, ..Scene::default() }
+        Scene { engine: IntegratorKind::TrBdf2, dt: FRAME, sheets, ..Scene::default() }
     }
 
     /// A shell clamped at one edge.

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 
 use crate::bench::shard;
 use crate::output::{print_json, print_line};
@@ -30,7 +30,7 @@ pub struct Drops {
     first: u64,
     /// Implicit integrator.
     #[arg(long, default_value = "tr-bdf2")]
-    engine: EngineKind,
+    engine: IntegratorKind,
     /// Folder for drops.csv, or drops-I-of-N.csv.
     #[arg(long, default_value = "sheetwork-out/drops")]
     out: PathBuf,

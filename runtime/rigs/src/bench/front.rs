@@ -1,10 +1,10 @@
 //! The Pareto front: configurations for which no other is better in both cost and error.
 
-use crate::bench::point::Point;
+use crate::bench::point::ParetoPoint;
 
 /// Indices in `points` of valid points on the front, cheapest first.
-pub fn front(points: &[&Point]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..points.len()).filter(|&i| points[i].counts()).collect();
+pub fn front(points: &[&ParetoPoint]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).filter(|&i| points[i].is_valid()).collect();
     let key = |i: usize| (points[i].cpu_ms_per_simulated_s, points[i].error.unwrap_or(f64::INFINITY));
     // At equal cost the smaller error comes first, so that the others are removed below.
     order.sort_by(|&a, &b| {
@@ -25,8 +25,8 @@ pub mod tests {
     use super::*;
 
     /// A point with this cost (ms) and this error.
-    pub fn point(cost: f64, error: f64) -> Point {
-        Point {
+    pub fn point(cost: f64, error: f64) -> ParetoPoint {
+        ParetoPoint {
             case: "cantilever".into(),
             structure: "shell".into(),
             engine: "tr-bdf2".into(),
@@ -45,7 +45,7 @@ pub mod tests {
     }
 
     #[test]
-    fn only_what_nothing_beats_is_on_the_front() {
+    fn the_front_has_only_undominated_points() {
         let mut all = [
             point(10.0, 0.1),
             point(5.0, 0.2),
@@ -56,7 +56,7 @@ pub mod tests {
             point(1.0, 0.001),
         ];
         all[6].settled = Some(false);
-        let points: Vec<&Point> = all.iter().collect();
+        let points: Vec<&ParetoPoint> = all.iter().collect();
         assert_eq!(front(&points), [4, 1, 0, 3]);
     }
 }

@@ -11,7 +11,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -106,7 +106,7 @@ impl HeatBench {
             pins: vec![PinSpec::clamped(Region::Left)],
             ..SheetSpec::default()
         };
-        Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+        Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
     }
 }
 

@@ -18,11 +18,11 @@ use sheetwork::{InputError, World, check_range};
 use sheetwork_link::Client;
 use sheetwork_link::Host;
 use sheetwork_link::Link;
+use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
 use sheetwork_link::monotonic_ns;
-use sheetwork_link::place::{LinkPlace, ROOT_VARIABLE};
 
 use crate::output::{print_json, print_line};
-use crate::quantities::{number, time};
+use crate::quantities::{parse_number, time};
 
 #[derive(Args)]
 pub struct LinkBench {
@@ -30,7 +30,7 @@ pub struct LinkBench {
     #[arg(long, default_value_t = 20_000)]
     vertices: u32,
     /// Frames per second.
-    #[arg(long, default_value = "240", value_parser = number)]
+    #[arg(long, default_value = "240", value_parser = parse_number)]
     rate: f64,
     /// Duration of each part, s.
     #[arg(long, default_value = "5", value_parser = time)]
@@ -47,9 +47,9 @@ pub struct LinkBench {
 }
 
 /// A world that only the benchmark steps.
-pub(crate) struct Game(pub(crate) World);
+pub(crate) struct BenchedGame(pub(crate) World);
 
-impl Host for Game {
+impl Host for BenchedGame {
     fn world(&self) -> &World {
         &self.0
     }
@@ -114,15 +114,15 @@ impl LinkBench {
         let grid = ((self.vertices / across).max(2), 1, across);
         let sheet = SheetSpec { name: "sheet".into(), grid, size: (2.0, 1.0), ..SheetSpec::default() };
         let scene = Scene { sheets: vec![sheet], dt: 1.0 / self.rate, ..Scene::default() };
-        let mut game = Game(World::new(&scene)?);
+        let mut game = BenchedGame(World::new(&scene)?);
         let place = LinkPlace::within(root, "bench")?;
         let mut link = Link::new(&place, &game.0)?;
-        let nobody = self.part(&mut game, &mut link);
+        let nobody = self.measure_part(&mut game, &mut link);
         let calls = 20_000;
         let start = Instant::now();
         (0..calls).for_each(|_| link.exchange(&mut game, 0.0));
         let again_us = 1e6 * start.elapsed().as_secs_f64() / f64::from(calls);
-        let mut result = json!({ "vertices": game.0.sheets()[0].masses(), "rate_hz": self.rate, "nobody": nobody });
+        let mut result = json!({ "vertices": game.0.sheets()[0].node_count(), "rate_hz": self.rate, "nobody": nobody });
         result["nobody"]["again_us"] = again_us.into();
         for what in ["frames", "fields"] {
             let reader = self.start(root, what)?;
@@ -131,7 +131,7 @@ impl LinkBench {
                 link.exchange(&mut game, 0.0);
                 std::thread::sleep(Duration::from_millis(1));
             }
-            let took = self.part(&mut game, &mut link);
+            let took = self.measure_part(&mut game, &mut link);
             let out = reader.wait_with_output().map_err(|e| InputError::new("reader", e.to_string()))?;
             let latency: Value = serde_json::from_slice(&out.stdout).unwrap_or_default();
             result[what] = took;
@@ -141,7 +141,7 @@ impl LinkBench {
     }
 
     /// Steps in real time and measures the exchanges.
-    fn part(&self, game: &mut Game, link: &mut Link) -> Value {
+    fn measure_part(&self, game: &mut BenchedGame, link: &mut Link) -> Value {
         let (start, mut due) = (Instant::now(), Duration::ZERO);
         let mut took = [Vec::new(), Vec::new(), Vec::new()];
         while start.elapsed().as_secs_f64() < self.seconds {

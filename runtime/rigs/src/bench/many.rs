@@ -12,7 +12,7 @@ use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };
@@ -60,7 +60,7 @@ impl Many {
         let (mut single, mut several) = (World::new(&scene)?, World::new(&scene)?);
         several.set_threads(self.threads as usize)?;
         let both = self.least(&mut [&mut single, &mut several]);
-        self.tell(rest_ms, (one[0], one[1]), (both[0], both[1]))?;
+        self.print_report(rest_ms, (one[0], one[1]), (both[0], both[1]))?;
         Ok(ExitCode::SUCCESS)
     }
 
@@ -77,7 +77,12 @@ impl Many {
         least
     }
 
-    fn tell(&self, rest: f64, (with, without): (f64, f64), (one, several): (f64, f64)) -> Result<(), InputError> {
+    fn print_report(
+        &self,
+        rest: f64,
+        (with, without): (f64, f64),
+        (one, several): (f64, f64),
+    ) -> Result<(), InputError> {
         if self.json {
             return print_json(&json!({
                 "resting": self.resting, "resting_frame_ms": rest, "resting_and_one_ms": with, "one_alone_ms": without,
@@ -97,7 +102,7 @@ impl Many {
 }
 
 fn empty() -> Scene {
-    Scene { engine: EngineKind::TrBdf2, dt: FRAME, ..Scene::default() }
+    Scene { engine: IntegratorKind::TrBdf2, dt: FRAME, ..Scene::default() }
 }
 
 /// Position number `i` in a square array with spacing `apart` (m).
@@ -137,7 +142,7 @@ fn swinging(i: u32, position: DVec3) -> SheetSpec {
 /// # Errors
 /// Sheets that do not come to rest.
 fn settle(world: &mut World) -> Result<(), InputError> {
-    while !world.is_quiet() {
+    while !world.is_resting() {
         if world.time() > REST {
             return Err(InputError::new("resting", format!("not all sheets come to rest in {REST} s")));
         }

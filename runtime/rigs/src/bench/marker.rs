@@ -3,11 +3,11 @@
 
 use plotters::style::RGBColor;
 
-use crate::bench::point::Point;
+use crate::bench::point::ParetoPoint;
 
 /// Outline of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum MarkerShape {
     Disc,
     Square,
     Diamond,
@@ -20,7 +20,7 @@ pub enum Shape {
     Bar,
 }
 
-impl Shape {
+impl MarkerShape {
     /// Corners about the origin of a marker of radius `r`, units of the drawing; all shapes have
     /// about the same area.
     pub fn outline(self, r: f64) -> Vec<(f64, f64)> {
@@ -61,9 +61,9 @@ impl Shape {
 
 /// Colour and shape of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct MarkerStyle {
     pub colour: RGBColor,
-    pub shape: Shape,
+    pub shape: MarkerShape,
 }
 
 const GREY: RGBColor = RGBColor(87, 96, 106);
@@ -77,34 +77,35 @@ const STRUCTURES: &[(&str, RGBColor)] = &[
     ("slamm", RGBColor(170, 150, 20)),
     ("samm", RGBColor(150, 120, 90)),
 ];
-const ENGINES: &[(&str, Shape)] = &[
-    ("tr-bdf2", Shape::Disc),
-    ("bdf2", Shape::Diamond),
-    ("backward-euler", Shape::Square),
-    ("verlet", Shape::Cross),
-    ("rk4", Shape::Hexagon),
+const ENGINES: &[(&str, MarkerShape)] = &[
+    ("tr-bdf2", MarkerShape::Disc),
+    ("bdf2", MarkerShape::Diamond),
+    ("backward-euler", MarkerShape::Square),
+    ("verlet", MarkerShape::Cross),
+    ("rk4", MarkerShape::Hexagon),
 ];
 const PEERS: &[RGBColor] = &[RGBColor(205, 80, 0), RGBColor(170, 50, 140), RGBColor(90, 90, 90)];
-const PEER_SHAPES: &[Shape] = &[Shape::TriangleUp, Shape::TriangleDown, Shape::Star, Shape::Kite, Shape::Bar];
+const PEER_SHAPES: &[MarkerShape] =
+    &[MarkerShape::TriangleUp, MarkerShape::TriangleDown, MarkerShape::Star, MarkerShape::Kite, MarkerShape::Bar];
 
 /// One entry of the legend.
 pub struct Entry {
     pub name: String,
-    pub look: Look,
+    pub look: MarkerStyle,
 }
 
 /// Entries of the legend: structures, integrators, peers, each in the order of its table or of
 /// appearance.
-pub struct Looks {
+pub struct MarkerStyles {
     pub structures: Vec<Entry>,
     pub engines: Vec<Entry>,
     pub peers: Vec<Entry>,
 }
 
-impl Looks {
+impl MarkerStyles {
     /// Entries for everything that occurs in `points`.
-    pub fn of(points: &[Point]) -> Self {
-        let ours = |key: fn(&Point) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
+    pub fn new(points: &[ParetoPoint]) -> Self {
+        let ours = |key: fn(&ParetoPoint) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
         let structures = STRUCTURES.iter().filter(|(name, _)| ours(|p| &p.structure, name));
         let engines = ENGINES.iter().filter(|(name, _)| ours(|p| &p.engine, name));
         let mut seen: Vec<&str> = Vec::new();
@@ -118,12 +119,13 @@ impl Looks {
                 seen.push(&point.structure);
                 seen.len() - 1
             });
-            let look = Look { colour: PEERS[which % PEERS.len()], shape: PEER_SHAPES[peers.len() % PEER_SHAPES.len()] };
+            let look =
+                MarkerStyle { colour: PEERS[which % PEERS.len()], shape: PEER_SHAPES[peers.len() % PEER_SHAPES.len()] };
             peers.push(Entry { name, look });
         }
-        let entry = |name: &str, colour, shape| Entry { name: name.into(), look: Look { colour, shape } };
+        let entry = |name: &str, colour, shape| Entry { name: name.into(), look: MarkerStyle { colour, shape } };
         Self {
-            structures: structures.map(|&(name, colour)| entry(name, colour, Shape::Disc)).collect(),
+            structures: structures.map(|&(name, colour)| entry(name, colour, MarkerShape::Disc)).collect(),
             engines: engines.map(|&(name, shape)| entry(name, GREY, shape)).collect(),
             peers,
         }
@@ -137,18 +139,19 @@ impl Looks {
     }
 
     /// Marker of a point.
-    pub fn look(&self, point: &Point) -> Look {
+    pub fn look(&self, point: &ParetoPoint) -> MarkerStyle {
         let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).map(|e| e.look);
         if point.peer {
-            return find(&self.peers, &of_peer(point)).unwrap_or(Look { colour: GREY, shape: Shape::Star });
+            return find(&self.peers, &of_peer(point))
+                .unwrap_or(MarkerStyle { colour: GREY, shape: MarkerShape::Star });
         }
         let colour = find(&self.structures, &point.structure).map_or(GREY, |l| l.colour);
-        let shape = find(&self.engines, &point.engine).map_or(Shape::Disc, |l| l.shape);
-        Look { colour, shape }
+        let shape = find(&self.engines, &point.engine).map_or(MarkerShape::Disc, |l| l.shape);
+        MarkerStyle { colour, shape }
     }
 }
 
 /// Name of a peer in the legend.
-fn of_peer(point: &Point) -> String {
+fn of_peer(point: &ParetoPoint) -> String {
     format!("{}: {}", point.structure, point.engine)
 }

@@ -10,7 +10,6 @@ pub(crate) mod fuzz;
 pub(crate) mod hashes;
 pub(crate) mod heat;
 pub(crate) mod hot_box;
-pub(crate) mod judge;
 pub(crate) mod kicks;
 pub(crate) mod link;
 pub(crate) mod many;
@@ -26,6 +25,7 @@ pub(crate) mod soak;
 pub(crate) mod stability;
 pub(crate) mod sweep;
 pub(crate) mod table;
+pub(crate) mod verdict;
 
 use std::process::ExitCode;
 

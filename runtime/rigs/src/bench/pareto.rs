@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::InputError;
 
 use crate::bench::plot::Plot;
-use crate::bench::point::{Point, read_csv, read_peers, write_csv};
+use crate::bench::point::{ParetoPoint, read_csv, read_peers, write_csv};
 use crate::bench::reference::References;
 use crate::bench::sweep::plan;
 use crate::bench::{canvas, shard, table};
@@ -39,7 +39,7 @@ impl Pareto {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
         let mut references = References::new(self.quick);
-        let mut points = if self.merge.is_empty() { self.run(&mut references)? } else { merged(&self.merge)? };
+        let mut points = if self.merge.is_empty() { self.run(&mut references)? } else { merge(&self.merge)? };
         if let Some((which, of)) = self.shard {
             let path = self.out.join(format!("pareto-{which}-of-{of}.csv"));
             write_csv(&path, &points)?;
@@ -54,7 +54,7 @@ impl Pareto {
     }
 
     /// Runs all configurations, or those of the shard.
-    fn run(&self, references: &mut References) -> Result<Vec<Point>, InputError> {
+    fn run(&self, references: &mut References) -> Result<Vec<ParetoPoint>, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<_> = plan(self.quick).into_iter().skip(which - 1).step_by(of).collect();
         let bar = ProgressBar::new(mine.len() as u64);
@@ -71,7 +71,7 @@ impl Pareto {
         Ok(points)
     }
 
-    fn write(&self, points: &[Point]) -> Result<(), InputError> {
+    fn write(&self, points: &[ParetoPoint]) -> Result<(), InputError> {
         let [csv, md, svg, png] = ["csv", "md", "svg", "png"].map(|kind| self.out.join(format!("pareto.{kind}")));
         write_csv(&csv, points)?;
         let text = table::markdown(points);
@@ -88,7 +88,7 @@ impl Pareto {
 
 /// Points of all CSV files of the folders, in the order of file names. The first result of a
 /// configuration counts.
-fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
+fn merge(folders: &[PathBuf]) -> Result<Vec<ParetoPoint>, InputError> {
     let mut points = Vec::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
@@ -99,7 +99,7 @@ fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
         let files = files.map_err(|e| InputError::io(folder, &e))?;
         for file in files.iter().filter(|f| f.extension().is_some_and(|e| e == "csv")) {
             for point in read_csv(file)? {
-                if !points.iter().any(|p: &Point| p.same(&point)) {
+                if !points.iter().any(|p: &ParetoPoint| p.is_same_configuration(&point)) {
                     points.push(point);
                 }
             }

@@ -6,10 +6,10 @@
 
 use plotters::prelude::{DrawingBackend, RGBColor, WHITE};
 
-use crate::bench::canvas::{Anchor, Canvas, Drawn, INK, Picture};
+use crate::bench::canvas::{Canvas, DrawResult, Drawing, INK, TextAnchor};
 use crate::bench::front::front;
-use crate::bench::marker::{Look, Looks};
-use crate::bench::point::Point;
+use crate::bench::marker::{MarkerStyle, MarkerStyles};
+use crate::bench::point::ParetoPoint;
 use crate::bench::sweep::CASES;
 
 /// Size of a panel with its axes, and height of the legend, units.
@@ -33,35 +33,35 @@ const LATE: RGBColor = RGBColor(248, 244, 240);
 const FRONT: RGBColor = RGBColor(110, 118, 129);
 
 /// Points to draw.
-pub struct Plot<'a>(pub &'a [Point]);
+pub struct Plot<'a>(pub &'a [ParetoPoint]);
 
-impl Picture for Plot<'_> {
+impl Drawing for Plot<'_> {
     fn size(&self) -> (u32, u32) {
         size(self.0)
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> DrawResult<B> {
         draw(canvas, self.0)
     }
 }
 
 /// Rigs with points, in their order.
-fn cases(points: &[Point]) -> Vec<&'static str> {
+fn cases(points: &[ParetoPoint]) -> Vec<&'static str> {
     CASES.iter().copied().filter(|case| points.iter().any(|p| p.case == *case)).collect()
 }
 
-fn size(points: &[Point]) -> (u32, u32) {
+fn size(points: &[ParetoPoint]) -> (u32, u32) {
     let rows = cases(points).len().div_ceil(2).max(1);
     ((2.0 * PANEL.0) as u32, (PANEL.1 * rows as f64 + LEGEND) as u32)
 }
 
-fn draw<B: DrawingBackend>(canvas: &Canvas<B>, points: &[Point]) -> Drawn<B> {
+fn draw<B: DrawingBackend>(canvas: &Canvas<B>, points: &[ParetoPoint]) -> DrawResult<B> {
     canvas.area.fill(&WHITE)?;
-    let looks = Looks::of(points);
+    let looks = MarkerStyles::new(points);
     let cases = cases(points);
     for (k, case) in cases.iter().enumerate() {
         let origin = (PANEL.0 * (k % 2) as f64, PANEL.1 * (k / 2) as f64);
-        let mine: Vec<&Point> = points.iter().filter(|p| p.case == *case && p.error.is_some()).collect();
+        let mine: Vec<&ParetoPoint> = points.iter().filter(|p| p.case == *case && p.error.is_some()).collect();
         let panel = Panel::new(origin, &mine);
         panel.axes(canvas, &format!("({}) {}", char::from(b'a' + (k % 26) as u8), title(case)))?;
         panel.points(canvas, &mine, &looks)?;
@@ -92,7 +92,7 @@ struct Panel {
 }
 
 impl Panel {
-    fn new((x, y): (f64, f64), points: &[&Point]) -> Self {
+    fn new((x, y): (f64, f64), points: &[&ParetoPoint]) -> Self {
         let decades = |values: &mut dyn Iterator<Item = f64>, start: (f64, f64)| {
             let span = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
             // Room for the numbers under the lowest marker.
@@ -113,40 +113,45 @@ impl Panel {
         self.bottom - (self.bottom - self.top) * share.clamp(0.0, 1.0)
     }
 
-    fn at(&self, point: &Point) -> (f64, f64) {
+    fn at(&self, point: &ParetoPoint) -> (f64, f64) {
         (self.x(point.cpu_ms_per_simulated_s), self.y(percent(point)))
     }
 
-    fn axes<B: DrawingBackend>(&self, canvas: &Canvas<B>, title: &str) -> Drawn<B> {
+    fn axes<B: DrawingBackend>(&self, canvas: &Canvas<B>, title: &str) -> DrawResult<B> {
         let Self { left, right, top, bottom, .. } = *self;
         let real_time = self.x(REAL_TIME);
         canvas.fill(((real_time, top), (right, bottom)), LATE)?;
         for exponent in self.cost.0 as i32..=self.cost.1 as i32 {
             let x = self.x(10f64.powi(exponent));
             canvas.line(&[(x, top), (x, bottom)], FAINT, 1.0)?;
-            canvas.text(&decimal(exponent), (x, bottom + 14.0), TEXT, Anchor::Centre, INK)?;
+            canvas.text(&decimal(exponent), (x, bottom + 14.0), TEXT, TextAnchor::Centre, INK)?;
         }
         for exponent in self.error.0 as i32..=self.error.1 as i32 {
             let y = self.y(10f64.powi(exponent));
             canvas.line(&[(left, y), (right, y)], FAINT, 1.0)?;
-            canvas.text(&format!("{} %", decimal(exponent)), (left - 6.0, y), TEXT, Anchor::Right, INK)?;
+            canvas.text(&format!("{} %", decimal(exponent)), (left - 6.0, y), TEXT, TextAnchor::Right, INK)?;
         }
         canvas.dashes(((real_time, top), (real_time, bottom)), FRONT)?;
-        canvas.text("real time", (real_time + 9.0, top + 40.0), TEXT, Anchor::Upwards, FRONT)?;
+        canvas.text("real time", (real_time + 9.0, top + 40.0), TEXT, TextAnchor::Upwards, FRONT)?;
         canvas.line(&[(left, top), (left, bottom), (right, bottom)], INK, 1.0)?;
-        canvas.text(title, (left, top - 16.0), TITLE, Anchor::Left, INK)?;
+        canvas.text(title, (left, top - 16.0), TITLE, TextAnchor::Left, INK)?;
         let middle = 0.5 * (left + right);
         canvas.text(
             "CPU time of one core for a simulated second, ms",
             (middle, bottom + 36.0),
             TEXT,
-            Anchor::Centre,
+            TextAnchor::Centre,
             INK,
         )?;
-        canvas.text("error", (left - 60.0, 0.5 * (top + bottom)), TEXT, Anchor::Upwards, INK)
+        canvas.text("error", (left - 60.0, 0.5 * (top + bottom)), TEXT, TextAnchor::Upwards, INK)
     }
 
-    fn points<B: DrawingBackend>(&self, canvas: &Canvas<B>, points: &[&Point], looks: &Looks) -> Drawn<B> {
+    fn points<B: DrawingBackend>(
+        &self,
+        canvas: &Canvas<B>,
+        points: &[&ParetoPoint],
+        looks: &MarkerStyles,
+    ) -> DrawResult<B> {
         let best = front(points);
         // The front is a staircase: a smaller error costs the next step of it.
         let mut stairs: Vec<(f64, f64)> = Vec::new();
@@ -164,14 +169,17 @@ impl Panel {
         for &i in &order {
             let look = looks.look(points[i]);
             let colour = if rank(i) == 0 { pale(look.colour) } else { look.colour };
-            marker(canvas, self.at(points[i]), Look { colour, ..look }, points[i].settled == Some(false))?;
+            marker(canvas, self.at(points[i]), MarkerStyle { colour, ..look }, points[i].settled == Some(false))?;
         }
         for &i in order.iter().filter(|&&i| rank(i) > 0) {
             let (x, y) = self.at(points[i]);
             let colour = looks.look(points[i]).colour;
             // Labels of own points are below and left of the staircase, labels of peers above.
-            let (at, anchor) =
-                if points[i].peer { ((x + 7.0, y - 8.0), Anchor::Left) } else { ((x - 6.0, y + 9.0), Anchor::Right) };
+            let (at, anchor) = if points[i].peer {
+                ((x + 7.0, y - 8.0), TextAnchor::Left)
+            } else {
+                ((x - 6.0, y + 9.0), TextAnchor::Right)
+            };
             canvas.text(points[i].side(), at, SMALL, anchor, colour)?;
         }
         Ok(())
@@ -179,7 +187,7 @@ impl Panel {
 }
 
 /// Error in percent, limited to the drawn range.
-fn percent(point: &Point) -> f64 {
+fn percent(point: &ParetoPoint) -> f64 {
     (100.0 * point.error.unwrap_or(f64::INFINITY)).clamp(ERRORS.0, ERRORS.1)
 }
 
@@ -196,7 +204,7 @@ fn pale(RGBColor(r, g, b): RGBColor) -> RGBColor {
 }
 
 /// A marker with a white rim, or a hollow one with a rim of its colour.
-fn marker<B: DrawingBackend>(canvas: &Canvas<B>, (x, y): (f64, f64), look: Look, hollow: bool) -> Drawn<B> {
+fn marker<B: DrawingBackend>(canvas: &Canvas<B>, (x, y): (f64, f64), look: MarkerStyle, hollow: bool) -> DrawResult<B> {
     let outline = |share: f64| -> Vec<_> {
         look.shape.outline(share * RADIUS).into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect()
     };
@@ -206,10 +214,10 @@ fn marker<B: DrawingBackend>(canvas: &Canvas<B>, (x, y): (f64, f64), look: Look,
     canvas.polygon(&outline(inner), inside)
 }
 
-fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, looks: &Looks) -> Drawn<B> {
+fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, looks: &MarkerStyles) -> DrawResult<B> {
     let mut y = top + 12.0;
     for (name, entries) in looks.rows() {
-        canvas.text(name, (LEFT, y), TEXT, Anchor::Left, FRONT)?;
+        canvas.text(name, (LEFT, y), TEXT, TextAnchor::Left, FRONT)?;
         let mut x = LEFT + 96.0;
         for entry in entries {
             let wide = canvas.width(&entry.name, TEXT) + 36.0;
@@ -217,18 +225,18 @@ fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, looks: &Looks) -> Dra
                 (x, y) = (LEFT + 96.0, y + LINE);
             }
             marker(canvas, (x, y + 1.0), entry.look, false)?;
-            canvas.text(&entry.name, (x + 12.0, y), TEXT, Anchor::Left, INK)?;
+            canvas.text(&entry.name, (x + 12.0, y), TEXT, TextAnchor::Left, INK)?;
             x += wide;
         }
         y += LINE;
     }
-    canvas.text("line", (LEFT, y), TEXT, Anchor::Left, FRONT)?;
+    canvas.text("line", (LEFT, y), TEXT, TextAnchor::Left, FRONT)?;
     let (x, step) = (LEFT + 92.0, 5.0);
     canvas.line(&[(x, y - step), (x + 12.0, y - step), (x + 12.0, y + step), (x + 24.0, y + step)], FRONT, 1.6)?;
     let note = "efficient front: nothing is both cheaper and more exact; the rest of ours is pale";
-    canvas.text(note, (x + 34.0, y), TEXT, Anchor::Left, INK)?;
+    canvas.text(note, (x + 34.0, y), TEXT, TextAnchor::Left, INK)?;
     let note = "hollow: never came to rest; numbers: masses along the sheet";
-    canvas.text(note, (x + 34.0, y + LINE), TEXT, Anchor::Left, INK)
+    canvas.text(note, (x + 34.0, y + LINE), TEXT, TextAnchor::Left, INK)
 }
 
 #[cfg(test)]
@@ -239,7 +247,7 @@ mod tests {
 
     #[test]
     fn every_marker_and_case_is_drawn() {
-        let points: Vec<Point> = (0..8)
+        let points: Vec<ParetoPoint> = (0..8)
             .map(|k| {
                 let mut point = point(10f64.powi(k - 2), 10f64.powi(-k));
                 point.case = CASES[k as usize % CASES.len()].into();

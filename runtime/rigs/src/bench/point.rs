@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sheetwork::InputError;
 
-use crate::bench::judge::judge;
 use crate::bench::reference::References;
+use crate::bench::verdict::compare_with_targets;
 
 /// A configuration with its cost and its error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct ParetoPoint {
     /// Rig, as named by `sheetwork measure`.
     pub case: String,
     /// Structure, or name of the peer.
@@ -43,9 +43,9 @@ pub struct Point {
     pub peer: bool,
 }
 
-impl Point {
+impl ParetoPoint {
     /// Whether `other` is the same configuration, irrespective of results.
-    pub fn same(&self, other: &Self) -> bool {
+    pub fn is_same_configuration(&self, other: &Self) -> bool {
         let key = |p: &Self| (p.peer, p.dt_s.to_bits(), p.poisson.to_bits());
         let names = |p: &Self| [p.case.clone(), p.structure.clone(), p.engine.clone(), p.grid.clone()];
         key(self) == key(other) && names(self) == names(other)
@@ -53,7 +53,7 @@ impl Point {
 
     /// Whether the point may be on the Pareto front: a successful run that came to rest where
     /// required, with an error below 100 %.
-    pub fn counts(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.status == "ok" && self.settled != Some(false) && self.error.is_some_and(|e| e < 1.0)
     }
 
@@ -67,7 +67,7 @@ impl Point {
 ///
 /// # Errors
 /// An unreadable file, or a line that is not a point.
-pub fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
+pub fn read_csv(path: &Path) -> Result<Vec<ParetoPoint>, InputError> {
     let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut reader = csv::Reader::from_path(path).map_err(failed)?;
     reader.deserialize().map(|row| row.map_err(failed)).collect()
@@ -77,7 +77,7 @@ pub fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
 ///
 /// # Errors
 /// Failure to write.
-pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
+pub fn write_csv(path: &Path, points: &[ParetoPoint]) -> Result<(), InputError> {
     let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut writer = csv::Writer::from_path(path).map_err(failed)?;
     for point in points {
@@ -91,7 +91,7 @@ pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
 ///
 /// # Errors
 /// An unreadable file, or a line with missing values.
-pub fn read_peers(path: &Path, references: &mut References) -> Result<Vec<Point>, InputError> {
+pub fn read_peers(path: &Path, references: &mut References) -> Result<Vec<ParetoPoint>, InputError> {
     let text = std::fs::read_to_string(path).map_err(|e| InputError::io(path, &e))?;
     let mut points = Vec::new();
     for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
@@ -105,11 +105,11 @@ pub fn read_peers(path: &Path, references: &mut References) -> Result<Vec<Point>
     Ok(points)
 }
 
-fn peer(found: &Value, references: &mut References) -> Option<Point> {
+fn peer(found: &Value, references: &mut References) -> Option<ParetoPoint> {
     let text = |key: &str| found[key].as_str();
     let (case, side) = (text("case")?, found["grid"].as_u64()?);
-    let verdict = judge(case, found, &references.get(case, 0.0).ok()?);
-    Some(Point {
+    let verdict = compare_with_targets(case, found, &references.get(case, 0.0).ok()?);
+    Some(ParetoPoint {
         case: case.into(),
         structure: format!("{} {}", text("peer")?, text("version")?),
         engine: text("label")?.into(),
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_survive_their_file() {
+    fn points_survive_a_round_trip() {
         let mut point = crate::bench::front::tests::point(12.5, 0.003);
         point.engine = "implicit, its \"own\"".into();
         let mut unstable = point.clone();
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peer_is_held_against_the_elastica() {
+    fn the_error_of_a_peer_is_relative_to_the_elastica() {
         let line = r#"{"peer": "P", "version": "1", "label": "l", "case": "cantilever", "grid": 11, "dt_s": 0.01,
             "cpu_ms_per_simulated_s": 30, "drop_m": 0.0821, "settled": true}"#;
         let found = serde_json::from_str(line).expect("it is JSON");

@@ -19,13 +19,13 @@ use sheetwork::material::elastica;
 
 use crate::measure::{Setup, measure};
 
-use crate::bench::judge::{Target, number, quantities};
 use crate::bench::sweep::setup;
+use crate::bench::verdict::{ReferenceTarget, number, quantities};
 
 /// Computed references, by rig and Poisson's ratio.
 pub struct References {
     quick: bool,
-    known: Vec<(String, f64, Vec<Target>)>,
+    known: Vec<(String, f64, Vec<ReferenceTarget>)>,
 }
 
 impl References {
@@ -38,13 +38,13 @@ impl References {
     ///
     /// # Errors
     /// Failure of the reference run on the finest grid.
-    pub fn get(&mut self, case: &str, poisson: f64) -> Result<Vec<Target>, InputError> {
+    pub fn get(&mut self, case: &str, poisson: f64) -> Result<Vec<ReferenceTarget>, InputError> {
         if let Some((_, _, targets)) = self.known.iter().find(|(c, p, _)| c == case && *p == poisson) {
             return Ok(targets.clone());
         }
         let targets = match strip(case, poisson) {
             Some(targets) => targets,
-            None => finest(case, poisson, self.quick)?,
+            None => finest_shell_targets(case, poisson, self.quick)?,
         };
         self.known.push((case.into(), poisson, targets.clone()));
         Ok(targets)
@@ -52,19 +52,19 @@ impl References {
 }
 
 /// Targets of a strip, for a rig and Poisson's ratio with a strip solution.
-fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
+fn strip(case: &str, poisson: f64) -> Option<Vec<ReferenceTarget>> {
     if poisson != 0.0 {
         return None;
     }
-    let strip = Strip::of(&setup(poisson));
+    let strip = Strip::new(&setup(poisson));
     match case {
         "cantilever" => {
             let gamma = strip.weight() * strip.length.powi(3) / strip.bending;
-            Some(vec![Target::exact("drop_m", elastica::elastica(gamma).0 * strip.length)])
+            Some(vec![ReferenceTarget::exact("drop_m", elastica::elastica(gamma).0 * strip.length)])
         }
         "frequency" => {
             let value = 1.875_104_068_7_f64.powi(2) * (strip.bending / strip.mass).sqrt() / strip.length.powi(2);
-            Some(vec![Target::exact("omega_motion_rad_s", value)])
+            Some(vec![ReferenceTarget::exact("omega_motion_rad_s", value)])
         }
         "release" => {
             let (coarse, fine) = (strip.first_extreme(48)?, strip.first_extreme(96)?);
@@ -73,8 +73,8 @@ fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
             // shift the time by a thousandth at any number of links.
             let depth = fine.0 + (fine.0 - coarse.0) / 3.0;
             Some(vec![
-                Target::exact("first_extreme_m", depth),
-                Target { quantity: "first_extreme_s", value: fine.1, uncertain: 1e-3 },
+                ReferenceTarget::exact("first_extreme_m", depth),
+                ReferenceTarget { quantity: "first_extreme_s", value: fine.1, uncertain: 1e-3 },
             ])
         }
         _ => None,
@@ -82,7 +82,7 @@ fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
 }
 
 /// Targets from the shell on the finest grid.
-fn finest(case: &str, poisson: f64, quick: bool) -> Result<Vec<Target>, InputError> {
+fn finest_shell_targets(case: &str, poisson: f64, quick: bool) -> Result<Vec<ReferenceTarget>, InputError> {
     // Equilibria are independent of the step, and the frequency is that of the linearised sheet.
     let (side, dt) = match (case, quick) {
         ("release", false) => (61, 1.0 / 960.0),
@@ -93,7 +93,7 @@ fn finest(case: &str, poisson: f64, quick: bool) -> Result<Vec<Target>, InputErr
     let found: Value = measure(case, &Setup { grid: (side, side), dt: Some(dt), ..setup(poisson) })?;
     let target = |&quantity: &&'static str| {
         let key = if quantity == "omega_motion_rad_s" { "omega_rad_s" } else { quantity };
-        number(&found[key]).map(|value| Target::exact(quantity, value))
+        number(&found[key]).map(|value| ReferenceTarget::exact(quantity, value))
     };
     Ok(quantities(case).iter().filter_map(target).collect())
 }
@@ -110,7 +110,7 @@ struct Strip {
 type Motion = [Vec<f64>; 2];
 
 impl Strip {
-    fn of(setup: &Setup) -> Self {
+    fn new(setup: &Setup) -> Self {
         let material = &setup.material;
         Self {
             length: setup.length,
@@ -128,7 +128,7 @@ impl Strip {
     /// Drop (m) and time (s) of the tip's first extreme after release from straight, for a chain of
     /// `links`.
     fn first_extreme(&self, links: usize) -> Option<(f64, f64)> {
-        let chain = Chain::of(self, links);
+        let chain = LinkChain::new(self, links);
         let mut motion: Motion = [vec![0.0; links], vec![0.0; links]];
         let (mut drop, mut speed) = chain.tip(&motion);
         // The slowest strip reaches its extreme within two of its periods.
@@ -150,7 +150,7 @@ impl Strip {
 
 /// Rigid links of equal length with point masses at their ends and hinges between them. The clamp
 /// contributes half a link.
-struct Chain {
+struct LinkChain {
     link: f64,
     hinge: f64,
     gravity: f64,
@@ -159,8 +159,8 @@ struct Chain {
     step: f64,
 }
 
-impl Chain {
-    fn of(strip: &Strip, links: usize) -> Self {
+impl LinkChain {
+    fn new(strip: &Strip, links: usize) -> Self {
         let link = strip.length / links as f64;
         let mass = (0..links).map(|k| strip.mass * link * if k + 1 == links { 0.5 } else { 1.0 }).collect();
         // In the highest mode neighbours rotate in opposite directions: ω ≤ 4 √(B/μ) / l². RK4 is

@@ -14,7 +14,7 @@ use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -22,10 +22,10 @@ use crate::bench::shard;
 use crate::output::{print_json, print_line};
 
 /// Repetitions of a cost measurement, and of a rollback.
-const TIMES: usize = 201;
-const TIMES_AGAIN: usize = 31;
+const COST_REPETITIONS: usize = 201;
+const ROLLBACK_REPETITIONS: usize = 31;
 /// Length of a rollback, s: eight frames at 60 Hz.
-const LATE: f64 = 8.0 / 60.0;
+const ROLLBACK_TIME: f64 = 8.0 / 60.0;
 
 #[derive(Args)]
 pub struct Rollback {
@@ -92,13 +92,13 @@ impl Rollback {
         let scene = Scene::load(&self.folder.join(format!("{name}.ron")))?;
         let mut world = World::new(&scene)?;
         (0..self.first).for_each(|_| world.step());
-        let saved = world.save();
-        let masses: usize = world.sheets().iter().map(|s| s.masses()).sum();
+        let saved = world.serialise();
+        let masses: usize = world.sheets().iter().map(|s| s.node_count()).sum();
         let ends = self.run(&mut world);
         let mut fresh = World::new(&scene)?;
         let mut differs = None;
         for (what, world) in [("the same world", &mut world), ("a new world", &mut fresh)] {
-            world.load(&saved)?;
+            world.deserialise(&saved)?;
             let again = self.run(world);
             if differs.is_none() && again != ends {
                 let at = ends.iter().zip(&again).position(|(a, b)| a != b).unwrap_or(0);
@@ -120,7 +120,7 @@ impl Rollback {
         for step in 1..=self.steps as usize {
             world.step();
             if step.is_multiple_of(self.stride()) || step == self.steps as usize {
-                states.push(world.save());
+                states.push(world.serialise());
             }
         }
         states
@@ -132,24 +132,24 @@ impl Rollback {
             let mut world = World::new(&scene)?;
             world.set_sleep(false);
             (0..steps).for_each(|_| world.step());
-            let masses: usize = world.sheets().iter().map(|s| s.masses()).sum();
+            let masses: usize = world.sheets().iter().map(|s| s.node_count()).sum();
             let mut bytes = Vec::new();
-            let save = median(|| world.save_into(&mut bytes));
+            let save = median(|| world.serialise_into(&mut bytes));
             let mut result = Ok(());
             let load = median(|| {
-                if let Err(e) = world.load(&bytes) {
+                if let Err(e) = world.deserialise(&bytes) {
                     result = Err(e);
                 }
             });
             result?;
             let step = median(|| world.step());
-            let ticks = (LATE / scene.dt).round() as u32;
+            let ticks = (ROLLBACK_TIME / scene.dt).round() as u32;
             let mut room = Vec::new();
-            let again = median_of(TIMES_AGAIN, || {
+            let again = median_of(ROLLBACK_REPETITIONS, || {
                 // A snapshot at each step, as in a game that may have to roll back again.
-                let _ = world.load(&bytes);
+                let _ = world.deserialise(&bytes);
                 for _ in 0..ticks {
-                    world.save_into(&mut room);
+                    world.serialise_into(&mut room);
                     world.step();
                 }
             });
@@ -208,7 +208,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         ..SheetSpec::default()
     };
     let of = |sheet: SheetSpec| Scene {
-        engine: EngineKind::TrBdf2,
+        engine: IntegratorKind::TrBdf2,
         dt: 1.0 / 60.0,
         sheets: vec![sheet],
         ..Scene::default()
@@ -236,7 +236,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         ("TRiMM 21x2x21, implicit", of(lattice.clone()), 40),
         (
             "TRiMM 21x2x21 of the thesis, explicit",
-            Scene { engine: EngineKind::EulerRichardson, dt: 2e-3, bodies: vec![floor()], ..of(soft) },
+            Scene { engine: IntegratorKind::EulerRichardson, dt: 2e-3, bodies: vec![floor()], ..of(soft) },
             100,
         ),
     ]
@@ -244,7 +244,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
 
 /// Median CPU time of `work`, µs.
 fn median(work: impl FnMut()) -> f64 {
-    median_of(TIMES, work)
+    median_of(COST_REPETITIONS, work)
 }
 
 /// Median CPU time of `work` over `count` repetitions, µs.

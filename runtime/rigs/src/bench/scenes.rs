@@ -69,7 +69,7 @@ const POLICIES: [WhenUnstable; 4] = [
 ];
 
 /// Outcome of a scene.
-enum End {
+enum SceneOutcome {
     Well,
     Contained,
     Frozen,
@@ -92,21 +92,21 @@ impl Scenes {
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
         for index in mine {
-            let mut draws = Draws::new(self.seed, index);
+            let mut draws = SceneRandom::new(self.seed, index);
             let mut scene = drawn(&mut draws, self.side);
             for sheet in &mut scene.sheets {
                 sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
             }
             let end = catch_unwind(AssertUnwindSafe(|| self.run(&scene)));
             let (kind, why) = match end {
-                Ok(End::Well) => (&mut well, None),
-                Ok(End::Contained) => (&mut contained, None),
-                Ok(End::Frozen) => (&mut frozen, None),
-                Ok(End::Short(why)) => (&mut short, Some(why)),
-                Ok(End::Refused(why)) => (&mut refused, Some(why)),
-                Ok(End::Gained(why)) => (&mut gained, Some(why)),
-                Ok(End::Unstable(why)) => (&mut unstable, Some(why)),
-                Ok(End::Broken(why)) => (&mut broken, Some(why)),
+                Ok(SceneOutcome::Well) => (&mut well, None),
+                Ok(SceneOutcome::Contained) => (&mut contained, None),
+                Ok(SceneOutcome::Frozen) => (&mut frozen, None),
+                Ok(SceneOutcome::Short(why)) => (&mut short, Some(why)),
+                Ok(SceneOutcome::Refused(why)) => (&mut refused, Some(why)),
+                Ok(SceneOutcome::Gained(why)) => (&mut gained, Some(why)),
+                Ok(SceneOutcome::Unstable(why)) => (&mut unstable, Some(why)),
+                Ok(SceneOutcome::Broken(why)) => (&mut broken, Some(why)),
                 Err(_) => (&mut broken, Some("panicked".to_owned())),
             };
             *kind += 1;
@@ -134,14 +134,14 @@ impl Scenes {
         Ok(if broken == 0 && unstable == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn run(&self, scene: &Scene) -> End {
+    fn run(&self, scene: &Scene) -> SceneOutcome {
         // Round trip through text, as from a file.
         let again = scene.to_text().and_then(|text| Scene::parse(&text));
         let mut world = match again.and_then(|scene| World::new(&scene)) {
             Ok(world) => world,
-            Err(e) => return End::Refused(e.to_string()),
+            Err(e) => return SceneOutcome::Refused(e.to_string()),
         };
-        let most = MOST * could_have(&world, self.seconds);
+        let most = ENERGY_ERROR_FACTOR * available_energy(&world, self.seconds);
         let start = ProcessTime::now();
         while world.time() < self.seconds - 0.5 * world.dt() {
             world.step();
@@ -150,54 +150,57 @@ impl Scenes {
                 let own = energy.kinetic + energy.elastic;
                 if own > most {
                     let why = format!("{} has {own:.3e} J at {:.4} s, of {most:.3e}", sheet.name, world.time());
-                    return End::Gained(why);
+                    return SceneOutcome::Gained(why);
                 }
             }
             if start.elapsed().as_secs_f64() > self.patience {
-                return End::Short(format!("cut short at {:.3} s", world.time()));
+                return SceneOutcome::Short(format!("cut short at {:.3} s", world.time()));
             }
         }
         let is_sound = |s: &sheetwork::sheet::Sheet| s.x.iter().chain(s.v.iter()).all(DVec3::is_finite);
         if let Some(sheet) = world.sheets().iter().find(|s| !is_sound(s)) {
-            return End::Broken(format!("{} holds what is no number", sheet.name));
+            return SceneOutcome::Broken(format!("{} holds what is no number", sheet.name));
         }
         match world.unstable() {
             Some(sheet) => {
-                let Status::Unstable { time, speed, .. } = sheet.status else { return End::Well };
-                End::Unstable(format!("{} ({}) unstable at {time:.4} s, {speed:.3e} m/s", sheet.name, sheet.structure))
+                let Status::Unstable { time, speed, .. } = sheet.status else { return SceneOutcome::Well };
+                SceneOutcome::Unstable(format!(
+                    "{} ({}) unstable at {time:.4} s, {speed:.3e} m/s",
+                    sheet.name, sheet.structure
+                ))
             }
-            None if world.sheets().iter().any(|s| matches!(s.status, Status::Frozen { .. })) => End::Frozen,
-            None if world.events().iter().any(|e| e.kind == EventKind::Contained) => End::Contained,
-            None => End::Well,
+            None if world.sheets().iter().any(|s| matches!(s.status, Status::Frozen { .. })) => SceneOutcome::Frozen,
+            None if world.events().iter().any(|e| e.kind == EventKind::Contained) => SceneOutcome::Contained,
+            None => SceneOutcome::Well,
         }
     }
 }
 
 /// Kinetic plus elastic energy of a sheet that counts as an energy error, as a factor on
-/// [`could_have`]. Random scenes may start with interpenetration, whose depenetration releases up
+/// [`available_energy`]. Random scenes may start with interpenetration, whose depenetration releases up
 /// to this energy.
-const MOST: f64 = 100.0;
+const ENERGY_ERROR_FACTOR: f64 = 100.0;
 /// Assumed speed of kinematic bodies and nodes, m/s.
-const LED: f64 = 3.0;
+const KINEMATIC_SPEED: f64 = 3.0;
 
 /// Energy (J) available to a sheet: initial energy, a fall of `seconds`, wind, and kinematic
 /// motion.
-fn could_have(world: &World, seconds: f64) -> f64 {
+fn available_energy(world: &World, seconds: f64) -> f64 {
     let g = world.gravity().length();
     let sheets: f64 = world.sheets().iter().map(sheetwork::sheet::Sheet::total_mass).sum();
     let there: f64 = world.sheets().iter().map(|s| s.energy(DVec3::ZERO)).map(|e| e.kinetic + e.elastic).sum();
     let states = || world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.state(i)));
     let gives = states().filter(|b| b.mass().is_finite());
     let (bodies, moving) = gives.fold((0.0, 0.0), |(m, e), b| (m + b.mass(), e + b.kinetic_energy()));
-    let fastest = states().map(|b| b.velocity().length_squared()).fold(LED * LED, f64::max);
+    let fastest = states().map(|b| b.velocity().length_squared()).fold(KINEMATIC_SPEED * KINEMATIC_SPEED, f64::max);
     let fall = g * (1.0 + 0.5 * g * seconds * seconds);
     there + moving + (sheets + bodies) * fall + sheets * (fastest + world.air().wind.length_squared())
 }
 
 /// Pseudo-random numbers (splitmix64), determined by seed and number.
-struct Draws(u64);
+struct SceneRandom(u64);
 
-impl Draws {
+impl SceneRandom {
     fn new(seed: u64, number: u64) -> Self {
         Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
     }
@@ -239,7 +242,7 @@ impl Draws {
 
 /// A random scene: one to three sheets of at most `side` nodes along a side, bodies, air and heat,
 /// with an integrator and a step that suit its sheets.
-fn drawn(draws: &mut Draws, side: u32) -> Scene {
+fn drawn(draws: &mut SceneRandom, side: u32) -> Scene {
     // Explicit integrators get soft sheets; their step may be unstable.
     let implicit = !draws.once_in(4);
     let engines: Vec<_> = ENGINES.iter().filter(|e| e.implicit == implicit && !e.adaptive).collect();
@@ -276,11 +279,11 @@ fn drawn(draws: &mut Draws, side: u32) -> Scene {
     scene
 }
 
-fn sheet(draws: &mut Draws, implicit: bool, most: u32) -> SheetSpec {
+fn sheet(draws: &mut SceneRandom, implicit: bool, most: u32) -> SheetSpec {
     let row = if draws.once_in(2) { StructureKind::Shell } else { draws.pick(STRUCTURES).kind };
     let shell = row == StructureKind::Shell;
     let layers = if shell || row == StructureKind::Provot2d { 1 } else { 2 };
-    let side = |draws: &mut Draws| 3 + draws.below(most as usize - 2) as u32;
+    let side = |draws: &mut SceneRandom| 3 + draws.below(most as usize - 2) as u32;
     let names = ["hips", "pet", "paper", "card", "pvc"];
     let material = if implicit {
         match draws.below(3) {
@@ -300,10 +303,10 @@ fn sheet(draws: &mut Draws, implicit: bool, most: u32) -> SheetSpec {
     let springs = if shell || draws.once_in(2) { SpringLaw::Calibrated } else { SpringLaw::Uniform };
     let pins = match draws.below(5) {
         0 => vec![PinSpec::clamped(Region::Left)],
-        1 => vec![PinSpec::held(Region::Point(0.0, 0.0)), PinSpec::held(Region::Point(1.0, 0.0))],
+        1 => vec![PinSpec::fixed(Region::Point(0.0, 0.0)), PinSpec::fixed(Region::Point(1.0, 0.0))],
         2 => vec![PinSpec {
             path: vec![PathKey::default(), PathKey { time: 1.0, offset: draws.place(0.2), ..PathKey::default() }],
-            ..PinSpec::held(Region::Right)
+            ..PinSpec::fixed(Region::Right)
         }],
         _ => Vec::new(),
     };
@@ -330,7 +333,7 @@ fn sheet(draws: &mut Draws, implicit: bool, most: u32) -> SheetSpec {
     }
 }
 
-fn body(draws: &mut Draws) -> BodySpec {
+fn body(draws: &mut SceneRandom) -> BodySpec {
     let shape = match draws.below(2) {
         0 => Shape::Ball(draws.scale(0.01, 0.2)),
         _ => Shape::Box(DVec3::new(draws.scale(0.01, 0.3), draws.scale(0.01, 0.3), draws.scale(0.01, 0.3))),

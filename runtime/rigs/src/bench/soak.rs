@@ -17,9 +17,9 @@ use sheetwork::{InputError, World, check_range};
 use sheetwork_link::Client;
 use sheetwork_link::Link;
 use sheetwork_link::LinkError;
-use sheetwork_link::place::{LinkPlace, ROOT_VARIABLE};
+use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
 
-use crate::bench::link::Game;
+use crate::bench::link::BenchedGame;
 use crate::bench::memory;
 use crate::output::{print_json, print_line};
 
@@ -45,15 +45,15 @@ pub struct Soak {
 
 /// Resources that must not grow.
 #[derive(Clone, Copy)]
-struct Held {
+struct ResourceUsage {
     memory: u64,
     objects: usize,
 }
 
-impl Held {
+impl ResourceUsage {
     /// Present memory of this process (bytes), and objects of the link in shared memory.
     fn now(place: &LinkPlace) -> Self {
-        let memory = memory::own();
+        let memory = memory::process_memory();
         let prefix = place.prefix();
         let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
         let objects = all.filter(|e| e.file_name().to_string_lossy().starts_with(&prefix)).count();
@@ -69,8 +69,8 @@ impl Soak {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--frames", self.frames as f64, 100.0, 1e12, "")?;
         match self.reader.as_deref() {
-            Some("stays") => return stay(),
-            Some(_) => return visit(),
+            Some("stays") => return read_until_killed(),
+            Some(_) => return attach_and_detach(),
             None => {}
         }
         let root = std::env::temp_dir().join(format!("sheetwork-soak-{}", std::process::id()));
@@ -91,38 +91,39 @@ impl Soak {
 
     /// Runs the game; returns its report, and whether a resource has grown.
     fn run(&self, root: &Path) -> Result<(Value, bool), InputError> {
-        let mut game = Game(World::new(&scene())?);
+        let mut game = BenchedGame(World::new(&scene())?);
         game.0.set_sleep(false);
         let place = LinkPlace::within(root, NAME)?;
         let mut link = Link::new(&place, &game.0)?;
-        let before = Held::now(&place);
-        self.say("before", 0, before)?;
-        let mut stays = Process::start(root, "stays")?;
+        let before = ResourceUsage::now(&place);
+        self.print_progress("before", 0, before)?;
+        let mut stays = ReaderProcess::start(root, "stays")?;
         while link.statistics().readers[0] == 0 {
             link.exchange(&mut game, 0.0);
             std::thread::sleep(Duration::from_millis(1));
             stays.check()?;
         }
-        let mut visits = Process::start(root, "visits")?;
+        let mut visits = ReaderProcess::start(root, "visits")?;
         let (start, mut warm) = (Instant::now(), before);
         for frame in 1..=self.frames {
             game.0.step();
             link.exchange(&mut game, 0.0);
             if frame.is_multiple_of(self.frames / (KILLS + 1)) && frame < self.frames {
-                visits = Process::start(root, "visits")?;
+                visits = ReaderProcess::start(root, "visits")?;
             }
             if frame.is_multiple_of(self.frames / 10) {
-                let held = Held::now(&place);
-                self.say("frames", frame, held)?;
+                let held = ResourceUsage::now(&place);
+                self.print_progress("frames", frame, held)?;
                 if frame == self.frames / 10 {
                     warm = held;
                 }
             }
         }
         let seconds = start.elapsed().as_secs_f64();
-        let (after, now) = (Held::now(&place), link.statistics());
+        let (after, now) = (ResourceUsage::now(&place), link.statistics());
         drop((stays, visits));
-        let grown = after.memory > warm.memory + memory::ROOM || after.objects > warm.objects + OBJECTS;
+        let grown =
+            after.memory > warm.memory + memory::MEMORY_GROWTH_TOLERANCE || after.objects > warm.objects + OBJECTS;
         let result = json!({
             "frames": self.frames, "seconds": seconds, "written": now.frames, "bytes": now.bytes, "dropped": now.dropped,
             "commands": now.accepted, "kills": KILLS, "before": before.json(), "warm": warm.json(), "after": after.json(),
@@ -131,7 +132,7 @@ impl Soak {
         Ok((result, grown))
     }
 
-    fn say(&self, what: &str, frame: u64, held: Held) -> Result<(), InputError> {
+    fn print_progress(&self, what: &str, frame: u64, held: ResourceUsage) -> Result<(), InputError> {
         if self.json {
             return Ok(());
         }
@@ -152,14 +153,14 @@ fn scene() -> Scene {
         pins,
         ..SheetSpec::default()
     };
-    let engine = sheetwork::scene::EngineKind::TrBdf2;
+    let engine = sheetwork::scene::IntegratorKind::TrBdf2;
     Scene { name: "soak".into(), engine, sheets: vec![sheet], dt: 1.0 / 240.0, ..Scene::default() }
 }
 
 /// A reader process, killed on drop.
-struct Process(Child);
+struct ReaderProcess(Child);
 
-impl Process {
+impl ReaderProcess {
     fn start(root: &Path, reader: &str) -> Result<Self, InputError> {
         let failed = |e: std::io::Error| InputError::new("reader", e.to_string());
         let program = std::env::current_exe().map_err(failed)?;
@@ -177,7 +178,7 @@ impl Process {
     }
 }
 
-impl Drop for Process {
+impl Drop for ReaderProcess {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -185,7 +186,7 @@ impl Drop for Process {
 }
 
 /// Reads frames until killed.
-fn stay() -> Result<ExitCode, InputError> {
+fn read_until_killed() -> Result<ExitCode, InputError> {
     let client = Client::attach_within(&LinkPlace::new(NAME)?, Duration::from_secs(10))?;
     let mut frames = client.frames(false)?;
     loop {
@@ -197,7 +198,7 @@ fn stay() -> Result<ExitCode, InputError> {
 }
 
 /// Attaches, reads all streams, sets a parameter and detaches, in a loop until killed.
-fn visit() -> Result<ExitCode, InputError> {
+fn attach_and_detach() -> Result<ExitCode, InputError> {
     let place = LinkPlace::new(NAME)?;
     for visit in 0_u64.. {
         let client = Client::attach_within(&place, Duration::from_secs(10))?;

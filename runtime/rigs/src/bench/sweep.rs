@@ -8,12 +8,12 @@
 use crate::measure::{Setup, TABLE, measure};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::Material;
 
-use crate::bench::judge::judge;
-use crate::bench::point::Point;
+use crate::bench::point::ParetoPoint;
 use crate::bench::reference::References;
+use crate::bench::verdict::compare_with_targets;
 
 /// Rigs, in the order of the panels.
 pub const CASES: &[&str] = &["cantilever", "release", "frequency", "pedestal"];
@@ -25,7 +25,7 @@ const SPRINGS: f64 = 1.0 / 3.0;
 pub struct Configuration {
     case: &'static str,
     structure: StructureKind,
-    engine: EngineKind,
+    engine: IntegratorKind,
     side: u32,
     /// Step, s; none for the largest stable one.
     dt: Option<f64>,
@@ -39,7 +39,7 @@ pub fn setup(poisson: f64) -> Setup {
     Setup {
         structure: StructureKind::Shell,
         layers: 1,
-        engine: EngineKind::TrBdf2,
+        engine: IntegratorKind::TrBdf2,
         material: Material { young: 3e9, poisson, density: 1050.0, thickness: 5e-4, ..defaults.material },
         length: 0.25,
         width: 0.25,
@@ -54,12 +54,12 @@ pub fn setup(poisson: f64) -> Setup {
 
 /// All configurations, ordered by rig; `quick` selects a few of each kind.
 pub fn plan(quick: bool) -> Vec<Configuration> {
-    use EngineKind::{BackwardEuler, Bdf2, Rk4, TrBdf2, Verlet};
+    use IntegratorKind::{BackwardEuler, Bdf2, Rk4, TrBdf2, Verlet};
     use StructureKind::{DoubleDiagonal, Samm, Shell, Slamm, Trimm};
     let sides: &[u32] = if quick { &[6, 11, 21] } else { &[6, 11, 16, 21, 31, 41] };
     let rates: &[f64] = if quick { &[60.0] } else { &[30.0, 60.0, 120.0, 240.0] };
     let mut all = Vec::new();
-    let mut add = |structure: StructureKind, engines: &[EngineKind], sides: &[u32], steps: &[Option<f64>]| {
+    let mut add = |structure: StructureKind, engines: &[IntegratorKind], sides: &[u32], steps: &[Option<f64>]| {
         let poisson = if structure == Shell { 0.0 } else { SPRINGS };
         for &engine in engines {
             for &side in sides {
@@ -68,13 +68,13 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
         }
     };
     let steps: Vec<Option<f64>> = rates.iter().map(|rate| Some(1.0 / rate)).collect();
-    let implicit: &[EngineKind] = if quick { &[TrBdf2] } else { &[TrBdf2, Bdf2, BackwardEuler] };
+    let implicit: &[IntegratorKind] = if quick { &[TrBdf2] } else { &[TrBdf2, Bdf2, BackwardEuler] };
     add(Shell, implicit, sides, &steps);
     let lattices: &[StructureKind] = if quick { &[DoubleDiagonal] } else { &[DoubleDiagonal, Trimm, Slamm, Samm] };
     for &structure in lattices {
         add(structure, &[TrBdf2], if quick { &[6, 11] } else { &[6, 11, 21, 31] }, &steps[..steps.len().min(2)]);
     }
-    let explicit: &[EngineKind] = if quick { &[Verlet] } else { &[Verlet, Rk4] };
+    let explicit: &[IntegratorKind] = if quick { &[Verlet] } else { &[Verlet, Rk4] };
     for structure in [Shell, DoubleDiagonal] {
         add(structure, explicit, if quick { &[6] } else { &[6, 11] }, &[None]);
     }
@@ -98,12 +98,12 @@ impl Configuration {
     ///
     /// # Errors
     /// A missing reference. Errors of the run itself are in the point's status.
-    pub fn run(&self, references: &mut References) -> Result<Point, InputError> {
+    pub fn run(&self, references: &mut References) -> Result<ParetoPoint, InputError> {
         let targets = references.get(self.case, self.poisson)?;
         let found = measure(self.case, &self.setup())
             .unwrap_or_else(|error| serde_json::json!({ "status": error.to_string().replace('\n', " ") }));
-        let verdict = judge(self.case, &found, &targets);
-        Ok(Point {
+        let verdict = compare_with_targets(self.case, &found, &targets);
+        Ok(ParetoPoint {
             case: self.case.into(),
             structure: self.structure.name().into(),
             engine: self.engine.name().into(),
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_planned_twice() {
+    fn the_plan_has_no_duplicates() {
         for quick in [false, true] {
             let plan = plan(quick);
             assert!(!plan.is_empty());

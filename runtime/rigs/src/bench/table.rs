@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use crate::bench::front::front;
-use crate::bench::point::Point;
+use crate::bench::point::ParetoPoint;
 use crate::bench::sweep::CASES;
 
 /// Tables of all rigs.
-pub fn markdown(points: &[Point]) -> String {
+pub fn markdown(points: &[ParetoPoint]) -> String {
     let mut text = String::new();
     for case in CASES {
-        let of_case: Vec<&Point> = points.iter().filter(|p| p.case == *case).collect();
+        let of_case: Vec<&ParetoPoint> = points.iter().filter(|p| p.case == *case).collect();
         if of_case.is_empty() {
             continue;
         }
@@ -33,7 +33,7 @@ pub fn markdown(points: &[Point]) -> String {
     text
 }
 
-fn row(point: &Point, best: bool) -> String {
+fn row(point: &ParetoPoint, best: bool) -> String {
     let mark = if best { "**" } else { "" };
     let error = point.error.map_or_else(|| "-".into(), percent);
     let rest = match point.settled {
@@ -78,7 +78,7 @@ mod tests {
     use crate::bench::front::tests::point;
 
     #[test]
-    fn the_front_is_bold_and_peers_are_never_left_out() {
+    fn the_table_has_the_front_in_bold_and_all_peers() {
         let mut peer = point(40.0, 0.08);
         (peer.peer, peer.structure) = (true, "MuJoCo shell 4.0.0".into());
         let text = markdown(&[point(20.0, 0.0021), point(30.0, 0.003), peer]);

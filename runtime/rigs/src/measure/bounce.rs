@@ -4,15 +4,15 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, plane};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::scene::Placement;
 
-pub(crate) const CASE: Case =
-    Case { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
 
 /// Number of rebounds to wait for.
 const REBOUNDS: usize = 3;
@@ -23,34 +23,40 @@ struct Flight {
     last_rise: f64,
     heights: Vec<f64>,
     /// Energy at the top of the first rebound, or at the end without a rebound, J.
-    kept: Option<f64>,
+    energy_after_impact: Option<f64>,
     /// Largest height after the first contact.
     highest: f64,
     met: bool,
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
-    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.half_thickness()?, 0.0);
+    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.contact_offset()?, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let centre = |world: &World| world.sheets()[0].centre_of_mass().y;
     let lying = centre(&runner.world) - setup.height;
-    let scale = watch::fall(&runner.world, setup.height);
-    let level = watch::energy(&runner.world) - scale;
-    let mut flight =
-        Flight { last_height: setup.height, last_rise: 0.0, heights: Vec::new(), kept: None, highest: 0.0, met: false };
+    let scale = contact_observer::fall_energy(&runner.world, setup.height);
+    let level = contact_observer::energy(&runner.world) - scale;
+    let mut flight = Flight {
+        last_height: setup.height,
+        last_rise: 0.0,
+        heights: Vec::new(),
+        energy_after_impact: None,
+        highest: 0.0,
+        met: false,
+    };
     // Duration of the fall plus twice the rise of each rebound.
     let e = setup.restitution;
-    let fall = setup.fall(setup.height)?;
+    let fall = setup.fall_time(setup.height)?;
     let duration = fall * (1.05 + 2.0 * (e + e * e + e * e * e)) + 0.3 * fall + 0.05;
     runner.run(duration.min(1e3), |world| {
-        watch.see(world);
+        watch.observe_step(world);
         flight.see(world, centre(world) - lying, setup.gravity);
         flight.heights.len() < REBOUNDS
     });
-    let kept = flight.kept.unwrap_or_else(|| watch::energy(&runner.world)) - level;
+    let kept = flight.energy_after_impact.unwrap_or_else(|| contact_observer::energy(&runner.world)) - level;
     let expected: Vec<f64> = (1..=REBOUNDS as i32).map(|n| setup.height * e.powi(2 * n)).collect();
     let mut keys = watch.keys(&runner.world, scale);
     if let Value::Object(own) = json!({
@@ -76,12 +82,12 @@ impl Flight {
             let top = self.last_height + self.last_rise * self.last_rise / (2.0 * gravity);
             self.heights.push(top);
             self.highest = self.highest.max(top);
-            self.kept.get_or_insert(watch::energy(world));
+            self.energy_after_impact.get_or_insert(contact_observer::energy(world));
         }
         if self.met {
             self.highest = self.highest.max(height);
         }
-        self.met |= watch::touched(world);
+        self.met |= contact_observer::has_touched(world);
         (self.last_height, self.last_rise) = (height, rise);
     }
 }

@@ -8,12 +8,12 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "buckling",
     about: "weight at which a strip on its edge, clamped at one end, falls sideways",
     contact: false,
@@ -21,17 +21,17 @@ pub(crate) const CASE: Case = Case {
 };
 
 /// Relative tolerance of the bisection.
-const ACCURACY: f64 = 1e-6;
+const PGS_TOLERANCE: f64 = 1e-6;
 /// Maximum Γ.
-const MOST: f64 = 1e6;
+const MAXIMUM_LOAD: f64 = 1e6;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     scene.sheets[0].pins.push(PinSpec::clamped(Region::Left));
     let mut free = setup.world(&scene)?;
     // A copy of the strip constrained to its plane, for the equilibrium before buckling.
     let mut flat = scene.clone();
-    flat.sheets[0].pins.push(PinSpec { axes: (false, true, false), ..PinSpec::held(Region::All) });
+    flat.sheets[0].pins.push(PinSpec { axes: (false, true, false), ..PinSpec::fixed(Region::All) });
     let mut flat = setup.world(&flat)?;
     let material = &setup.material;
     let per_gravity = 12.0 * material.density * setup.length.powi(3) / (material.young * material.thickness.powi(2));
@@ -40,11 +40,11 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         stands_at(&mut flat, &mut free, gamma / per_gravity, setup, &mut solves)
     };
     let (mut low, mut high) = (0.0, 10.0);
-    while stands(high)? && high < MOST {
+    while stands(high)? && high < MAXIMUM_LOAD {
         (low, high) = (high, 2.0 * high);
     }
-    let found = high < MOST;
-    while found && high - low > ACCURACY * high {
+    let found = high < MAXIMUM_LOAD;
+    while found && high - low > PGS_TOLERANCE * high {
         let middle = 0.5 * (low + high);
         if stands(middle)? {
             low = middle;
@@ -64,7 +64,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 /// stable.
 fn stands_at(flat: &mut World, free: &mut World, g: f64, setup: &Setup, solves: &mut u32) -> Result<bool, InputError> {
     flat.set_gravity_unbounded(glam::DVec3::new(0.0, 0.0, -g));
-    *solves += flat.settle(1e-12 * setup.length).iter().map(|e| e.solves).sum::<u32>();
+    *solves += flat.find_equilibrium(1e-12 * setup.length).iter().map(|e| e.solves).sum::<u32>();
     let x = flat.sheets()[0].x.clone();
     let sheet = &mut free.sheets_mut()[0];
     sheet.x.copy_from(&x);

@@ -5,24 +5,24 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "cantilever",
     about: "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);
-    let solves = runner.rest(setup);
+    let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let edge = Edge::of(sheet, &sheet.x);
+    let edge = FreeEdge::new(sheet, &sheet.x);
     let (root, size) = (scene.sheets[0].placement.position, scene.sheets[0].size.0);
     let drop = root.y - edge.middle.y;
     let reference = (setup.material.poisson == 0.0).then(|| {

@@ -1,5 +1,5 @@
 //! Playing cards: a dropped pack that must come to rest without overlap, and a house of cards that
-//! must stand until a ball hits it. The scenes are those of `scene::cards`; integrator, step and
+//! must stand until a ball hits it. The scenes are those of `scene::card_scenes`; integrator, step and
 //! threads come from the set-up.
 
 use std::time::Instant;
@@ -7,20 +7,20 @@ use std::time::Instant;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
-use sheetwork::scene::cards::{Cards, DROP, LENGTH, THICKNESS, WIDTH};
+use sheetwork::scene::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const PACK: Case =
-    Case { name: "card-pack", about: "52 cards dropped as a pack: [--threads N]", contact: true, run: pack };
+pub(crate) const PACK: RigCase =
+    RigCase { name: "card-pack", about: "52 cards dropped as a pack: [--threads N]", contact: true, run: pack };
 
-pub(crate) const HOUSE: Case = Case {
+pub(crate) const HOUSE: RigCase = RigCase {
     name: "card-house",
     about: "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
     contact: true,
@@ -28,23 +28,23 @@ pub(crate) const HOUSE: Case = Case {
 };
 
 /// Time limit for the pack to come to rest, s.
-const PATIENCE: f64 = 6.0;
+const REST_TIMEOUT: f64 = 6.0;
 /// Time for which the house must stand, and time for its collapse, s.
 const STANDING: f64 = 10.0;
 const FALLING: f64 = 3.0;
 /// Steps between two overlap evaluations during the collapse. A card that has passed through
 /// another remains detectable.
-const SEEN: u32 = 5;
+const OVERLAP_CHECK_INTERVAL: u32 = 5;
 
 /// Wall-clock time of steps, the time that threads reduce.
 #[derive(Default)]
-struct Frames {
+struct StepDurations {
     total: f64,
     worst: f64,
     count: u32,
 }
 
-impl Frames {
+impl StepDurations {
     /// Takes one step.
     fn step(&mut self, runner: &mut Runner) {
         let start = Instant::now();
@@ -69,7 +69,7 @@ fn size(world: &World) -> Map<String, Value> {
     if let Value::Object(map) = keys { map } else { Map::new() }
 }
 
-fn world(setup: &Setup, cards: Cards) -> Result<World, InputError> {
+fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
     let mut scene = Scene::parse(&cards.text())?;
     scene.engine = setup.engine;
     scene.dt = setup.dt.unwrap_or(scene.dt);
@@ -78,22 +78,22 @@ fn world(setup: &Setup, cards: Cards) -> Result<World, InputError> {
     Ok(world)
 }
 
-fn pack(setup: &Setup) -> Result<Outcome, InputError> {
-    let mut runner = Runner::new(world(setup, Cards::Pack)?);
-    let mut watch = Watch::new(&runner.world);
+fn pack(setup: &Setup) -> Result<RigOutcome, InputError> {
+    let mut runner = Runner::new(world(setup, CardScene::Pack)?);
+    let mut watch = ContactObserver::new(&runner.world);
     // An overlap evaluation of 52 cards costs more than a step.
     watch.every = 30;
-    let mut frames = Frames::default();
+    let mut frames = StepDurations::default();
     let centres = |world: &World| world.sheets().iter().map(Sheet::centre_of_mass).collect::<Vec<_>>();
     let start = centres(&runner.world);
-    while runner.world.time() < PATIENCE && !watch.asleep() && runner.world.unstable().is_none() {
+    while runner.world.time() < REST_TIMEOUT && !watch.asleep() && runner.world.unstable().is_none() {
         frames.step(&mut runner);
-        watch.see(&runner.world);
+        watch.observe_step(&runner.world);
     }
     let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
     let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
     let overlap = between(runner.world.sheets());
-    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, DROP));
+    let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, DROP));
     keys.extend(frames.keys());
     if let Value::Object(own) = json!({
         "cards": runner.world.sheets().len(),
@@ -101,7 +101,7 @@ fn pack(setup: &Setup) -> Result<Outcome, InputError> {
         "overlap_at_rest_m": overlap,
         "overlap_ratio": overlap / THICKNESS,
         "drift_m": drift,
-        "in_order": watch::in_order(&runner.world),
+        "in_order": contact_observer::is_in_order(&runner.world),
     }) {
         keys.extend(own);
     }
@@ -112,30 +112,30 @@ fn pack(setup: &Setup) -> Result<Outcome, InputError> {
     Ok(outcome)
 }
 
-fn house(setup: &Setup) -> Result<Outcome, InputError> {
-    let mut runner = Runner::new(world(setup, Cards::House)?);
-    let mut watch = Watch::new(&runner.world);
+fn house(setup: &Setup) -> Result<RigOutcome, InputError> {
+    let mut runner = Runner::new(world(setup, CardScene::House)?);
+    let mut watch = ContactObserver::new(&runner.world);
     watch.every = 30;
     let start = top(&runner.world);
-    let mut frames = Frames::default();
+    let mut frames = StepDurations::default();
     while runner.world.time() < STANDING && runner.world.unstable().is_none() {
         frames.step(&mut runner);
-        watch.see(&runner.world);
+        watch.observe_step(&runner.world);
     }
     let stood = top(&runner.world);
     let stands = runner.world.unstable().is_none() && stood > 0.98 * start;
     let (overlap, asleep) = (between(runner.world.sheets()), watch.asleep());
-    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, start));
+    let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, start));
     keys.extend(frames.keys());
-    let thrown = Scene::parse(&Cards::HouseAndBall.text())?;
+    let thrown = Scene::parse(&CardScene::HouseAndBall.text())?;
     for mut ball in thrown.bodies {
         ball.velocity *= setup.throw;
         runner.world.add_body(&ball)?;
     }
-    let (mut falling, mut deepest) = (Frames::default(), 0.0_f64);
+    let (mut falling, mut deepest) = (StepDurations::default(), 0.0_f64);
     while runner.world.time() < STANDING + FALLING && runner.world.unstable().is_none() {
         falling.step(&mut runner);
-        if falling.count.is_multiple_of(SEEN) {
+        if falling.count.is_multiple_of(OVERLAP_CHECK_INTERVAL) {
             deepest = deepest.max(between(runner.world.sheets()));
         }
     }

@@ -6,12 +6,12 @@
 use serde_json::json;
 
 use crate::measure::thermal::outcome;
-use crate::measure::{Case, Outcome, Setup};
+use crate::measure::{RigCase, RigOutcome, Setup};
 use sheetwork::InputError;
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::temperature::conduction::{Exchange, Stepper};
+use sheetwork::sheet::temperature::conduction::{ConductionStepper, Exchange};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "conduction",
     about: "how far warmth has come along an insulated sheet from an edge made warm: --fo",
     contact: false,
@@ -21,12 +21,12 @@ pub(crate) const CASE: Case = Case {
 /// Number of steps when no step is given.
 const STEPS: f64 = 500.0;
 /// Number of steps with all edges insulated.
-const LEFT: usize = 200;
+const INSULATED_STEPS: usize = 200;
 /// Convection coefficient of the warm edge, over conductivity times thickness. Large enough to
 /// prescribe its temperature.
-const HELD: f64 = 1e9;
+const EDGE_CONVECTION_FACTOR: f64 = 1e9;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let sheet = Sheet::build(&setup.scene(), 0)?;
     let material = sheet.material();
     let diffusivity = material.conductivity / (material.density * material.specific_heat);
@@ -36,12 +36,12 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let time = setup.thermal.fourier * setup.length * setup.length / diffusivity;
     let steps = setup.dt.map_or(STEPS, |dt| (time / dt).ceil());
     let dt = time / steps;
-    let mut stepper = Stepper::new(&sheet, 1);
+    let mut stepper = ConductionStepper::new(&sheet, 1);
     let mut exchange = Exchange::default();
-    exchange.clear(sheet.masses());
-    let mut celsius = vec![0.0; sheet.masses()];
-    for i in (0..sheet.masses()).filter(|i| sheet.uv[*i].0 <= 1e-9) {
-        exchange.convection[i] = HELD * material.conductivity * material.thickness;
+    exchange.clear(sheet.node_count());
+    let mut celsius = vec![0.0; sheet.node_count()];
+    for i in (0..sheet.node_count()).filter(|i| sheet.uv[*i].0 <= 1e-9) {
+        exchange.convection[i] = EDGE_CONVECTION_FACTOR * material.conductivity * material.thickness;
         exchange.supply[i] = exchange.convection[i];
         celsius[i] = 1.0;
     }
@@ -55,8 +55,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let profile: Vec<f64> = row.iter().map(|i| celsius[*i]).collect();
     let places: Vec<f64> = row.iter().map(|i| sheet.uv[*i].0).collect();
     let before = stepper.heat(&celsius);
-    exchange.clear(sheet.masses());
-    (0..LEFT).for_each(|_| stepper.advance(&mut celsius, &exchange, dt));
+    exchange.clear(sheet.node_count());
+    (0..INSULATED_STEPS).for_each(|_| stepper.advance(&mut celsius, &exchange, dt));
     let keys = json!({
         "fo": setup.thermal.fourier,
         "time_s": time,

@@ -4,11 +4,11 @@
 use serde_json::json;
 
 use crate::measure::thermal::HeatRig;
-use crate::measure::{Case, Outcome, Setup};
+use crate::measure::{RigCase, RigOutcome, Setup};
 use sheetwork::InputError;
 use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "cooling",
     about: "time from one temperature to another in the open: --from, --to, --ambient, --convection",
     contact: false,
@@ -16,9 +16,9 @@ pub(crate) const CASE: Case = Case {
 };
 
 /// Temperature change of the first step when no step is given, K.
-const CHANGE: f64 = 0.25;
+const MAXIMUM_TEMPERATURE_CHANGE: f64 = 0.25;
 /// Maximum number of steps.
-const MOST: u64 = 200_000;
+const MAXIMUM_STEPS: u64 = 200_000;
 
 /// Step (s) for a small temperature change per step, at the heat flow of a sheet at `celsius` in
 /// surroundings at `other`.
@@ -29,10 +29,10 @@ pub(crate) fn gentle_step(setup: &Setup, celsius: f64, other: f64) -> f64 {
     let flow = 2.0 * m.emissivity * STEFAN_BOLTZMANN * (fourth(celsius) - fourth(other)).abs()
         + t.convection * (celsius - other).abs();
     let capacity = m.areal_mass() * m.specific_heat;
-    if flow > 0.0 { (CHANGE * capacity / flow).min(1e3) } else { 1.0 }
+    if flow > 0.0 { (MAXIMUM_TEMPERATURE_CHANGE * capacity / flow).min(1e3) } else { 1.0 }
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let t = &setup.thermal;
     let from = t.from.unwrap_or(120.0);
     let mut rig = HeatRig::new(setup, from)?;
@@ -45,7 +45,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     }
     let mut time = (t.to == from).then_some(0.0);
     let mut steps = 0;
-    while reaches && time.is_none() && steps < MOST {
+    while reaches && time.is_none() && steps < MAXIMUM_STEPS {
         let before = rig.mean();
         rig.step(dt);
         let now = rig.mean();

@@ -12,13 +12,13 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
-use sheetwork::elements::creep::Shift;
+use sheetwork::elements::creep::TimeShift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "creep",
     about: "creep of a strip under a constant weight against the compliance of Burgers' model: --celsius C --seconds S",
     contact: false,
@@ -30,13 +30,13 @@ const SAG: f64 = 1e-4;
 /// Number of creep steps when no step is given.
 const STEPS: f64 = 200.0;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let material = &setup.material;
     let Some(burgers) = material.burgers else {
         return Err(InputError::new("relaxation-time", "is not known of this material, which does not creep"));
     };
     let celsius = setup.celsius.unwrap_or(material.glass_transition.map_or(20.0, |glass| glass + 40.0));
-    let shift = Shift { glass_transition: material.glass_transition, wlf: material.wlf }.at(celsius);
+    let shift = TimeShift { glass_transition: material.glass_transition, wlf: material.wlf }.at(celsius);
     let (flow, delay) = (burgers.relaxation_time * shift, burgers.retardation_time * shift);
     let compliance = |t: f64| 1.0 + t / flow - burgers.retarded * (-t / delay).exp_m1();
     // Initial deflection w = ρ t g L⁴/(8 D).
@@ -51,9 +51,9 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     scene.sheets[0].material = MaterialChoice::Inline(material);
     scene.sheets[0].temperature = Some(celsius);
     let mut runner = Runner::new(setup.world(&scene)?);
-    runner.rest(&Setup { dynamic: false, ..setup.clone() });
+    runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     let root = scene.sheets[0].placement.position.y;
-    let sag = |runner: &Runner| root - Edge::of(&runner.world.sheets()[0], &runner.world.sheets()[0].x).middle.y;
+    let sag = |runner: &Runner| root - FreeEdge::new(&runner.world.sheets()[0], &runner.world.sheets()[0].x).middle.y;
     let first = sag(&runner);
     let mut worst = 0.0_f64;
     let mut elapsed = 0.0;
@@ -62,14 +62,14 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         runner.run(setup.seconds, |world| {
             elapsed += dt;
             let sheet = &world.sheets()[0];
-            let now = root - Edge::of(sheet, &sheet.x).middle.y;
+            let now = root - FreeEdge::new(sheet, &sheet.x).middle.y;
             worst = worst.max((now / first / compliance(elapsed) - 1.0).abs());
             true
         });
     } else {
         let steps = (setup.seconds / setup.dt.unwrap_or(setup.seconds / STEPS)).round().max(1.0);
         for _ in 0..steps as u64 {
-            runner.world.flow_settled(setup.seconds / steps, 1e-12 * setup.length);
+            runner.world.creep_in_equilibrium(setup.seconds / steps, 1e-12 * setup.length);
             elapsed += setup.seconds / steps;
             worst = worst.max((sag(&runner) / first / compliance(elapsed) - 1.0).abs());
         }

@@ -19,17 +19,17 @@
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-use crate::measure::{Case, Outcome, Runner, Setup, body};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::material::calibration::isotropic_rows;
-use sheetwork::mesh::outline::locate::Locator;
-use sheetwork::mesh::outline::{HoleSpec, Mesh, OutlineSpec};
+use sheetwork::mesh::outline::locate::PointLocator;
+use sheetwork::mesh::outline::{HoleSpec, OutlineSpec, TriangleMesh};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{CreaseSpec, Region, Scene, Shape};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "detail",
     about: "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
     contact: true,
@@ -45,7 +45,7 @@ const AFTER: f64 = 0.1;
 /// Time for a sheet on a box to come to rest, s.
 const REST: f64 = 2.0;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut rows = Vec::new();
     let mut last = None;
     let is_shell = setup.structure == StructureKind::Shell;
@@ -55,9 +55,9 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         };
         for (shape, make) in SHAPES.into_iter().filter(offered) {
             let mut runner = make(&Setup { grid: (from, from), ..setup.clone() })?;
-            let start = runner.world.save();
+            let start = runner.world.serialise();
             for to in GRIDS.into_iter().filter(|to| *to != from) {
-                runner.world.load(&start)?;
+                runner.world.deserialise(&start)?;
                 let mut row = change(&mut runner.world, to)?;
                 if let Value::Object(map) = &mut row {
                     map.insert("shape".into(), json!(shape));
@@ -100,7 +100,7 @@ fn clamped(setup: &Setup) -> Scene {
 
 fn settled(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
     let mut runner = Runner::new(setup.world(scene)?);
-    runner.rest(&Setup { dynamic: false, ..setup.clone() });
+    runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     Ok(runner)
 }
 
@@ -163,9 +163,9 @@ fn on_box(setup: &Setup) -> Result<Runner, InputError> {
     let mut scene = setup.scene();
     let side = setup.box_side;
     scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
-    scene.sheets[0].placement.position.y = setup.half_thickness()? + 1e-3;
-    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
-    runner.run(REST, |world| !world.is_quiet());
+    scene.sheets[0].placement.position.y = setup.contact_offset()? + 1e-3;
+    let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
+    runner.run(REST, |world| !world.is_resting());
     Ok(runner)
 }
 
@@ -220,10 +220,10 @@ fn at_common_places(points: &[DVec3], columns: usize, uvs: &[[f32; 2]], margin: 
 fn of_triangles(sheet: &Sheet) -> Vec<DVec3> {
     let drawn = sheet.surface(0, 4).map(|surface| surface.mesh(&sheet.x)).unwrap_or_default();
     let places = drawn.uvs.iter().map(|p| p.map(f64::from)).collect();
-    let Ok(mesh) = Mesh::new(places, drawn.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect()) else {
+    let Ok(mesh) = TriangleMesh::new(places, drawn.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect()) else {
         return Vec::new();
     };
-    let locator = Locator::new(&mesh);
+    let locator = PointLocator::new(&mesh);
     let part = |k: u32| f64::from(k) / f64::from(PIECES);
     let at = |i: u32, j: u32| {
         let p = [part(i), part(j)];
@@ -277,15 +277,15 @@ fn change(world: &mut World, to: u32) -> Result<Value, InputError> {
     let energy = |world: &World| world.sheets()[0].energy(gravity);
     let (before, start) = (surfaces(&world.sheets()[0]), energy(world));
     let name = world.sheets()[0].name.clone();
-    let there = world.save();
+    let there = world.serialise();
     world.advance(AFTER);
     let [stayed, _] = surfaces(&world.sheets()[0]);
-    world.load(&there)?;
+    world.deserialise(&there)?;
     let (structure, size, drawn_from) =
         (world.sheets()[0].structure, world.sheets()[0].rest_size(), inset(&world.sheets()[0]));
     let grid = (to, isotropic_rows(structure, to, size).unwrap_or(to));
     let clock = std::time::Instant::now();
-    world.resample(&name, grid)?;
+    world.remap(&name, grid)?;
     let took = clock.elapsed().as_secs_f64();
     let (after, begun) = (surfaces(&world.sheets()[0]), energy(world));
     let mut highest = begun.total;
@@ -307,6 +307,6 @@ fn change(world: &mut World, to: u32) -> Result<Value, InputError> {
         "apart": apart(&stayed, &later) / bent,
         "outline_m": (inset(&world.sheets()[0]) - drawn_from).abs(),
         "change_ms": 1e3 * took,
-        "asleep": world.is_quiet(),
+        "asleep": world.is_resting(),
     }))
 }

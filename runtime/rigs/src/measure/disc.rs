@@ -5,19 +5,19 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, Case, Outcome, Runner, Setup};
+use crate::measure::{Boundary, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "disc",
     about: "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let across = 2.0 * setup.radius;
     let setup = &Setup { damping_ratio: 0.0, gravity: 0.0, length: across, width: across, ..setup.clone() };
     let mut scene = setup.scene();
@@ -31,7 +31,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
             0
         }
         Boundary::Supported => {
-            sheet.pins.push(PinSpec::held(Region::Border));
+            sheet.pins.push(PinSpec::fixed(Region::Border));
             0
         }
     };
@@ -42,7 +42,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "length_m": across,
         "width_m": across,
         "radius_m": setup.radius,
-        "masses": runner.world.sheets()[0].masses(),
+        "masses": runner.world.sheets()[0].node_count(),
         "omega_rad_s": modes.iter().skip(rigid).map(|m| m.omega).collect::<Vec<f64>>(),
     });
     Ok(runner.outcome(keys))

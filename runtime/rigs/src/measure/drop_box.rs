@@ -4,14 +4,14 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, body};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::scene::Shape;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "drop-box",
     about: "a flat drop on a box, to rest: --height M --box M --friction MU",
     contact: true,
@@ -19,24 +19,24 @@ pub(crate) const CASE: Case = Case {
 };
 
 /// Time limit to come to rest after the fall, s.
-const PATIENCE: f64 = 4.0;
+const REST_TIMEOUT: f64 = 4.0;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     let side = setup.box_side;
     scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
-    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.half_thickness()?, 0.0);
+    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.contact_offset()?, 0.0);
     let places = [("0", (0.0, 0.0)), ("1", (1.0, 0.0)), ("2", (0.0, 1.0)), ("3", (1.0, 1.0)), ("centre", (0.5, 0.5))];
     scene.sheets[0].probes.extend(places.map(|(name, uv)| (name.to_owned(), uv)));
-    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
-    let fall = setup.fall(setup.height)?;
-    runner.run((fall + PATIENCE).min(1e3), |world| {
-        watch.see(world);
+    let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
+    let mut watch = ContactObserver::new(&runner.world);
+    let fall = setup.fall_time(setup.height)?;
+    runner.run((fall + REST_TIMEOUT).min(1e3), |world| {
+        watch.observe_step(world);
         !watch.asleep()
     });
     let (corners, centre) = heights(&runner.world);
-    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, setup.height));
+    let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, setup.height));
     if let Value::Object(own) = json!({
         "height_m": setup.height,
         "box_m": side,
@@ -58,7 +58,7 @@ fn heights(world: &World) -> (f64, f64) {
     let (mut corners, mut centre) = (0.0, 0.0);
     for sheet in world.sheets() {
         for probe in &sheet.probes {
-            let y = probe.of(&sheet.x).y;
+            let y = probe.at(&sheet.x).y;
             if probe.name == "centre" { centre = y } else { corners += 0.25 * y }
         }
     }

@@ -2,20 +2,20 @@
 //! and passage through bodies.
 //!
 //! A sheet has passed through a body when its solid overlaps the body by more than 1 mm after a
-//! step, or when a node or triangle centre crosses the core of a body within a step (`paths`). The
+//! step, or when a node or triangle centre crosses the core of a body within a step (`crossing_detector`). The
 //! reference energy is the kinetic energy of the throw plus the fall to the floor.
 
 use glam::DVec3;
 
-use crate::measure::draw::Draw;
-use crate::measure::paths::Paths;
-use crate::measure::watch;
-use crate::measure::watch::Watch;
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::crossing_detector::CrossingDetector;
+use crate::measure::random_sequence::RandomSequence;
 use crate::measure::{Runner, body, plane};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{
@@ -48,7 +48,7 @@ pub struct Drop {
 }
 
 /// Penetration at which a sheet counts as having passed through, m.
-const THROUGH: f64 = 1e-3;
+const PASSAGE_THRESHOLD: f64 = 1e-3;
 /// Simulated time of each throw, s.
 const DURATION: f64 = 1.5;
 
@@ -58,27 +58,28 @@ const DURATION: f64 = 1.5;
 /// # Errors
 /// An explicit integrator, whose stable step differs between sheets. A scene that fails validation,
 /// which is a defect of the random draw.
-pub fn throw(seed: u64, index: u64, engine: EngineKind) -> Result<Drop, InputError> {
+pub fn throw(seed: u64, index: u64, engine: IntegratorKind) -> Result<Drop, InputError> {
     if !engine.info().implicit {
         let problem =
             format!("{} is explicit and cannot step every sheet in 1/60 s; give an implicit one", engine.name());
         return Err(InputError::new("engine", problem));
     }
-    let (mut scene, what) = drawn(&mut Draw::new(seed ^ 0x6472_6f70, index))?;
+    let (mut scene, what) = drawn(&mut RandomSequence::new(seed ^ 0x6472_6f70, index))?;
     scene.engine = engine;
     let mut runner = Runner::new(World::new(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let start = runner.world.sheets().first().map_or(0.0, |s| s.energy(DVec3::ZERO).kinetic);
     let height = runner.world.sheets().first().map_or(0.0, |s| s.centre_of_mass().y);
-    let scale = start + watch::fall(&runner.world, height);
-    let mut paths = Paths::new(&mut runner.world);
+    let scale = start + contact_observer::fall_energy(&runner.world, height);
+    let mut paths = CrossingDetector::new(&mut runner.world);
     let mut through = None;
     runner.run(DURATION, |world| {
-        watch.see(world);
+        watch.observe_step(world);
         let crossing = paths.crossing(world);
         if through.is_none() {
             let deepest = watch.masses.max(watch.surface);
-            through = crossing.or_else(|| (deepest > THROUGH).then(|| format!("{:.2} mm deep", 1e3 * deepest)));
+            through =
+                crossing.or_else(|| (deepest > PASSAGE_THRESHOLD).then(|| format!("{:.2} mm deep", 1e3 * deepest)));
             through = through.take().map(|how| format!("{how} at {:.3} s", world.time()));
         }
         true
@@ -101,7 +102,7 @@ pub fn throw(seed: u64, index: u64, engine: EngineKind) -> Result<Drop, InputErr
 }
 
 /// A random scene and its description.
-fn drawn(draw: &mut Draw) -> Result<(Scene, String), InputError> {
+fn drawn(draw: &mut RandomSequence) -> Result<(Scene, String), InputError> {
     let (material, material_name) = material(draw);
     let (nx, length) = (draw.between(7.0, 16.0) as u32, draw.scale(0.08, 0.4));
     let width = length * draw.between(0.5, 1.0);
@@ -132,7 +133,7 @@ fn drawn(draw: &mut Draw) -> Result<(Scene, String), InputError> {
         material.young, material.thickness
     );
     let scene = Scene {
-        engine: EngineKind::TrBdf2,
+        engine: IntegratorKind::TrBdf2,
         dt: 1.0 / 60.0,
         contact: ContactDefaults { friction, restitution, ..ContactDefaults::default() },
         sheets: vec![sheet],
@@ -143,7 +144,7 @@ fn drawn(draw: &mut Draw) -> Result<(Scene, String), InputError> {
 }
 
 /// A library material at 0.5 to 2 times its thickness, or a random modulus from 30 MPa to 200 GPa.
-fn material(draw: &mut Draw) -> (Material, &'static str) {
+fn material(draw: &mut RandomSequence) -> (Material, &'static str) {
     let (name, mut material) = if draw.unit() < 0.5 {
         // Excludes the first material, the thesis's with 185 Pa.
         let (name, _, material) =
@@ -167,7 +168,7 @@ fn material(draw: &mut Draw) -> (Material, &'static str) {
 }
 
 /// A body on the floor, the aim point, the radius around the aim point, and the body's name.
-fn obstacle(draw: &mut Draw) -> (BodySpec, DVec3, f64, &'static str) {
+fn obstacle(draw: &mut RandomSequence) -> (BodySpec, DVec3, f64, &'static str) {
     let turned =
         |spec: BodySpec, rotation: DVec3| BodySpec { placement: Placement { rotation, ..spec.placement }, ..spec };
     let spin = DVec3::new(0.0, draw.between(0.0, 360.0), 0.0);
@@ -219,23 +220,23 @@ mod tests {
     /// Throws from a set of ten thousand that exercise rollback of substeps beside moving bodies,
     /// steps solved without contact, and energy after an impact.
     #[test]
-    fn throws_that_went_wrong_do_not() {
+    fn difficult_throws_do_not_pass_through_bodies() {
         for index in [1461, 1964, 6948, 7402, 7628, 9914] {
-            let drop = throw(0, index, EngineKind::TrBdf2).expect("valid");
+            let drop = throw(0, index, IntegratorKind::TrBdf2).expect("valid");
             assert!(drop.unstable.is_none() && drop.through.is_none(), "{drop:?}");
             assert!(drop.penetration < 1e-4 && drop.energy_ratio < 1.01, "{drop:?}");
         }
     }
 
     #[test]
-    fn throws_start_clear_of_everything_and_are_the_same_again() {
+    fn throws_start_without_contact_and_are_reproducible() {
         for index in 0..60 {
-            let (scene, what) = drawn(&mut Draw::new(5, index)).expect("valid");
+            let (scene, what) = drawn(&mut RandomSequence::new(5, index)).expect("valid");
             let world = World::new(&scene).unwrap_or_else(|e| panic!("{what}: {e}"));
-            let mut watch = Watch::new(&world);
-            watch.look(&world);
+            let mut watch = ContactObserver::new(&world);
+            watch.record_state(&world);
             assert_eq!((watch.masses, watch.surface), (0.0, 0.0), "{what}");
-            assert_eq!(drawn(&mut Draw::new(5, index)).expect("valid").1, what);
+            assert_eq!(drawn(&mut RandomSequence::new(5, index)).expect("valid").1, what);
         }
     }
 }

@@ -6,17 +6,17 @@ use sheetwork::math::Vectors;
 use sheetwork::sheet::Sheet;
 
 /// Positions on the edge at u = 1 of the bottom layer, m.
-pub(crate) struct Edge {
+pub(crate) struct FreeEdge {
     /// Mean over the edge. The two corner nodes have half the weight of the others.
     pub middle: DVec3,
     /// Mean of the two corners.
     pub corners: DVec3,
 }
 
-impl Edge {
+impl FreeEdge {
     /// The edge of `sheet` with its nodes at `x`. The rows of a triangular layer end at two
     /// alternating distances; both kinds of rows have equal weight.
-    pub fn of(sheet: &Sheet, x: &Vectors) -> Self {
+    pub fn new(sheet: &Sheet, x: &Vectors) -> Self {
         if sheet.triangles.is_some() {
             return Self::of_mesh(sheet, x);
         }
@@ -37,7 +37,7 @@ impl Edge {
     /// The edge of a triangle mesh: nodes at u = 1, weighted by half of the distance to each
     /// neighbour.
     fn of_mesh(sheet: &Sheet, x: &Vectors) -> Self {
-        let mut row: Vec<usize> = (0..sheet.masses()).filter(|i| sheet.uv[*i].0 > 1.0 - 1e-9).collect();
+        let mut row: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.uv[*i].0 > 1.0 - 1e-9).collect();
         row.sort_by(|a, b| sheet.uv[*a].1.total_cmp(&sheet.uv[*b].1));
         let (Some(first), Some(last)) = (row.first(), row.last()) else {
             return Self { middle: DVec3::ZERO, corners: DVec3::ZERO };

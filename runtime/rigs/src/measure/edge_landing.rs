@@ -5,16 +5,16 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, body, plane};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{Placement, Polyhedron, Scene, Shape};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "edge-landing",
     about: "a landing on an edge: --angle DEG --height M [--corner] [--edge-of-body] [--refine N]",
     contact: true,
@@ -29,7 +29,7 @@ const WATCHED: f64 = 2.0;
 /// Result of a landing.
 struct Landing {
     runner: Runner,
-    watch: Watch,
+    watch: ContactObserver,
     /// Largest upward speed of the centre of mass after the first contact, m/s; `None` without
     /// contact.
     rebound_speed: Option<f64>,
@@ -38,7 +38,7 @@ struct Landing {
     scale: f64,
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let landing = land(setup)?;
     let dt = landing.runner.world.dt();
     let mut by_step = vec![json!({ "dt_s": dt, "rebound_speed_m_s": landing.rebound_speed })];
@@ -89,26 +89,30 @@ fn situation(setup: &Setup) -> Result<(Scene, f64), InputError> {
     }
     let sheet = Sheet::build(&scene, 0)?;
     let lowest = sheet.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    scene.sheets[0].placement.position.y = height + setup.half_thickness()? - lowest;
+    scene.sheets[0].placement.position.y = height + setup.contact_offset()? - lowest;
     Ok((scene, height))
 }
 
 fn land(setup: &Setup) -> Result<Landing, InputError> {
     let (scene, height) = situation(setup)?;
-    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
+    let mut watch = ContactObserver::new(&runner.world);
     // The centre of mass falls to its height in a flat sheet on the floor.
-    let half = setup.half_thickness()?;
-    let scale = runner.world.sheets().first().map_or(0.0, |s| watch::fall(&runner.world, s.centre_of_mass().y - half));
-    let fall = setup.fall(height)?;
+    let half = setup.contact_offset()?;
+    let scale = runner
+        .world
+        .sheets()
+        .first()
+        .map_or(0.0, |s| contact_observer::fall_energy(&runner.world, s.centre_of_mass().y - half));
+    let fall = setup.fall_time(height)?;
     let (mut met, mut rebound, mut speed) = (false, 0.0_f64, 0.0_f64);
     runner.run((fall + WATCHED).min(1e3), |world| {
-        watch.see(world);
+        watch.observe_step(world);
         if met {
-            rebound = rebound.max(watch::lowest(world, DVec3::ZERO, DVec3::Y) - half);
+            rebound = rebound.max(contact_observer::lowest(world, DVec3::ZERO, DVec3::Y) - half);
             speed = speed.max(rise(world));
         }
-        met |= watch::touched(world);
+        met |= contact_observer::has_touched(world);
         !watch.asleep()
     });
     Ok(Landing { runner, watch, rebound_speed: met.then_some(speed), rebound: met.then_some(rebound), scale })

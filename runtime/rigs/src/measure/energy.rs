@@ -5,22 +5,22 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "energy",
     about: "largest rise of the energy of an undamped sheet in ten seconds after it is let go from flat",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut rest = setup.world(&scene)?;
-    rest.settle(1e-9 * setup.length);
+    rest.find_equilibrium(1e-9 * setup.length);
     let gravity = scene.gravity;
     let least = rest.sheets()[0].energy(gravity).total;
     let mut runner = Runner::new(setup.world(&scene)?);

@@ -13,13 +13,13 @@
 use glam::DVec3;
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "fold",
     about: "angle that stays of a card folded by --angle DEG and let go, and that of return mapping: --yield-stress --hardening",
     contact: false,
@@ -29,7 +29,7 @@ pub(crate) const CASE: Case = Case {
 /// Number of increments of the fold.
 const STEPS: u32 = 20;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let (nx, nz) = setup.grid;
     if setup.structure != StructureKind::Shell {
         return Err(InputError::new("structure", format!("only the shell yields, not {}", setup.structure)));
@@ -47,8 +47,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let length = spacing * f64::from(nx - 1);
     let mut scene = Setup { gravity: 0.0, length, ..setup.clone() }.scene();
     let grip = |first: u32| Region::Masses((0..nz).flat_map(|j| [j * nx + first, j * nx + first + 1]).collect());
-    scene.sheets[0].pins.push(PinSpec::held(grip(0)));
-    scene.sheets[0].pins.push(PinSpec { until: Some(1.0), ..PinSpec::held(grip(nx - 2)) });
+    scene.sheets[0].pins.push(PinSpec::fixed(grip(0)));
+    scene.sheets[0].pins.push(PinSpec { until: Some(1.0), ..PinSpec::fixed(grip(nx - 2)) });
     scene.sheets[0].plastic = true;
     if setup.outlined {
         return Err(InputError::new("outlined", "does not go with a fold, which takes a grid along the card"));
@@ -63,13 +63,13 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
             (start, spacing),
             angle * f64::from(step) / f64::from(STEPS) / cells,
         );
-        runner.world.flow_settled(1.0, 1e-9 * length);
+        runner.world.creep_in_equilibrium(1.0, 1e-9 * length);
     }
     let folded = turned(&runner.world.sheets()[0], nx);
     let stored = runner.world.sheets()[0].energy(DVec3::ZERO).elastic;
     runner.world.sheets_mut()[0].release_pins(1.0);
-    let solves = runner.rest(&Setup { dynamic: false, ..setup.clone() });
-    runner.world.flow_settled(1.0, 1e-9 * length);
+    let solves = runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
+    runner.world.creep_in_equilibrium(1.0, 1e-9 * length);
     let sheet = &runner.world.sheets()[0];
     let stiffness = setup.material.plate_stiffness();
     let thickness = setup.material.thickness;
@@ -97,7 +97,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 /// Places the nodes on an arc that turns by `turn` (rad) from cell to cell of `spacing` (m), from x
 /// = `start` (m).
 fn bend(sheet: &mut Sheet, nx: u32, (start, spacing): (f64, f64), turn: f64) {
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         let column = i as u32 % nx;
         let mut place = DVec3::new(start, 0.0, sheet.x.get(i).z);
         for cell in 0..column {

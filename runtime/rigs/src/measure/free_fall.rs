@@ -2,13 +2,13 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 
-pub(crate) const CASE: Case =
-    Case { name: "free-fall", about: "error of a second's free fall against ½ g t²", contact: false, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "free-fall", about: "error of a second's free fall against ½ g t²", contact: false, run };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world(&setup.scene())?);
     let start = runner.world.sheets()[0].centre_of_mass().y;
     runner.run(1.0, |_| true);

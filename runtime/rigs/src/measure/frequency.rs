@@ -8,12 +8,12 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, Case, Outcome, Runner, Setup};
+use crate::measure::{Boundary, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{PinSpec, Region, Scene};
 use sheetwork::sheet::{Mode, Sheet};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "frequency",
     about: "slowest vibrations: --boundary cantilever|clamped|supported|free --modes K",
     contact: false,
@@ -25,9 +25,9 @@ const CROSSINGS: usize = 8;
 /// Largest displacement as a fraction of the thickness, in the linear range.
 const AMPLITUDE: f64 = 0.01;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, gravity: 0.0, ..setup.clone() }.scene();
-    hold(setup.boundary, &mut scene);
+    add_boundary_pins(setup.boundary, &mut scene);
     let mut runner = Runner::new(setup.world(&scene)?);
     let rigid = if setup.boundary == Boundary::Free { 6 } else { 0 };
     let modes = runner.world.sheets_mut()[0].modes(setup.modes as usize + rigid);
@@ -42,12 +42,12 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 }
 
 /// Pins of a boundary condition.
-pub(crate) fn hold(boundary: Boundary, scene: &mut Scene) {
+pub(crate) fn add_boundary_pins(boundary: Boundary, scene: &mut Scene) {
     let all = [Region::Left, Region::Right, Region::Back, Region::Front];
     let pins = match boundary {
         Boundary::Cantilever => vec![PinSpec::clamped(Region::Left)],
         Boundary::Clamped => all.map(PinSpec::clamped).to_vec(),
-        Boundary::Supported => all.map(PinSpec::held).to_vec(),
+        Boundary::Supported => all.map(PinSpec::fixed).to_vec(),
         Boundary::Free => Vec::new(),
     };
     scene.sheets[0].pins.extend(pins);
@@ -61,16 +61,16 @@ pub(crate) fn vibrate(setup: &Setup, runner: &mut Runner, mode: &Mode) -> Option
     let sheet = &mut runner.world.sheets_mut()[0];
     let largest = mode.shape.max_squared().sqrt();
     let speed = AMPLITUDE * setup.material.thickness * mode.omega / largest;
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         let v = mode.shape.get(i) * speed;
         sheet.v.set(i, v);
     }
     let rest = sheet.x.clone();
     let amplitude = |sheet: &Sheet| -> f64 {
-        (0..sheet.masses()).map(|i| sheet.mass(i) * mode.shape.get(i).dot(sheet.x.get(i) - rest.get(i))).sum()
+        (0..sheet.node_count()).map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.x.get(i) - rest.get(i))).sum()
     };
     let rate = |sheet: &Sheet| -> f64 {
-        (0..sheet.masses()).map(|i| sheet.mass(i) * mode.shape.get(i).dot(sheet.v.get(i))).sum()
+        (0..sheet.node_count()).map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.v.get(i))).sum()
     };
     let mut last = (0.0, 0.0, rate(&runner.world.sheets()[0]));
     let mut crossings: Vec<f64> = Vec::new();

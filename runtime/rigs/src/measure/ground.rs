@@ -11,34 +11,36 @@ use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PinSpec, Placement, Region, Scene, SheetSpec};
 
 /// Node spacing of the ground sheet over that of the sliding sheet.
-const COARSER: f64 = 1.37;
+const SPACING_RATIO: f64 = 1.37;
 /// Width of the ground sheet, and its length without the sliding distance, over that of the sliding
 /// sheet.
-const LARGER: f64 = 1.5;
+const SIZE_RATIO: f64 = 1.5;
 /// Maximum number of nodes along a side.
-const MOST: i32 = 1000;
+const MAXIMUM_NODES_PER_SIDE: i32 = 1000;
 
 /// Adds the ground at `place` and places the scene's sheet on it in contact. The ground is long
 /// enough for a slide of `way` (m) along x.
 ///
 /// # Errors
 /// Those of the construction of the sheet.
-pub(crate) fn lay(setup: &Setup, scene: &mut Scene, place: Placement, way: f64) -> Result<(), InputError> {
+pub(crate) fn place_on_ground(setup: &Setup, scene: &mut Scene, place: Placement, way: f64) -> Result<(), InputError> {
     let turned = place.quaternion();
-    let mut height = setup.half_thickness()?;
+    let mut height = setup.contact_offset()?;
     if setup.on_sheet {
         let sheet = &scene.sheets[0];
         let spacing = setup.length / f64::from(sheet.grid.0 - 1);
-        let size = (LARGER * sheet.size.0 + way, LARGER * sheet.size.1);
-        let masses = |size: f64| 1 + (size / (COARSER * spacing)).ceil() as i32;
-        let grid = IVec2::new(masses(size.0), masses(size.1)).clamp(IVec2::splat(2), IVec2::splat(MOST)).as_uvec2();
+        let size = (SIZE_RATIO * sheet.size.0 + way, SIZE_RATIO * sheet.size.1);
+        let masses = |size: f64| 1 + (size / (SPACING_RATIO * spacing)).ceil() as i32;
+        let grid = IVec2::new(masses(size.0), masses(size.1))
+            .clamp(IVec2::splat(2), IVec2::splat(MAXIMUM_NODES_PER_SIDE))
+            .as_uvec2();
         let ground = SheetSpec {
             name: "ground".into(),
             structure: StructureKind::Shell,
             grid: (grid.x, 1, grid.y),
             size,
             material: sheet.material.clone(),
-            pins: vec![PinSpec::held(Region::All)],
+            pins: vec![PinSpec::fixed(Region::All)],
             placement: Placement { position: place.position + turned * DVec3::new(0.5 * way, 0.0, 0.0), ..place },
             ..SheetSpec::default()
         };

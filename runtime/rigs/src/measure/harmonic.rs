@@ -6,8 +6,8 @@
 
 use sheetwork::elements::{Anchor, Geometric};
 use sheetwork::integrators::Forces;
-use sheetwork::integrators::implicit::{Implicit, Stage};
-use sheetwork::linear::NotPositive;
+use sheetwork::integrators::implicit::{ImplicitProblem, StageProblem};
+use sheetwork::linear::NotPositiveDefinite;
 use sheetwork::math::Vectors;
 
 /// One node on a spring.
@@ -19,31 +19,37 @@ impl Forces for Harmonic {
         a.add_scaled(-1.0, x);
     }
 
-    fn implicit(&mut self) -> Option<&mut dyn Implicit> {
+    fn implicit(&mut self) -> Option<&mut dyn ImplicitProblem> {
         Some(self)
     }
 }
 
-impl Implicit for Harmonic {
-    fn begin(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64, _x: &Vectors, _v: &Vectors) {}
+impl ImplicitProblem for Harmonic {
+    fn begin_stage(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64, _x: &Vectors, _v: &Vectors) {}
 
-    fn finish(&mut self, _x: &Vectors) {}
+    fn finish_stage(&mut self, _x: &Vectors) {}
 
-    fn forget(&mut self) {}
+    fn reset_rates(&mut self) {}
 
-    fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {
-        self.inertial(stage, x) + 0.5 * x.get(0).length_squared()
+    fn potential(&mut self, stage: &StageProblem, x: &Vectors) -> f64 {
+        self.inertial_potential(stage, x) + 0.5 * x.get(0).length_squared()
     }
 
-    fn inertial(&self, stage: &Stage, x: &Vectors) -> f64 {
+    fn inertial_potential(&self, stage: &StageProblem, x: &Vectors) -> f64 {
         0.5 * stage.per_time * stage.per_time * x.get(0).distance_squared(stage.y.get(0))
     }
 
-    fn kinetic_at(&self, speed: f64) -> f64 {
+    fn kinetic_energy_at(&self, speed: f64) -> f64 {
         0.5 * speed * speed
     }
 
-    fn direction(&mut self, stage: &Stage, x: &Vectors, _: Geometric, d: &mut Vectors) -> Result<f64, NotPositive> {
+    fn newton_direction(
+        &mut self,
+        stage: &StageProblem,
+        x: &Vectors,
+        _: Geometric,
+        d: &mut Vectors,
+    ) -> Result<f64, NotPositiveDefinite> {
         let inertia = stage.per_time * stage.per_time;
         let gradient = (x.get(0) - stage.y.get(0)) * inertia + x.get(0);
         let step = -gradient / (inertia + 1.0);
@@ -51,15 +57,15 @@ impl Implicit for Harmonic {
         Ok(step.dot(gradient))
     }
 
-    fn predict(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
+    fn predict_stress(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
         0.0
     }
 
-    fn settle(&mut self, _x: &Vectors) {}
+    fn update_stress(&mut self, _x: &Vectors) {}
 
-    fn hold(&self, _a: &mut Vectors) {}
+    fn zero_prescribed(&self, _a: &mut Vectors) {}
 
-    fn led(&self, _x: &Vectors, _to: &mut Vectors) {}
+    fn copy_prescribed(&self, _x: &Vectors, _to: &mut Vectors) {}
 
     fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64 {
         Forces::accelerations(self, 0.0, x, v, a);

@@ -5,13 +5,13 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, Case, Outcome, Runner, Setup};
+use crate::measure::{Boundary, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::outline::HoleSpec;
 use sheetwork::scene::{PinSpec, Region, Scene};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "hole",
     about: "a square with a round hole: --side M --hole M (its diameter) --boundary supported|clamped --modes K",
     contact: false,
@@ -20,7 +20,7 @@ pub(crate) const CASE: Case = Case {
 
 const EDGES: [Region; 4] = [Region::Left, Region::Right, Region::Back, Region::Front];
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let side = setup.side.unwrap_or(setup.length);
     let setup = &Setup { length: side, width: side, ..setup.clone() };
     let radius = 0.5 * setup.hole;
@@ -36,7 +36,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     }
     let mut runner = Runner::new(setup.world(&scene)?);
     let modes = runner.world.sheets_mut()[0].modes(setup.modes as usize);
-    let solves = runner.rest(setup);
+    let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
     let rim = rim(sheet, radius, side);
     let sag = rim.iter().map(|m| -sheet.x.get(*m as usize).y).sum::<f64>() / rim.len().max(1) as f64;
@@ -45,7 +45,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "length_m": side,
         "width_m": side,
         "hole_diameter_m": setup.hole,
-        "masses": sheet.masses(),
+        "masses": sheet.node_count(),
         "omega_rad_s": modes.iter().map(|m| m.omega).collect::<Vec<f64>>(),
         "rim_sag_m": sag,
         "linear_solves": solves,
@@ -55,14 +55,14 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 
 /// Fixes the edges vertically, and the rigid in-plane motion at nodes without reaction force.
 fn support(scene: &mut Scene, setup: &Setup) -> Result<(), InputError> {
-    let axes = |region, axes| PinSpec { axes, ..PinSpec::held(region) };
+    let axes = |region, axes| PinSpec { axes, ..PinSpec::fixed(region) };
     let level = EDGES.map(|edge| axes(edge, (false, true, false)));
     // The nodes in the middle of edges are known only from a built sheet.
     let world = setup.world(scene)?;
     let sheet = &world.sheets()[0];
     let nearest = |u: f64, v: f64| {
         let distance = |i: &usize| (sheet.uv[*i].0 - u).powi(2) + (sheet.uv[*i].1 - v).powi(2);
-        (0..sheet.masses()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0) as u32
+        (0..sheet.node_count()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0) as u32
     };
     let (left, back) = (nearest(0.0, 0.5), nearest(0.5, 0.0));
     let right = nearest(1.0, 0.5);
@@ -81,5 +81,5 @@ fn rim(sheet: &Sheet, radius: f64, side: f64) -> Vec<u32> {
         let (u, v) = sheet.uv[i as usize];
         (((u - 0.5) * side).hypot((v - 0.5) * side) - radius).abs()
     };
-    (0..sheet.masses() as u32).filter(|i| sheet.border[*i as usize] && away(*i) < 1e-3 * radius).collect()
+    (0..sheet.node_count() as u32).filter(|i| sheet.border[*i as usize] && away(*i) < 1e-3 * radius).collect()
 }

@@ -8,16 +8,20 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, body};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, Placement, Scene, Shape, SheetSpec};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case =
-    Case { name: "impact", about: "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]", contact: true, run };
+pub(crate) const CASE: RigCase = RigCase {
+    name: "impact",
+    about: "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]",
+    contact: true,
+    run,
+};
 
 /// Radius (m) and density (kg/m³) of the ball, about as heavy as the default sheet.
 const RADIUS: f64 = 0.02;
@@ -26,10 +30,10 @@ const DENSITY: f64 = 1000.0;
 const APART: f64 = 0.01;
 /// Size ratio of a striking sheet to the other, and its rotation, degrees, which puts a corner
 /// first.
-const SMALLER: f64 = 0.7;
-const TURNED: DVec3 = DVec3::new(10.0, 25.0, 40.0);
+const STRIKER_SIZE_RATIO: f64 = 0.7;
+const STRIKER_ROTATION: DVec3 = DVec3::new(10.0, 25.0, 40.0);
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     scene.gravity = DVec3::ZERO;
     if setup.on_sheet {
@@ -38,13 +42,13 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         throw_ball(setup, &mut scene)?;
     }
     let mut runner = Runner::new(setup.world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let (linear, angular) = momenta(&runner.world);
-    let brought = watch::energy(&runner.world);
+    let brought = contact_observer::energy(&runner.world);
     let (mut linear_error, mut angular_error, mut met) = (0.0_f64, 0.0_f64, false);
     runner.run((20.0 * APART / setup.speed).clamp(0.1, 10.0), |world| {
-        watch.see(world);
-        met |= watch::touched(world);
+        watch.observe_step(world);
+        met |= contact_observer::has_touched(world);
         let (p, l) = momenta(world);
         linear_error = linear_error.max((p - linear).length() / linear.length());
         angular_error = angular_error.max((l - angular).length() / angular.length());
@@ -81,7 +85,7 @@ fn velocity(setup: &Setup) -> DVec3 {
 
 fn throw_ball(setup: &Setup, scene: &mut Scene) -> Result<(), InputError> {
     let sheet = Sheet::build(scene, 0)?;
-    let top = sheet.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.half_thickness()?;
+    let top = sheet.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
     let place = DVec3::new(0.2 * setup.length, top + RADIUS + APART, 0.15 * setup.width);
     let ball = body("ball", Shape::Ball(RADIUS), place);
     scene.bodies.push(BodySpec { density: Some(DENSITY), velocity: velocity(setup), ..ball });
@@ -90,13 +94,13 @@ fn throw_ball(setup: &Setup, scene: &mut Scene) -> Result<(), InputError> {
 
 fn throw_sheet(setup: &Setup, scene: &mut Scene) -> Result<(), InputError> {
     let first = &scene.sheets[0];
-    let (size, rotation) = ((SMALLER * first.size.0, SMALLER * first.size.1), TURNED);
+    let (size, rotation) = ((STRIKER_SIZE_RATIO * first.size.0, STRIKER_SIZE_RATIO * first.size.1), STRIKER_ROTATION);
     let placement = Placement { position: DVec3::ZERO, rotation };
     let velocity = velocity(setup);
     scene.sheets.push(SheetSpec { name: "striker".into(), size, placement, velocity, ..first.clone() });
     let bounds = |index: usize| Sheet::build(scene, index).map(|s| s.x.bounds().unwrap_or_default());
     let ((_, top), (bottom, _)) = (bounds(0)?, bounds(1)?);
-    let height = top.y - bottom.y + 2.0 * setup.half_thickness()? + APART;
+    let height = top.y - bottom.y + 2.0 * setup.contact_offset()? + APART;
     scene.sheets[1].placement.position = DVec3::new(0.1 * setup.length, height, 0.05 * setup.width);
     Ok(())
 }

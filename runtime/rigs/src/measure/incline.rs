@@ -9,30 +9,30 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, ground};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
 use sheetwork::InputError;
 use sheetwork::World;
-use sheetwork::mesh::structure::Layer;
+use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::scene::Placement;
 use sheetwork::sheet::{Sheet, Status};
 
-pub(crate) const CASE: Case =
-    Case { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };
 
 /// Displacement of the bottom layer that counts as slip, m.
-const MOVED: f64 = 2e-5;
+const SLIP_THRESHOLD: f64 = 2e-5;
 /// Friction coefficient that sticks on any incline; the pair's coefficient is the mean of this and
 /// the incline's.
-const HOLDING: f64 = 200.0;
+const STICKING_FRICTION: f64 = 200.0;
 /// Time limit for a sheet to fall asleep, and observation time after that, s.
-const DOZING: f64 = 2.0;
-const DREAMING: f64 = 0.5;
+const SLEEP_TIMEOUT: f64 = 2.0;
+const SLEEP_OBSERVATION_TIME: f64 = 0.5;
 
 /// Duration of each phase, s.
-struct Times {
-    /// Friction of [`HOLDING`] while the layers take up their weight.
+struct PhaseDurations {
+    /// Friction of [`STICKING_FRICTION`] while the layers take up their weight.
     settling: f64,
     /// Friction of the rig without measurement: single nodes can still slip until all carry their
     /// share.
@@ -41,11 +41,11 @@ struct Times {
     measured: f64,
 }
 
-impl Times {
+impl PhaseDurations {
     /// Durations by integrator and structure. A shell starts at rest, and implicit integrators take
     /// few steps: they get 1 s. Layers first load one another, in at least 3000 explicit steps; a
     /// slow slip is distinguished from stick in 500.
-    fn of(setup: &Setup, dt: f64) -> Self {
+    fn new(setup: &Setup, dt: f64) -> Self {
         let implicit = setup.engine.info().implicit;
         let half = if implicit { 0.5 } else { 0.5 * 0.12_f64.max(1000.0 * dt).min(10.0) };
         let explicit = if implicit { 0.3 } else { 0.08_f64.max(3000.0 * dt).min(10.0) };
@@ -59,26 +59,26 @@ impl Times {
     }
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     let tilt = Placement { position: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, -setup.angle) };
     let down = tilt.quaternion() * DVec3::X;
-    let times = Times::of(setup, setup.world(&scene)?.dt());
-    ground::lay(setup, &mut scene, tilt, times.way(setup))?;
+    let times = PhaseDurations::new(setup, setup.world(&scene)?.dt());
+    ground::place_on_ground(setup, &mut scene, tilt, times.way(setup))?;
     let mut runner = Runner::new(setup.world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let mut see = |world: &World| {
-        watch.see(world);
+        watch.observe_step(world);
         true
     };
-    runner.world.sheets_mut()[0].friction = HOLDING;
+    runner.world.sheets_mut()[0].friction = STICKING_FRICTION;
     runner.run(times.settling, &mut see);
     runner.world.sheets_mut()[0].friction = setup.friction;
     let place = |world: &World| lower_place(&world.sheets()[0], down);
     let along = |world: &World| world.sheets()[0].centre_of_mass().dot(down);
     runner.run(times.before, &mut see);
     let (t0, x0) = (runner.world.time(), place(&runner.world));
-    let mut line = Line::default();
+    let mut line = LeastSquaresLine::default();
     let mut before = along(&runner.world);
     runner.run(times.measured, |world| {
         let now = along(world);
@@ -88,9 +88,9 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     });
     let (time, moved) = (runner.world.time() - t0, place(&runner.world) - x0);
     // By the layer on the incline; the layer above can still oscillate.
-    let slid = moved.abs() > MOVED;
+    let slid = moved.abs() > SLIP_THRESHOLD;
     let asleep = if slid { None } else { creep_asleep(&mut runner, &place) };
-    let scale = watch::fall(&runner.world, setup.length);
+    let scale = contact_observer::fall_energy(&runner.world, setup.length);
     let mut keys = watch.keys(&runner.world, scale);
     if let Value::Object(own) = json!({
         "angle_deg": setup.angle,
@@ -110,25 +110,25 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 fn creep_asleep(runner: &mut Runner, place: &dyn Fn(&World) -> f64) -> Option<f64> {
     let asleep = |world: &World| world.sheets().iter().all(|s| s.status == Status::Asleep);
     runner.world.set_sleep(true);
-    runner.run(DOZING, |world| !asleep(world));
+    runner.run(SLEEP_TIMEOUT, |world| !asleep(world));
     if !asleep(&runner.world) {
         return None;
     }
     let x = place(&runner.world);
-    runner.run(DREAMING, |_| true);
-    Some((place(&runner.world) - x).abs() / DREAMING)
+    runner.run(SLEEP_OBSERVATION_TIME, |_| true);
+    Some((place(&runner.world) - x).abs() / SLEEP_OBSERVATION_TIME)
 }
 
 /// Mean position of the bottom layer along `down`, m.
 fn lower_place(sheet: &Sheet, down: DVec3) -> f64 {
-    let masses = sheet.layers.first().map_or(0..0, Layer::range);
+    let masses = sheet.layers.first().map_or(0..0, LatticeLayer::range);
     let count = masses.len().max(1) as f64;
     masses.map(|i| sheet.x.get(i).dot(down)).sum::<f64>() / count
 }
 
 /// Least-squares line through points, which averages oscillations.
 #[derive(Default)]
-struct Line {
+struct LeastSquaresLine {
     n: f64,
     t: f64,
     y: f64,
@@ -136,7 +136,7 @@ struct Line {
     ty: f64,
 }
 
-impl Line {
+impl LeastSquaresLine {
     fn add(&mut self, t: f64, y: f64) {
         self.n += 1.0;
         self.t += t;

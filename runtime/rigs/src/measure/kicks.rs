@@ -6,11 +6,11 @@
 
 use glam::DVec3;
 
-use crate::measure::draw::Draw;
+use crate::measure::random_sequence::RandomSequence;
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::{MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
 
@@ -39,7 +39,7 @@ pub struct Kick {
 /// # Errors
 /// A scene that fails validation, which is a defect of the random draw.
 pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Kick, InputError> {
-    let mut draw = Draw::new(0, index);
+    let mut draw = RandomSequence::new(0, index);
     let (name, _, material) = &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
     let mut material = material.clone();
     material.thickness *= draw.scale(0.5, 2.0);
@@ -51,8 +51,8 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
     let pins = match (draw.unit() * 4.0) as u32 {
         0 => Vec::new(),
         1 => vec![PinSpec::clamped(Region::Left)],
-        2 => vec![PinSpec::held(Region::Left)],
-        _ => vec![PinSpec::held(Region::Point(0.0, 0.0)), PinSpec::held(Region::Point(1.0, 0.0))],
+        2 => vec![PinSpec::fixed(Region::Left)],
+        _ => vec![PinSpec::fixed(Region::Point(0.0, 0.0)), PinSpec::fixed(Region::Point(1.0, 0.0))],
     };
     let speed = draw.scale(0.1, 20.0);
     let damping = draw.pick(&[0.0, 0.0, 0.01, 0.1, 1.0]);
@@ -68,11 +68,11 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         pins,
         ..SheetSpec::default()
     };
-    let scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
+    let scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
     let mut world = World::new(&scene)?;
     world.set_sleep(false);
     let sheet = &mut world.sheets_mut()[0];
-    for i in 0..sheet.masses() {
+    for i in 0..sheet.node_count() {
         if !sheet.is_held(i) {
             let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)) * speed;
             sheet.v.set(i, v);

@@ -8,11 +8,12 @@ pub(crate) mod buckling;
 pub(crate) mod cantilever;
 pub(crate) mod cards;
 pub(crate) mod conduction;
+pub(crate) mod contact_observer;
 pub(crate) mod cooling;
 pub(crate) mod creep;
+pub(crate) mod crossing_detector;
 pub(crate) mod detail;
 pub(crate) mod disc;
-pub(crate) mod draw;
 pub(crate) mod drop_box;
 pub mod drops;
 pub(crate) mod edge;
@@ -27,30 +28,29 @@ pub(crate) mod hole;
 pub(crate) mod impact;
 pub(crate) mod incline;
 pub mod kicks;
-pub mod limit;
 pub mod oscillator;
-pub(crate) mod paths;
 pub(crate) mod pedestal;
 pub(crate) mod radiate;
+pub(crate) mod random_sequence;
 pub(crate) mod release;
 pub(crate) mod runner;
 pub(crate) mod setup;
 pub(crate) mod slide;
 pub(crate) mod softening;
 pub(crate) mod spin;
+pub mod stability_limit;
 pub(crate) mod stack;
 pub(crate) mod stiffness;
 pub(crate) mod supports;
 pub(crate) mod thermal;
 pub(crate) mod view_factor;
-pub(crate) mod watch;
 pub(crate) mod weight;
 
 use cpu_time::ProcessTime;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-pub(crate) use crate::measure::edge::Edge;
+pub(crate) use crate::measure::edge::FreeEdge;
 pub(crate) use crate::measure::runner::Runner;
 pub use crate::measure::setup::{Boundary, Setup};
 pub use crate::measure::thermal::Thermal;
@@ -58,7 +58,7 @@ use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, Placement, Shape};
 
 /// A rig: its name, its description and the function that runs it.
-pub struct Case {
+pub struct RigCase {
     /// Name on the command line.
     pub name: &'static str,
     /// Description in one line.
@@ -66,11 +66,11 @@ pub struct Case {
     /// Whether the sheet touches bodies. Lattices with explicit integrators then use springs by
     /// length.
     pub contact: bool,
-    pub(crate) run: fn(&Setup) -> Result<Outcome, InputError>,
+    pub(crate) run: fn(&Setup) -> Result<RigOutcome, InputError>,
 }
 
 /// All rigs, in the order of listing.
-pub const TABLE: &[Case] = &[
+pub const TABLE: &[RigCase] = &[
     bounce::CASE,
     buckling::CASE,
     cantilever::CASE,
@@ -116,7 +116,7 @@ pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
 }
 
 /// Result of a rig.
-pub struct Outcome {
+pub struct RigOutcome {
     /// JSON keys specific to the rig.
     pub(crate) keys: Map<String, Value>,
     /// Step of the integrator, s.

@@ -10,29 +10,29 @@
 use serde_json::json;
 
 use crate::measure::harmonic::Harmonic;
-use crate::measure::{Case, Outcome, Setup};
+use crate::measure::{RigCase, RigOutcome, Setup};
 use sheetwork::InputError;
 use sheetwork::math::Vectors;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 
-pub(crate) const CASE: Case =
-    Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
 
 /// Spectral radius minus 1 above which a motion grows, beyond rounding.
-const GROWTH: f64 = 1e-12;
+const GROWTH_TOLERANCE: f64 = 1e-12;
 
 /// Steps before an implicit integrator is independent of its start-up, and steps of the
 /// measurement.
 const STEPS: (u32, u32) = (50, 200);
 
 /// Steps (rad) beyond which a scheme that is stable there is stable at any step.
-const LONG: [f64; 3] = [30.0, 1e3, 1e5];
+const LONG_STEPS: [f64; 3] = [30.0, 1e3, 1e5];
 
 /// One step of a = hω as a matrix on (x, v), ω = 1: columns are the images of (1, 0) and (0, 1).
-pub fn step_matrix(engine: EngineKind, a: f64) -> [[f64; 2]; 2] {
+pub fn step_matrix(engine: IntegratorKind, a: f64) -> [[f64; 2]; 2] {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([(1.0, 0.0), (0.0, 1.0)]) {
-        let mut engine = engine.make();
+        let mut engine = engine.construct();
         engine.set_tolerance(f64::MAX);
         let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
         (x.x[0], v.x[0]) = start;
@@ -43,7 +43,7 @@ pub fn step_matrix(engine: EngineKind, a: f64) -> [[f64; 2]; 2] {
 }
 
 /// Largest growth factor per step of a = hω in the long run.
-pub fn spectral_radius(engine: EngineKind, a: f64) -> f64 {
+pub fn spectral_radius(engine: IntegratorKind, a: f64) -> f64 {
     if engine.info().implicit {
         return shrinking(engine, a);
     }
@@ -54,8 +54,8 @@ pub fn spectral_radius(engine: EngineKind, a: f64) -> f64 {
 }
 
 /// Growth factor per step over [`STEPS`]; 0 for a motion that vanishes.
-fn shrinking(engine: EngineKind, a: f64) -> f64 {
-    let mut engine = engine.make();
+fn shrinking(engine: IntegratorKind, a: f64) -> f64 {
+    let mut engine = engine.construct();
     let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
     x.x[0] = 1.0;
     let mut size = |steps: u32| {
@@ -70,8 +70,8 @@ fn shrinking(engine: EngineKind, a: f64) -> f64 {
 
 /// Largest a = hω up to which no step makes the motion grow; 0 when small steps do, infinite when
 /// none does.
-pub fn stability_limit(engine: EngineKind) -> f64 {
-    let stable = |a: f64| spectral_radius(engine, a) <= 1.0 + GROWTH;
+pub fn stability_limit(engine: IntegratorKind) -> f64 {
+    let stable = |a: f64| spectral_radius(engine, a) <= 1.0 + GROWTH_TOLERANCE;
     let step = 0.01;
     let mut low = 0.0;
     while low < 10.0 && stable(low + step) {
@@ -80,7 +80,7 @@ pub fn stability_limit(engine: EngineKind) -> f64 {
     if low == 0.0 {
         return 0.0;
     }
-    if low >= 10.0 && LONG.into_iter().all(stable) {
+    if low >= 10.0 && LONG_STEPS.into_iter().all(stable) {
         return f64::INFINITY;
     }
     let mut high = low + step;
@@ -93,13 +93,13 @@ pub fn stability_limit(engine: EngineKind) -> f64 {
 
 /// Slope of log error against log step in the (x, v) plane at t = 5, between 200 and 400 steps. At
 /// whole half periods the first-order error of Euler-Cromer would vanish.
-pub fn order(engine: EngineKind) -> f64 {
+pub fn order(engine: IntegratorKind) -> f64 {
     (error(engine, 200) / error(engine, 400)).log2()
 }
 
 /// Distance from the exact position in the (x, v) plane at t = 5, from (cos 1, -sin 1) at t = 0.
-fn error(engine: EngineKind, steps: u32) -> f64 {
-    let mut engine = engine.make();
+fn error(engine: IntegratorKind, steps: u32) -> f64 {
+    let mut engine = engine.construct();
     engine.set_tolerance(f64::MAX);
     let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
     let exact = |t: f64| ((1.0 + t).cos(), -(1.0 + t).sin());
@@ -112,7 +112,7 @@ fn error(engine: EngineKind, steps: u32) -> f64 {
     (x.x[0] - x1).hypot(v.x[0] - v1)
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let engine = setup.engine;
     let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
     let keys = json!({
@@ -122,7 +122,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "energy_growth_per_step_at_0.5": energy(0.5),
     });
     let Some(map) = keys.as_object().cloned() else { return Err(InputError::new("", "no keys")) };
-    Ok(Outcome {
+    Ok(RigOutcome {
         keys: map,
         dt: 0.0,
         steps: 0,

@@ -4,18 +4,18 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "pedestal",
     about: "droop of a square clamped on its central patch: --side M --patch M",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     if setup.outlined {
         return Err(InputError::new("outlined", "is not offered for this case"));
     }
@@ -33,7 +33,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let region = Region::Rect((u, 1.0 - u), (v, 1.0 - v));
     scene.sheets[0].pins.push(PinSpec::clamped(region));
     let mut runner = Runner::new(setup.world(&scene)?);
-    let solves = runner.rest(setup);
+    let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
     let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
     let height = |i: u32, j: u32| -sheet.x.get(bottom.at(i, j) as usize).y;

@@ -6,11 +6,11 @@ use serde_json::json;
 
 use crate::measure::cooling::gentle_step;
 use crate::measure::thermal::HeatRig;
-use crate::measure::{Case, Outcome, Setup};
+use crate::measure::{RigCase, RigOutcome, Setup};
 use sheetwork::InputError;
-use sheetwork::thermal::source::{Moment, Source, Target, fourth_power};
+use sheetwork::thermal::source::{HeatSource, HeatedSheet, SourceInputs, fourth_power};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "radiate",
     about: "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
     contact: false,
@@ -18,13 +18,13 @@ pub(crate) const CASE: Case = Case {
 };
 
 /// A black heater with one view factor for the whole upper side.
-struct Lamp {
+struct BlackHeater {
     celsius: f64,
     view: f64,
 }
 
-impl Source for Lamp {
-    fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
+impl HeatSource for BlackHeater {
+    fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let above = fourth_power(self.celsius) - moment.room.fourth_power();
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];
@@ -35,11 +35,11 @@ impl Source for Lamp {
     }
 }
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let t = &setup.thermal;
     let from = t.from.unwrap_or(t.ambient);
     let mut rig = HeatRig::new(setup, from)?;
-    rig.add(Box::new(Lamp { celsius: t.heater, view: t.view }));
+    rig.add(Box::new(BlackHeater { celsius: t.heater, view: t.view }));
     let gentle = gentle_step(setup, t.heater, from).min(gentle_step(setup, from, t.ambient));
     let steps = (t.seconds / setup.dt.unwrap_or(gentle)).ceil().clamp(1.0, 200_000.0);
     let dt = t.seconds / steps;

@@ -3,11 +3,11 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "release",
     about: "first swing of a sheet clamped along one edge and let go from flat, undamped",
     contact: false,
@@ -17,7 +17,7 @@ pub(crate) const CASE: Case = Case {
 /// Time limit of the swing, in periods of the slowest bending mode.
 const PERIODS: f64 = 3.0;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);
@@ -26,7 +26,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut extreme = None;
     runner.run(PERIODS * setup.period(), |world| {
         let sheet = &world.sheets()[0];
-        let now = (world.time(), start - Edge::of(sheet, &sheet.x).middle.y, -Edge::of(sheet, &sheet.v).middle.y);
+        let now =
+            (world.time(), start - FreeEdge::new(sheet, &sheet.x).middle.y, -FreeEdge::new(sheet, &sheet.v).middle.y);
         if last.2 > 0.0 && now.2 <= 0.0 {
             extreme = Some(turning_point(last, now));
         }
@@ -67,7 +68,7 @@ pub(crate) fn turning_point(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64
 #[cfg(test)]
 mod tests {
     #[test]
-    fn a_cubic_turns_where_it_does() {
+    fn the_turning_point_of_a_cubic_is_exact() {
         // 1 + 2 t - t² turns at t = 1 with the value 2.
         let at = |t: f64| (t, 1.0 + 2.0 * t - t * t, 2.0 - 2.0 * t);
         let (t, value) = super::turning_point(at(0.7), at(1.6));

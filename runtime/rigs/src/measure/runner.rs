@@ -3,7 +3,7 @@
 use cpu_time::ProcessTime;
 use serde_json::{Map, Value};
 
-use crate::measure::{Outcome, Setup};
+use crate::measure::{RigOutcome, Setup};
 use sheetwork::World;
 
 /// A world, and the CPU time of its steps.
@@ -40,13 +40,13 @@ impl Runner {
     ///
     /// The default is an equilibrium solution. With `setup.dynamic` the world is stepped until all
     /// nodes have been slower than 1 mm/s for 0.5 s, at most 10 s.
-    pub fn rest(&mut self, setup: &Setup) -> u64 {
+    pub fn bring_to_rest(&mut self, setup: &Setup) -> u64 {
         if !setup.dynamic {
             let start = ProcessTime::now();
-            let found = self.world.settle(1e-9 * setup.length);
+            let found = self.world.find_equilibrium(1e-9 * setup.length);
             self.cpu += start.elapsed().as_secs_f64();
-            self.settled = Some(found.iter().all(|e| e.settled));
-            self.stable = Some(found.iter().all(|e| e.stable));
+            self.settled = Some(found.iter().all(|e| e.converged));
+            self.stable = Some(found.iter().all(|e| e.is_stable));
             return found.iter().map(|e| u64::from(e.solves)).sum();
         }
         let mut quiet = 0.0;
@@ -58,10 +58,10 @@ impl Runner {
         self.world.sheets()[0].counters.evaluations
     }
 
-    pub fn outcome(self, keys: Value) -> Outcome {
+    pub fn outcome(self, keys: Value) -> RigOutcome {
         let status = self.world.report(0.0, &[]).status;
         let keys = if let Value::Object(map) = keys { map } else { Map::new() };
-        Outcome {
+        RigOutcome {
             keys,
             dt: self.world.dt(),
             steps: self.world.steps(),

@@ -7,19 +7,19 @@ use sheetwork::World;
 use sheetwork::collision::overlap::half_thickness;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    Air, Burgers, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
+    Air, BurgersCreep, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
 };
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, check_range};
 
 /// Minimum gravity of rigs in which a sheet falls, lies or slides, m/s². Without gravity the sheet
 /// never arrives.
-const LEAST_GRAVITY: f64 = 0.01;
+const MINIMUM_GRAVITY: f64 = 0.01;
 
 /// Minimum step, s.
-const SHORTEST: f64 = 1e-7;
+const MINIMUM_STEP: f64 = 1e-7;
 
 /// The sheet and its situation. Each rig uses a part of the fields.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Setup {
     /// Number of layers, for structures with a variable number.
     pub layers: u32,
     /// Time integrator.
-    pub engine: EngineKind,
+    pub engine: IntegratorKind,
     /// Rule by which springs get their stiffness from the material.
     pub springs: SpringLaw,
     /// Step, s, 1e-7 to 1. `None` gives 1/60 s with an implicit integrator and a stable step with
@@ -147,7 +147,7 @@ impl Default for Setup {
             grid: (21, 21),
             layers: 1,
             springs: SpringLaw::Calibrated,
-            engine: EngineKind::TrBdf2,
+            engine: IntegratorKind::TrBdf2,
             dt: None,
             material: Material {
                 young: 3e9,
@@ -155,7 +155,7 @@ impl Default for Setup {
                 density: 1050.0,
                 thickness: 5e-4,
                 yield_stress: Some(3e7),
-                burgers: Some(Burgers { relaxation_time: 10.0, retardation_time: 1.0, retarded: 0.5 }),
+                burgers: Some(BurgersCreep { relaxation_time: 10.0, retardation_time: 1.0, retarded: 0.5 }),
                 ..Material::default()
             },
             length: 0.25,
@@ -288,25 +288,25 @@ impl Setup {
     ///
     /// # Errors
     /// A value below 0.01 m/s².
-    pub(crate) fn pull(&self) -> Result<f64, InputError> {
-        check_range("gravity", self.gravity, LEAST_GRAVITY, 1e3, "m/s²").map(|()| self.gravity)
+    pub(crate) fn required_gravity(&self) -> Result<f64, InputError> {
+        check_range("gravity", self.gravity, MINIMUM_GRAVITY, 1e3, "m/s²").map(|()| self.gravity)
     }
 
     /// Duration (s) of a fall from `height` (m).
     ///
     /// # Errors
-    /// Those of [`Setup::pull`].
-    pub(crate) fn fall(&self, height: f64) -> Result<f64, InputError> {
-        Ok((2.0 * height / self.pull()?).sqrt())
+    /// Those of [`Setup::required_gravity`].
+    pub(crate) fn fall_time(&self, height: f64) -> Result<f64, InputError> {
+        Ok((2.0 * height / self.required_gravity()?).sqrt())
     }
 
     /// Distance between the sheet's nodes and a surface at first contact, m.
-    pub(crate) fn half_thickness(&self) -> Result<f64, InputError> {
+    pub(crate) fn contact_offset(&self) -> Result<f64, InputError> {
         Ok(half_thickness(&Sheet::build(&self.scene(), 0)?))
     }
 
     /// A world of `scene` as from [`Setup::world`], with sleeping enabled.
-    pub(crate) fn sleepy_world(&self, scene: &Scene) -> Result<World, InputError> {
+    pub(crate) fn world_with_sleep(&self, scene: &Scene) -> Result<World, InputError> {
         let mut world = self.world(scene)?;
         world.set_sleep(true);
         Ok(world)
@@ -336,8 +336,8 @@ impl Setup {
             let follows = sheet.follows_material();
             let damping = if follows { 0.5 * sheet.law().retardation * omega } else { 2.5 * self.damping_ratio };
             let step = self.stable_radians(damping) / omega;
-            if step < SHORTEST {
-                return Err(self.too_short(step, follows, damping, omega));
+            if step < MINIMUM_STEP {
+                return Err(self.step_too_short_error(step, follows, damping, omega));
             }
             if omega > 0.0 {
                 world.set_dt(step.min(1.0))?;
@@ -348,10 +348,11 @@ impl Setup {
 
     /// Error for a stable step of `step` s below the minimum. It names the settings that would
     /// allow a longer one.
-    fn too_short(&self, step: f64, follows: bool, damping: f64, omega: f64) -> InputError {
+    fn step_too_short_error(&self, step: f64, follows: bool, damping: f64, omega: f64) -> InputError {
         let engine = self.engine.name();
-        let needs = format!("{engine} needs a step of {step:.1e} s on this sheet, below the shortest, {SHORTEST:e} s");
-        let most = self.stable_radians(0.0) / (SHORTEST * omega);
+        let needs =
+            format!("{engine} needs a step of {step:.1e} s on this sheet, below the shortest, {MINIMUM_STEP:e} s");
+        let most = self.stable_radians(0.0) / (MINIMUM_STEP * omega);
         if !follows || most <= 1.0 {
             return InputError::new("engine", format!("{needs}; take an implicit engine, or a coarser grid"));
         }
@@ -388,12 +389,12 @@ mod tests {
     use crate::measure::measure;
 
     #[test]
-    fn what_falls_needs_a_gravity() {
+    fn rigs_with_a_fall_reject_zero_gravity() {
         let setup = Setup { gravity: 0.0, ..Setup::default() };
         for case in ["drop-box", "bounce", "edge-landing", "weight"] {
             let told = measure(case, &setup).unwrap_err().to_string();
             assert!(told.contains("gravity") && told.contains("m/s²"), "{case}: {told}");
         }
-        assert!(Setup::default().fall(4.905).is_ok_and(|time| (time - 1.0).abs() < 1e-12));
+        assert!(Setup::default().fall_time(4.905).is_ok_and(|time| (time - 1.0).abs() < 1e-12));
     }
 }

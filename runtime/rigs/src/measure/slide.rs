@@ -4,38 +4,38 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, ground};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
 use sheetwork::InputError;
 use sheetwork::scene::Placement;
 
-pub(crate) const CASE: Case =
-    Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", contact: true, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", contact: true, run };
 
 /// Speed at which the sheet has stopped, as a fraction of the initial speed. Its layers can still
 /// oscillate.
 const STOPPED: f64 = 1e-4;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     let deceleration = setup.friction * setup.gravity;
     let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
-    ground::lay(setup, &mut scene, Placement::default(), expected.unwrap_or(setup.speed))?;
+    ground::place_on_ground(setup, &mut scene, Placement::default(), expected.unwrap_or(setup.speed))?;
     scene.sheets[0].velocity = DVec3::new(setup.speed, 0.0, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let start = runner.world.sheets()[0].centre_of_mass().x;
     let time = if deceleration > 0.0 { setup.speed / deceleration } else { 1.0 };
     let mut stopped = false;
     runner.run((1.2 * time + 2.0 * runner.world.dt()).min(100.0), |world| {
-        watch.see(world);
+        watch.observe_step(world);
         let sheet = &world.sheets()[0];
         stopped = sheet.momentum().x / sheet.total_mass() < STOPPED * setup.speed;
         !stopped
     });
     let distance = runner.world.sheets()[0].centre_of_mass().x - start;
-    let scale = watch::energy_of_speed(&runner.world, setup.speed);
+    let scale = contact_observer::energy_of_speed(&runner.world, setup.speed);
     let mut keys = watch.keys(&runner.world, scale);
     if let Value::Object(own) = json!({
         "speed_m_s": setup.speed,

@@ -3,19 +3,19 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "softening",
     about: "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let celsius = setup.thermal.celsius;
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
@@ -25,9 +25,9 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut world = setup.world(&scene)?;
     world.sheets_mut()[0].set_temperatures(|_| celsius)?;
     let mut runner = Runner::new(world);
-    runner.rest(setup);
+    runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let edge = Edge::of(sheet, &sheet.x);
+    let edge = FreeEdge::new(sheet, &sheet.x);
     let drop = scene.sheets[0].placement.position.y - edge.middle.y;
     let keys = json!({
         "celsius": celsius,

@@ -4,28 +4,28 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch;
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, plane};
+use crate::measure::contact_observer;
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
 use sheetwork::InputError;
 use sheetwork::World;
 use sheetwork::collision::overlap::pairs;
 use sheetwork::scene::{Placement, SheetSpec};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: Case =
-    Case { name: "stack", about: "sheets dropped in a pile on a floor: --sheets N", contact: true, run };
+pub(crate) const CASE: RigCase =
+    RigCase { name: "stack", about: "sheets dropped in a pile on a floor: --sheets N", contact: true, run };
 
 /// Distance between the sheets, and of the lowest sheet from the floor, m.
 const APART: f64 = 1e-3;
 /// Time limit to come to rest, s.
-const PATIENCE: f64 = 5.0;
+const REST_TIMEOUT: f64 = 5.0;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     let sheet = Sheet::build(&scene, 0)?;
     let (low, high) = sheet.x.bounds().unwrap_or_default();
-    let half = setup.half_thickness()?;
+    let half = setup.contact_offset()?;
     let pitch = high.y - low.y + 2.0 * half + APART;
     let spec = scene.sheets[0].clone();
     scene.sheets = (0..setup.sheets)
@@ -36,14 +36,15 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         })
         .collect();
     scene.bodies.push(plane("floor", Placement::default()));
-    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
+    let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
     runner.world.set_threads(setup.threads as usize)?;
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let start = centres(&runner.world);
-    let scale: f64 =
-        (0..setup.sheets).map(|i| watch::fall(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets)).sum();
-    runner.run(PATIENCE, |world| {
-        watch.see(world);
+    let scale: f64 = (0..setup.sheets)
+        .map(|i| contact_observer::fall_energy(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets))
+        .sum();
+    runner.run(REST_TIMEOUT, |world| {
+        watch.observe_step(world);
         !watch.asleep()
     });
     let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
@@ -54,7 +55,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "sheets": setup.sheets,
         "friction": setup.friction,
         "drift_m": drift,
-        "in_order": watch::in_order(&runner.world),
+        "in_order": contact_observer::is_in_order(&runner.world),
         "max_sheet_overlap_m": watch.sheets,
         "max_floor_penetration_m": watch.masses,
         "overlap_at_rest_m": overlaps.iter().map(|(_, _, overlap)| *overlap).fold(0.0, f64::max),

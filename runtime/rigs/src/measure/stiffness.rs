@@ -4,23 +4,28 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
-use sheetwork::material::calibration::{Request, calibrate};
+use sheetwork::material::calibration::{CalibrationRequest, calibrate};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "stiffness",
     about: "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let scene = setup.scene();
     let spec = &scene.sheets[0];
     let material = &setup.material;
-    let found =
-        calibrate(&Request::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass()))?;
+    let found = calibrate(&CalibrationRequest::new(
+        spec.structure,
+        spec.grid,
+        spec.size,
+        material.target(),
+        material.areal_mass(),
+    ))?;
     let delivered = found.delivered;
     let runner = Runner::new(setup.world(&scene)?);
     let estimate = runner.world.sheets()[0].delivered_stiffness(runner.world.dt());

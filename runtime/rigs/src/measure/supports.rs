@@ -3,18 +3,18 @@
 
 use serde_json::json;
 
-use crate::measure::{Case, Outcome, Runner, Setup};
+use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "supports",
     about: "sag of a square on two opposite edge lines, free to turn and slide in: --side M",
     contact: false,
     run,
 };
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     if setup.outlined {
         return Err(InputError::new("outlined", "is not offered for this case"));
     }
@@ -23,7 +23,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
     let (nx, _, nz) = scene.sheets[0].grid;
     let at = |i: u32, j: u32| j * nx + i;
-    let axes = |region, axes| PinSpec { axes, ..PinSpec::held(region) };
+    let axes = |region, axes| PinSpec { axes, ..PinSpec::fixed(region) };
     let ends = (0..nz).flat_map(|j| [at(0, j), at(nx - 1, j)]).collect();
     scene.sheets[0].pins.extend([
         axes(Region::Masses(ends), (false, true, false)),
@@ -35,7 +35,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         scene.sheets[0].pins.push(axes(beside, (false, false, true)));
     }
     let mut runner = Runner::new(setup.world(&scene)?);
-    let solves = runner.rest(setup);
+    let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
     let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
     let place = |i: u32, j: u32| sheet.x.get(bottom.at(i, j) as usize);

@@ -3,11 +3,11 @@
 use glam::DVec3;
 use serde_json::{Map, Value};
 
-use crate::measure::{Outcome, Setup};
+use crate::measure::{RigOutcome, Setup};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
-use sheetwork::thermal::Room;
-use sheetwork::thermal::source::Source;
+use sheetwork::thermal::ThermalModel;
+use sheetwork::thermal::source::HeatSource;
 use sheetwork::units::temperature::{COLDEST, HOTTEST};
 use sheetwork::{InputError, check_range};
 
@@ -94,7 +94,7 @@ impl Thermal {
 /// A sheet at rest in a room.
 pub(crate) struct HeatRig {
     pub sheets: Vec<Sheet>,
-    pub room: Room,
+    pub room: ThermalModel,
     pub time: f64,
     steps: u64,
     cpu: f64,
@@ -107,14 +107,14 @@ impl HeatRig {
         scene.ambient_temperature = setup.thermal.ambient;
         scene.convection = setup.thermal.convection;
         scene.sheets[0].temperature = Some(from);
-        let room = Room::new(&scene)?;
+        let room = ThermalModel::new(&scene)?;
         let mut sheet = Sheet::build(&scene, 0)?;
-        sheet.begin_heat(from);
+        sheet.start_temperatures(from);
         Ok(Self { sheets: vec![sheet], room, time: 0.0, steps: 0, cpu: 0.0 })
     }
 
     /// Adds a heat source to the room.
-    pub fn add(&mut self, source: Box<dyn Source>) {
+    pub fn add(&mut self, source: Box<dyn HeatSource>) {
         self.room.add(source);
     }
 
@@ -133,14 +133,14 @@ impl HeatRig {
         celsius.iter().sum::<f64>() / celsius.len().max(1) as f64
     }
 
-    pub fn outcome(self, dt: f64, keys: Value) -> Outcome {
+    pub fn outcome(self, dt: f64, keys: Value) -> RigOutcome {
         outcome(dt, (self.steps, self.time, self.cpu), keys)
     }
 }
 
 /// Result of a rig without motion: step (s), steps, simulated time (s), CPU time (s), keys.
-pub(crate) fn outcome(dt: f64, (steps, simulated, cpu): (u64, f64, f64), keys: Value) -> Outcome {
+pub(crate) fn outcome(dt: f64, (steps, simulated, cpu): (u64, f64, f64), keys: Value) -> RigOutcome {
     let keys = if let Value::Object(map) = keys { map } else { Map::new() };
     let worst = cpu / steps.max(1) as f64;
-    Outcome { keys, dt, steps, simulated, cpu, worst, settled: None, stable: None, status: "ok".into() }
+    RigOutcome { keys, dt, steps, simulated, cpu, worst, settled: None, stable: None, status: "ok".into() }
 }

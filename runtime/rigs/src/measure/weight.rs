@@ -10,15 +10,15 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::watch::Watch;
-use crate::measure::{Case, Outcome, Runner, Setup, body, plane};
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
 use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, check_range};
 
-pub(crate) const CASE: Case = Case {
+pub(crate) const CASE: RigCase = RigCase {
     name: "weight",
     about: "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
     contact: true,
@@ -26,31 +26,31 @@ pub(crate) const CASE: Case = Case {
 };
 
 /// Time before the force measurement, for the sheet to come to rest, and its duration, s.
-const SETTLING: f64 = 5.0;
-const MEASURED: f64 = 0.25;
+const SETTLING_TIME: f64 = 5.0;
+const MEASUREMENT_TIME: f64 = 0.25;
 /// Mass of the box, kg, and its height as a fraction of its side.
 const BOX_MASS: f64 = 0.02;
-const FLAT: f64 = 0.2;
+const BOX_HEIGHT_RATIO: f64 = 0.2;
 /// Largest side of the box as a fraction of the sheet's length.
-const WIDEST: f64 = 0.8;
+const MAXIMUM_BOX_RATIO: f64 = 0.8;
 
-fn run(setup: &Setup) -> Result<Outcome, InputError> {
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     // A box above an attached edge would load the pins directly.
-    check_range("box", setup.box_side, 1e-3, WIDEST * setup.length, "m")?;
-    let gravity = setup.pull()?;
+    check_range("box", setup.box_side, 1e-3, MAXIMUM_BOX_RATIO * setup.length, "m")?;
+    let gravity = setup.required_gravity()?;
     let floor = on_the_floor(setup)?;
     let mut runner = Runner::new(bridge(setup)?);
-    let mut watch = Watch::new(&runner.world);
+    let mut watch = ContactObserver::new(&runner.world);
     let start = heights(&runner.world);
-    runner.run(SETTLING, |world| {
-        watch.see(world);
+    runner.run(SETTLING_TIME, |world| {
+        watch.observe_step(world);
         true
     });
     let (time, before) = (runner.world.time(), box_momentum(&runner.world));
     let mut pins = Vec::new();
-    runner.run(MEASURED, |world| {
-        watch.see(world);
-        pins.extend(world.sheets().first().map(|s| held_force(s, gravity)));
+    runner.run(MEASUREMENT_TIME, |world| {
+        watch.observe_step(world);
+        pins.extend(world.sheets().first().map(|s| attachment_force(s, gravity)));
         true
     });
     let (change, time) = (box_momentum(&runner.world) - before, runner.world.time() - time);
@@ -83,12 +83,12 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
-    scene.sheets[0].placement.position = DVec3::Y * setup.half_thickness()?;
+    scene.sheets[0].placement.position = DVec3::Y * setup.contact_offset()?;
     let mut runner = Runner::new(setup.world(&scene)?);
     runner.run(0.5, |_| true);
     let momentum = |world: &World| world.sheets().first().map_or(0.0, |s| s.momentum().y);
     let (time, before) = (runner.world.time(), momentum(&runner.world));
-    runner.run(MEASURED, |_| true);
+    runner.run(MEASUREMENT_TIME, |_| true);
     let weight = runner.world.sheets().first().map_or(0.0, |s| s.total_mass() * setup.gravity);
     Ok(1.0 + (momentum(&runner.world) - before) / (weight * (runner.world.time() - time)))
 }
@@ -96,9 +96,9 @@ fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
 /// A sheet fixed at two edges with a box on its middle.
 fn bridge(setup: &Setup) -> Result<World, InputError> {
     let mut scene = setup.scene();
-    scene.sheets[0].pins.extend([PinSpec::held(Region::Left), PinSpec::held(Region::Right)]);
-    let top = Sheet::build(&scene, 0)?.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.half_thickness()?;
-    let size = DVec3::new(1.0, FLAT, 1.0) * setup.box_side;
+    scene.sheets[0].pins.extend([PinSpec::fixed(Region::Left), PinSpec::fixed(Region::Right)]);
+    let top = Sheet::build(&scene, 0)?.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
+    let size = DVec3::new(1.0, BOX_HEIGHT_RATIO, 1.0) * setup.box_side;
     let block = body("box", Shape::Box(size), DVec3::Y * (top + 0.5 * size.y));
     scene.bodies.push(BodySpec { mass: Some(BOX_MASS), ..block });
     setup.world(&scene)
@@ -114,8 +114,8 @@ fn heights(world: &World) -> f64 {
 }
 
 /// Upward force on the fixed nodes, N.
-fn held_force(sheet: &Sheet, gravity: f64) -> f64 {
-    let mut force = Vectors::zeros(sheet.masses());
+fn attachment_force(sheet: &Sheet, gravity: f64) -> f64 {
+    let mut force = Vectors::zeros(sheet.node_count());
     sheet.add_internal_forces(&mut force);
-    (0..sheet.masses()).filter(|i| sheet.is_held(*i)).map(|i| sheet.mass(i) * gravity - force.y[i]).sum()
+    (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).map(|i| sheet.node_mass(i) * gravity - force.y[i]).sum()
 }

@@ -145,7 +145,7 @@ impl Answers {
     ///
     /// # Errors
     /// A subject that is in both tables.
-    pub fn join(&mut self, other: Self) -> Result<(), InputError> {
+    pub fn merge(&mut self, other: Self) -> Result<(), InputError> {
         if let Some(twice) = other.subjects().into_iter().find(|s| self.subjects().contains(s)) {
             return Err(InputError::new("subject", format!("{twice} is in two of the tables")));
         }
@@ -207,7 +207,7 @@ mod tests {
         a,2,cube,shell,1,2,3,4,N/A,6,7,8,,\na,1,cube,trimm,9,9,9,9,9,9,9,9,,\na,,overall,,,,,,,,,,5,\n";
 
     #[test]
-    fn a_table_is_written_as_it_was_read() {
+    fn a_table_survives_a_round_trip() {
         let read = Answers::parse(TABLE.as_bytes()).expect("valid");
         assert_eq!((read.ratings.len(), read.overall.len(), read.subjects()), (2, 1, vec!["a"]));
         assert_eq!(read.ratings[0].answers[4], None);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_table_is_refused_with_line_and_column() {
+    fn an_invalid_table_is_rejected_with_line_and_column() {
         let refused = |from: &str, to: &str| {
             assert!(TABLE.contains(from));
             Answers::parse(TABLE.replacen(from, to, 1).as_bytes()).expect_err(to).to_string()

@@ -54,12 +54,12 @@ pub fn paired(pairs: &[(f64, f64)]) -> Option<Paired> {
     }
     let error = (spread / ((n - 1) as f64 * n as f64)).sqrt();
     let t = difference / error;
-    Some(Paired { n, difference, t, p: beyond(t, n as u32 - 1) })
+    Some(Paired { n, difference, t, p: tail_probability(t, n as u32 - 1) })
 }
 
 /// Probability that Student's t of `freedom` degrees exceeds |t|. A finite sum of powers of cos θ,
 /// with tan θ = t/√ν (Abramowitz and Stegun 26.7.3 and 26.7.4).
-fn beyond(t: f64, freedom: u32) -> f64 {
+fn tail_probability(t: f64, freedom: u32) -> f64 {
     let angle = (t.abs() / f64::from(freedom).sqrt()).atan();
     let (sin, cos) = angle.sin_cos();
     let odd = freedom % 2;
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn students_table_is_met() {
+    fn tail_probabilities_equal_the_table_of_students_t() {
         // Degrees of freedom, t, and one-sided probability beyond t.
         let table = [
             (1, 6.313_751_515, 0.05),
@@ -94,14 +94,14 @@ mod tests {
             (30, 1.697_260_887, 0.05),
         ];
         for (freedom, t, p) in table {
-            assert!((beyond(t, freedom) - p).abs() < 1e-9, "{freedom}: {}", beyond(t, freedom));
-            assert_eq!(beyond(t, freedom), beyond(-t, freedom));
+            assert!((tail_probability(t, freedom) - p).abs() < 1e-9, "{freedom}: {}", tail_probability(t, freedom));
+            assert_eq!(tail_probability(t, freedom), tail_probability(-t, freedom));
         }
-        assert_eq!(beyond(0.0, 7), 0.5);
+        assert_eq!(tail_probability(0.0, 7), 0.5);
     }
 
     #[test]
-    fn few_numbers_say_little_and_none_nothing() {
+    fn statistics_of_too_few_values_are_undefined() {
         assert_eq!(summary(&[]), None);
         let found = summary(&[3.0, 1.0, 2.0, 8.0]).expect("some");
         assert_eq!((found.n, found.mean, found.median), (4, 3.5, 2.5));

@@ -8,45 +8,45 @@ use glam::{DMat3, DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
-use crate::collision::collision_surface::{NONE, Skin, SkinEdge};
-use crate::collision::features::Solid;
-use crate::collision::narrow_phase::SheetMotion;
+use crate::collision::collision_surface::{CollisionSurface, NONE, SurfaceEdge};
+use crate::collision::features::ColliderPart;
+use crate::collision::narrow_phase::SheetStageMotion;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 /// An axis-aligned box, m; the default is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cuboid {
+pub(crate) struct BoundingBox {
     pub low: DVec3,
     pub high: DVec3,
 }
 
-impl Default for Cuboid {
+impl Default for BoundingBox {
     fn default() -> Self {
         Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY }
     }
 }
 
-impl From<(DVec3, DVec3)> for Cuboid {
+impl From<(DVec3, DVec3)> for BoundingBox {
     fn from((low, high): (DVec3, DVec3)) -> Self {
         Self { low, high }
     }
 }
 
-impl Cuboid {
-    pub fn of(x: &Vectors) -> Self {
+impl BoundingBox {
+    pub fn from_positions(x: &Vectors) -> Self {
         x.bounds().map_or_else(Self::default, Self::from)
     }
 
     /// Box that a sheet sweeps in the stage, relative to the moving reference frame.
-    pub fn swept(sheet: &SheetMotion, drift: &Drift) -> Self {
-        let end = Self::of(sheet.end);
-        Self::of(sheet.start).joined(&Self { low: end.low - drift.end, high: end.high - drift.end })
+    pub fn swept(sheet: &SheetStageMotion, drift: &FrameMotion) -> Self {
+        let end = Self::from_positions(sheet.end);
+        Self::from_positions(sheet.start).joined(&Self { low: end.low - drift.end, high: end.high - drift.end })
     }
 
     /// Bounding box of a part of a collider with this frame.
-    pub fn of_solid(solid: &Solid, frame: &RigidFrame) -> Self {
+    pub fn from_part(solid: &ColliderPart, frame: &RigidFrame) -> Self {
         Self::from(solid.bounds()).placed(frame)
     }
 
@@ -71,7 +71,7 @@ impl Cuboid {
     }
 
     #[inline]
-    pub fn meets(&self, other: &Self) -> bool {
+    pub fn overlaps(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
@@ -87,14 +87,14 @@ impl Cuboid {
 /// Overlap of swept boxes is tested in a frame that follows the mean motion: sheets that fall
 /// together sweep almost no volume relative to each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Drift {
+pub(crate) struct FrameMotion {
     pub base: DVec3,
     pub end: DVec3,
 }
 
-impl Drift {
+impl FrameMotion {
     /// Mean motion of some sheets.
-    pub fn of<'a>(sheets: impl Iterator<Item = &'a SheetMotion<'a>>) -> Self {
+    pub fn mean_of<'a>(sheets: impl Iterator<Item = &'a SheetStageMotion<'a>>) -> Self {
         let (mut sum, mut count) = (Self::default(), 0);
         for sheet in sheets {
             let start = sheet.start.iter().sum::<DVec3>();
@@ -108,17 +108,17 @@ impl Drift {
 }
 
 /// Bounding volume hierarchy over the triangles of a sheet in a stage, and its normals at the base.
-pub(crate) struct SkinTree {
+pub(crate) struct SurfaceTree {
     id: u32,
     revision: u64,
     tree: Bvh,
     /// Reference frame and growth (m) of the boxes; `None` if they belong to another stage.
-    fresh: Option<(Drift, f64)>,
+    fresh: Option<(FrameMotion, f64)>,
     has_ridges: bool,
     /// Box of each node over the stage.
-    boxes: Vec<Cuboid>,
+    boxes: Vec<BoundingBox>,
     /// Box of each triangle over the stage.
-    triangle_boxes: Vec<Cuboid>,
+    triangle_boxes: Vec<BoundingBox>,
     /// Upper bound (m) of the motion of any node within the stage, in the reference frame.
     pub travel: f64,
     /// Centroids of the triangles, m.
@@ -126,7 +126,7 @@ pub(crate) struct SkinTree {
     /// Area vectors of the triangles (normal times twice the area), world axes, m².
     areas: Vec<DVec3>,
     /// Sum of the area vectors of the triangles at each node, world axes, m².
-    mass_areas: Vec<DVec3>,
+    node_areas: Vec<DVec3>,
     /// Height of each edge above the line between the centroids of its triangles, world axes, m;
     /// zero at the border.
     ridges: Vec<DVec3>,
@@ -136,11 +136,11 @@ pub(crate) struct SkinTree {
     /// Least height of a triangle at rest, m.
     height: f64,
     /// Whether the sheet has several layers.
-    pub stack: bool,
+    pub is_multilayer: bool,
 }
 
-impl SkinTree {
-    pub fn new(id: u32, skin: &Skin) -> Self {
+impl SurfaceTree {
+    pub fn new(id: u32, skin: &CollisionSurface) -> Self {
         let boxes = skin.triangles().iter().enumerate().map(|(i, t)| {
             let place = skin.middle(t);
             (i, Aabb::new(place.as_vec3(), place.as_vec3()).loosened(t.size as f32))
@@ -151,26 +151,26 @@ impl SkinTree {
             tree: Bvh::from_iter(BvhBuildStrategy::Binned, boxes),
             fresh: None,
             has_ridges: false,
-            boxes: vec![Cuboid::default(); skin.masses()],
-            triangle_boxes: vec![Cuboid::default(); skin.triangles().len()],
+            boxes: vec![BoundingBox::default(); skin.node_count()],
+            triangle_boxes: vec![BoundingBox::default(); skin.triangles().len()],
             travel: 0.0,
             middles: vec![DVec3::ZERO; skin.triangles().len()],
             areas: vec![DVec3::ZERO; skin.triangles().len()],
-            mass_areas: vec![DVec3::ZERO; skin.masses()],
+            node_areas: vec![DVec3::ZERO; skin.node_count()],
             ridges: vec![DVec3::ZERO; skin.edges().len()],
-            flat_at: Vec::with_capacity(skin.masses()),
+            flat_at: Vec::with_capacity(skin.node_count()),
             height: skin.least_height(),
-            stack: skin.is_stack(),
+            is_multilayer: skin.is_multilayer(),
         }
     }
 
     /// Identifier of the sheet.
-    pub fn of(&self) -> u32 {
+    pub fn sheet_id(&self) -> u32 {
         self.id
     }
 
-    pub fn is_of(&self, id: u32, skin: &Skin) -> bool {
-        let counts = self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses();
+    pub fn is_of(&self, id: u32, skin: &CollisionSurface) -> bool {
+        let counts = self.areas.len() == skin.triangles().len() && self.node_areas.len() == skin.node_count();
         self.id == id && self.revision == skin.revision() && counts
     }
 
@@ -179,7 +179,7 @@ impl SkinTree {
     }
 
     /// Update the boxes (relative to `drift`, grown by `room`, m) and the normals.
-    pub fn refresh(&mut self, sheet: &SheetMotion, drift: &Drift, room: f64) {
+    pub fn refresh(&mut self, sheet: &SheetStageMotion, drift: &FrameMotion, room: f64) {
         let before = self.fresh.replace((*drift, room));
         if before == self.fresh {
             return;
@@ -189,13 +189,13 @@ impl SkinTree {
         for (i, around) in self.boxes.iter_mut().enumerate() {
             let (p, base, q) = (sheet.start.get(i), sheet.base.get(i) - drift.base, sheet.end.get(i) - drift.end);
             furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(base));
-            *around = Cuboid { low: p.min(q).min(base) - by, high: p.max(q).max(base) + by };
+            *around = BoundingBox { low: p.min(q).min(base) - by, high: p.max(q).max(base) + by };
         }
         // The path from the base to the end by way of the start is at most twice the longer of its
         // parts.
         self.travel = 2.0 * furthest.sqrt();
         for (i, t) in sheet.skin.triangles().iter().enumerate() {
-            let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
+            let [a, b, c] = t.nodes.map(|m| &self.boxes[m as usize]);
             let around = a.joined(b).joined(c);
             self.triangle_boxes[i] = around;
             self.tree.insert_or_update_partially(around.single(), i as u32, 0.0);
@@ -207,17 +207,17 @@ impl SkinTree {
     }
 
     /// Update the normals to the base.
-    fn turn(&mut self, sheet: &SheetMotion) {
-        self.mass_areas.fill(DVec3::ZERO);
+    fn turn(&mut self, sheet: &SheetStageMotion) {
+        self.node_areas.fill(DVec3::ZERO);
         for (area, t) in self.areas.iter_mut().zip(sheet.skin.triangles()) {
-            *area = area_of(sheet.base, t.masses);
-            t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += *area);
+            *area = area_of(sheet.base, t.nodes);
+            t.nodes.iter().for_each(|m| self.node_areas[*m as usize] += *area);
         }
     }
 
     /// Update the ridges to the base, once per call of detection. With `bends`, the ridge at the
     /// end replaces that at the base where it is higher.
-    pub fn refresh_ridges(&mut self, sheet: &SheetMotion, bends: bool) {
+    pub fn refresh_ridges(&mut self, sheet: &SheetStageMotion, bends: bool) {
         if std::mem::replace(&mut self.has_ridges, true) {
             return;
         }
@@ -232,12 +232,12 @@ impl SkinTree {
     }
 
     /// Call `take` with each stored ridge and its value for the positions `x`.
-    fn each_ridge(&mut self, skin: &Skin, x: &Vectors, take: impl Fn(&mut DVec3, DVec3)) {
+    fn each_ridge(&mut self, skin: &CollisionSurface, x: &Vectors, take: impl Fn(&mut DVec3, DVec3)) {
         for (middle, t) in self.middles.iter_mut().zip(skin.triangles()) {
-            *middle = t.masses.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
+            *middle = t.nodes.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
         }
         for (ridge, edge) in self.ridges.iter_mut().zip(skin.edges()).filter(|(_, edge)| !edge.is_border()) {
-            let [a, b] = edge.masses.map(|i| x.get(i as usize));
+            let [a, b] = edge.nodes.map(|i| x.get(i as usize));
             let [s, t] = edge.triangles.map(|t| self.middles[t as usize]);
             let (along, aside) = (b - a, s + t - 2.0 * a);
             // The centroid of a triangle is a third of its height from the edge. Over two triangles
@@ -253,24 +253,24 @@ impl SkinTree {
     }
 
     /// Unit normal of the sheet at a node at the base, world axes; zero without triangles.
-    pub fn mass_normal(&self, i: usize) -> DVec3 {
-        self.mass_areas[i].normalize_or_zero()
+    pub fn node_normal(&self, i: usize) -> DVec3 {
+        self.node_areas[i].normalize_or_zero()
     }
 
     /// Box of a node over the stage, with the same growth as those of the triangles.
     #[inline]
-    pub fn box_of_mass(&self, i: u32) -> &Cuboid {
+    pub fn node_box(&self, i: u32) -> &BoundingBox {
         &self.boxes[i as usize]
     }
 
     /// Box of a triangle over the stage.
     #[inline]
-    pub fn box_of_triangle(&self, t: u32) -> &Cuboid {
+    pub fn triangle_box(&self, t: u32) -> &BoundingBox {
         &self.triangle_boxes[t as usize]
     }
 
     /// Determine whether the sheet is flat: all normals within 30° of their mean.
-    pub fn look_whether_flat(&mut self, skin: &Skin, x: &Vectors) {
+    pub fn look_whether_flat(&mut self, skin: &CollisionSurface, x: &Vectors) {
         if self.is_as_it_was_flat(x) {
             return;
         }
@@ -282,19 +282,22 @@ impl SkinTree {
     }
 
     /// Serialise the state that carries over between steps.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.count(u64::from(self.id));
         to.count(self.flat_at.len() as u64);
         self.flat_at.iter().for_each(|p| to.singles(&p.to_array()));
     }
 
     /// Deserialise the tree of a sheet; `skin` returns its collision surface by identifier.
-    pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
-        let id = from.small()?;
-        let mut tree = Self::new(id, skin(id).ok_or(Cut)?);
+    pub fn deserialise<'s>(
+        from: &mut StateReader,
+        skin: impl Fn(u32) -> Option<&'s CollisionSurface>,
+    ) -> ReadResult<Self> {
+        let id = from.count_u32()?;
+        let mut tree = Self::new(id, skin(id).ok_or(CorruptState)?);
         let count = from.length(12)?;
         if count != 0 && count != tree.boxes.len() {
-            return Err(Cut);
+            return Err(CorruptState);
         }
         for _ in 0..count {
             let mut place = [0.0; 3];
@@ -316,7 +319,7 @@ impl SkinTree {
 
     /// Whether all normals stay within 45° of their mean at the start and at the end of the stage.
     /// A rectangle for which this holds is a height graph over a plane and has no self-contact.
-    pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {
+    pub fn stays_flat(&self, sheet: &SheetStageMotion) -> bool {
         if self.flat_at.is_empty() {
             return false;
         }
@@ -335,7 +338,7 @@ impl SkinTree {
     }
 
     /// Indices of the triangles whose boxes overlap `around`.
-    pub fn triangles_in(&self, around: &Cuboid) -> impl Iterator<Item = u32> + '_ {
+    pub fn triangles_in(&self, around: &BoundingBox) -> impl Iterator<Item = u32> + '_ {
         let around = around.single();
         self.tree.leaves(move |node| around.intersects(&node.aabb()))
     }
@@ -343,8 +346,8 @@ impl SkinTree {
     /// Pairs of triangles with overlapping boxes, of this sheet and another that sweeps `around`.
     /// The tree is queried for each triangle: Parry's traversal of two trees allocates memory for
     /// deep trees.
-    pub fn pairs_with<'a>(&'a self, other: &'a Self, around: Cuboid) -> impl Iterator<Item = (u32, u32)> + 'a {
-        let own = self.triangle_boxes.iter().zip(0_u32..).filter(move |(cuboid, _)| cuboid.meets(&around));
+    pub fn pairs_with<'a>(&'a self, other: &'a Self, around: BoundingBox) -> impl Iterator<Item = (u32, u32)> + 'a {
+        let own = self.triangle_boxes.iter().zip(0_u32..).filter(move |(cuboid, _)| cuboid.overlaps(&around));
         own.flat_map(|(cuboid, p)| other.triangles_in(cuboid).map(move |q| (p, q)))
     }
 
@@ -373,20 +376,20 @@ fn area_of(x: &Vectors, masses: [u32; 3]) -> DVec3 {
 
 /// Vectors from an edge to the centroids of its triangles, perpendicular to the edge, at the base,
 /// m.
-pub(crate) fn flanks<'a>(sheet: &SheetMotion<'a>, edge: &SkinEdge) -> impl Iterator<Item = DVec3> + use<'a> {
+pub(crate) fn flanks<'a>(sheet: &SheetStageMotion<'a>, edge: &SurfaceEdge) -> impl Iterator<Item = DVec3> + use<'a> {
     let (base, skin) = (sheet.base, sheet.skin);
-    let [a, b] = edge.masses.map(|i| base.get(i as usize));
+    let [a, b] = edge.nodes.map(|i| base.get(i as usize));
     let along = (b - a).normalize_or(DVec3::X);
     edge.triangles.into_iter().filter(|t| *t != NONE).map(move |t| {
-        let masses = skin.triangles()[t as usize].masses;
+        let masses = skin.triangles()[t as usize].nodes;
         let middle = masses.iter().map(|i| base.get(*i as usize)).sum::<DVec3>() / 3.0;
         (middle - a).reject_from_normalized(along)
     })
 }
 
 /// Whether the squared cosine between each triangle normal and their mean exceeds `cosine_squared`.
-fn is_flat(skin: &Skin, x: &Vectors, cosine_squared: f64) -> bool {
-    let areas = || skin.triangles().iter().map(|t| area_of(x, t.masses));
+fn is_flat(skin: &CollisionSurface, x: &Vectors, cosine_squared: f64) -> bool {
+    let areas = || skin.triangles().iter().map(|t| area_of(x, t.nodes));
     let mean = areas().sum::<DVec3>().normalize_or_zero();
     areas().all(|n| {
         let along = n.dot(mean);

@@ -18,14 +18,14 @@ pub const NONE: u32 = u32::MAX;
 
 /// An edge of a collision surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SkinEdge {
+pub struct SurfaceEdge {
     /// Nodes, the lower index first.
-    pub masses: [u32; 2],
+    pub nodes: [u32; 2],
     /// Adjacent triangles; the second is [`NONE`] on the border.
     pub triangles: [u32; 2],
 }
 
-impl SkinEdge {
+impl SurfaceEdge {
     /// Whether the edge lies on the border of the surface.
     pub fn is_border(&self) -> bool {
         self.triangles[1] == NONE
@@ -34,13 +34,13 @@ impl SkinEdge {
 
 /// A triangle with its edges and the features that it owns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SkinTriangle {
+pub struct SurfaceTriangle {
     /// Nodes, counter-clockwise seen from the upper side.
-    pub masses: [u32; 3],
+    pub nodes: [u32; 3],
     /// Edges, beginning with that from the first node to the second.
     pub edges: [u32; 3],
     /// Whether each of the nodes is owned by this triangle.
-    pub owns_mass: [bool; 3],
+    pub owns_node: [bool; 3],
     /// Whether each of the edges is owned by this triangle.
     pub owns_edge: [bool; 3],
     /// Longest side at rest, m.
@@ -49,62 +49,66 @@ pub struct SkinTriangle {
 
 /// Collision surface of a sheet.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Skin {
-    triangles: Vec<SkinTriangle>,
-    edges: Vec<SkinEdge>,
+pub struct CollisionSurface {
+    triangles: Vec<SurfaceTriangle>,
+    edges: Vec<SurfaceEdge>,
     rest: Vec<DVec3>,
     border: Vec<bool>,
     offset: f64,
     rectangle: bool,
-    stack: bool,
+    is_multilayer: bool,
     /// Whether each node is detached and has no contact; empty if no cell is open.
-    gone: Vec<bool>,
+    detached: Vec<bool>,
     /// Number of changes of the triangles.
     revision: u64,
     make: u32,
 }
 
-impl Skin {
+impl CollisionSurface {
     /// Collision surface of a sheet in its present state, which is taken as its rest state.
-    pub fn of(sheet: &Sheet) -> Self {
+    pub fn from_sheet(sheet: &Sheet) -> Self {
         let offset = sheet.contact_offset();
         match &sheet.triangles {
             Some(triangles) => Self::new(triangles, &sheet.x, offset, false),
             None => {
                 let count = sheet.layers.len();
-                let whole = sheet.opened().is_none();
+                let whole = sheet.open_cell_set().is_none();
                 let mut skin = Self::new(&outer_triangles(sheet), &sheet.x, offset, count == 1 && whole);
-                skin.stack = count > 1;
-                skin.note_gone(sheet);
+                skin.is_multilayer = count > 1;
+                skin.update_detached(sheet);
                 skin
             }
         }
     }
 
     /// Rebuild the surface without the open cells of its sheet.
-    pub fn open(&mut self, sheet: &Sheet) {
+    pub fn rebuild_open(&mut self, sheet: &Sheet) {
         let mut rest = Vectors::default();
         self.rest.iter().for_each(|p| rest.push(*p));
-        let rectangle = sheet.layers.len() == 1 && sheet.opened().is_none();
-        let (stack, revision) = (self.stack, self.revision + 1);
-        *self = Self { stack, revision, ..Self::new(&outer_triangles(sheet), &rest, self.offset, rectangle) };
-        self.note_gone(sheet);
+        let rectangle = sheet.layers.len() == 1 && sheet.open_cell_set().is_none();
+        let (stack, revision) = (self.is_multilayer, self.revision + 1);
+        *self = Self {
+            is_multilayer: stack,
+            revision,
+            ..Self::new(&outer_triangles(sheet), &rest, self.offset, rectangle)
+        };
+        self.update_detached(sheet);
     }
 
-    fn note_gone(&mut self, sheet: &Sheet) {
-        if sheet.opened().is_some() {
-            self.gone = (0..sheet.masses()).map(|i| sheet.is_gone(i)).collect();
+    fn update_detached(&mut self, sheet: &Sheet) {
+        if sheet.open_cell_set().is_some() {
+            self.detached = (0..sheet.node_count()).map(|i| sheet.is_detached(i)).collect();
         }
     }
 
     /// Whether node `i` is detached (has no closed cell) and has no contact.
     #[inline]
-    pub fn is_gone(&self, i: usize) -> bool {
-        self.gone.get(i).is_some_and(|gone| *gone)
+    pub fn is_detached(&self, i: usize) -> bool {
+        self.detached.get(i).is_some_and(|gone| *gone)
     }
 
     /// Checksum of the rest positions and the contact offset.
-    pub(crate) fn make(&self) -> u32 {
+    pub(crate) fn checksum(&self) -> u32 {
         self.make
     }
 
@@ -122,35 +126,46 @@ impl Skin {
         let (edges, of_triangle) = edges_of(&triangles);
         let mut border = vec![false; rest.len()];
         for edge in edges.iter().filter(|e| e.is_border()) {
-            edge.masses.iter().for_each(|i| border[*i as usize] = true);
+            edge.nodes.iter().for_each(|i| border[*i as usize] = true);
         }
         let rest: Vec<DVec3> = rest.iter().collect();
         let mut mass_taken = vec![false; rest.len()];
         let mut edge_taken = vec![false; edges.len()];
-        let triangles = triangles.into_iter().zip(of_triangle).map(|(masses, edges)| SkinTriangle {
-            masses,
+        let triangles = triangles.into_iter().zip(of_triangle).map(|(masses, edges)| SurfaceTriangle {
+            nodes: masses,
             edges,
-            owns_mass: masses.map(|i| !std::mem::replace(&mut mass_taken[i as usize], true)),
+            owns_node: masses.map(|i| !std::mem::replace(&mut mass_taken[i as usize], true)),
             owns_edge: edges.map(|e| !std::mem::replace(&mut edge_taken[e as usize], true)),
             size: longest_side(masses.map(|i| rest[i as usize])),
         });
         let triangles = triangles.collect();
-        let make = make_of(&rest, offset);
-        Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0, make }
+        let make = checksum_of(&rest, offset);
+        Self {
+            triangles,
+            edges,
+            border,
+            offset,
+            rectangle,
+            rest,
+            is_multilayer: false,
+            detached: Vec::new(),
+            revision: 0,
+            make,
+        }
     }
 
     /// Triangles.
-    pub fn triangles(&self) -> &[SkinTriangle] {
+    pub fn triangles(&self) -> &[SurfaceTriangle] {
         &self.triangles
     }
 
     /// Edges, each once.
-    pub fn edges(&self) -> &[SkinEdge] {
+    pub fn edges(&self) -> &[SurfaceEdge] {
         &self.edges
     }
 
     /// Number of nodes of the sheet.
-    pub fn masses(&self) -> usize {
+    pub fn node_count(&self) -> usize {
         self.rest.len()
     }
 
@@ -160,7 +175,7 @@ impl Skin {
     }
 
     /// Contact offset: distance from the triangles at which the surface touches, m.
-    pub fn offset(&self) -> f64 {
+    pub fn contact_offset(&self) -> f64 {
         self.offset
     }
 
@@ -170,19 +185,19 @@ impl Skin {
     }
 
     /// Whether the surface consists of the outer layers of a lattice with several layers.
-    pub fn is_stack(&self) -> bool {
-        self.stack
+    pub fn is_multilayer(&self) -> bool {
+        self.is_multilayer
     }
 
     /// Centroid of a triangle at rest, m.
-    pub(crate) fn middle(&self, triangle: &SkinTriangle) -> DVec3 {
-        triangle.masses.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
+    pub(crate) fn middle(&self, triangle: &SurfaceTriangle) -> DVec3 {
+        triangle.nodes.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
     }
 
     /// Least height of a triangle at rest, m; infinite without triangles.
     pub(crate) fn least_height(&self) -> f64 {
         let heights = self.triangles.iter().map(|t| {
-            let [a, b, c] = t.masses.map(|i| self.rest[i as usize]);
+            let [a, b, c] = t.nodes.map(|i| self.rest[i as usize]);
             (b - a).cross(c - a).length() / t.size
         });
         heights.fold(f64::INFINITY, f64::min)
@@ -198,7 +213,7 @@ impl Skin {
     }
 }
 
-fn make_of(rest: &[DVec3], offset: f64) -> u32 {
+fn checksum_of(rest: &[DVec3], offset: f64) -> u32 {
     let mut sum = crc32fast::Hasher::new();
     let numbers = rest.iter().flat_map(|p| p.to_array()).chain([offset]);
     numbers.for_each(|v| sum.update(&v.to_le_bytes()));
@@ -213,7 +228,7 @@ fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
 }
 
 /// Sides of `triangles`, each once, and the indices of the sides of each triangle.
-fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
+fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SurfaceEdge>, Vec<[u32; 3]>) {
     let mut sides: Vec<([u32; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
     for (t, m) in triangles.iter().enumerate() {
         for side in 0..3 {
@@ -222,14 +237,14 @@ fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
         }
     }
     sides.sort_unstable();
-    let mut edges: Vec<SkinEdge> = Vec::with_capacity(sides.len() / 2);
+    let mut edges: Vec<SurfaceEdge> = Vec::with_capacity(sides.len() / 2);
     let mut of_triangle = vec![[NONE; 3]; triangles.len()];
     for (masses, t, side) in sides {
         match edges.last_mut() {
             // A third triangle at one edge replaces the second, since the surface is not a manifold
             // there.
-            Some(last) if last.masses == masses => last.triangles[1] = t as u32,
-            _ => edges.push(SkinEdge { masses, triangles: [t as u32, NONE] }),
+            Some(last) if last.nodes == masses => last.triangles[1] = t as u32,
+            _ => edges.push(SurfaceEdge { nodes: masses, triangles: [t as u32, NONE] }),
         }
         of_triangle[t][side] = edges.len() as u32 - 1;
     }
@@ -243,15 +258,15 @@ fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::structure::Layer;
+    use crate::mesh::structure::LatticeLayer;
 
-    fn grid(nx: u32, nz: u32) -> Skin {
-        let layer = Layer { first: 0, nx, nz, triangular: false };
+    fn grid(nx: u32, nz: u32) -> CollisionSurface {
+        let layer = LatticeLayer { first: 0, nx, nz, triangular: false };
         let mut rest = Vectors::default();
         for j in 0..nz {
             (0..nx).for_each(|i| rest.push(DVec3::new(f64::from(i), 0.0, f64::from(j))));
         }
-        Skin::new(&layer.triangles(), &rest, 0.1, true)
+        CollisionSurface::new(&layer.triangles(), &rest, 0.1, true)
     }
 
     #[test]
@@ -262,16 +277,16 @@ mod tests {
         // v - e + f = 1 for a disc.
         assert_eq!(skin.edges().len(), v + f - 1);
         assert_eq!(skin.edges().iter().filter(|e| e.is_border()).count(), 2 * (4 + 3));
-        let owned = |f: fn(&SkinTriangle) -> [bool; 3]| -> usize {
+        let owned = |f: fn(&SurfaceTriangle) -> [bool; 3]| -> usize {
             skin.triangles().iter().map(|t| f(t).iter().filter(|o| **o).count()).sum()
         };
-        assert_eq!(owned(|t| t.owns_mass), v);
+        assert_eq!(owned(|t| t.owns_node), v);
         assert_eq!(owned(|t| t.owns_edge), skin.edges().len());
         assert!(skin.on_border(0) && !skin.on_border(6) && !skin.on_border(1000));
         for t in skin.triangles() {
             for side in 0..3 {
                 let edge = skin.edges()[t.edges[side] as usize];
-                assert!(edge.masses.contains(&t.masses[side]) && edge.masses.contains(&t.masses[(side + 1) % 3]));
+                assert!(edge.nodes.contains(&t.nodes[side]) && edge.nodes.contains(&t.nodes[(side + 1) % 3]));
             }
             assert_eq!(t.size, 2.0_f64.sqrt());
         }
@@ -281,10 +296,10 @@ mod tests {
     fn triangles_wind_alike_and_those_of_no_mass_are_left_out() {
         let skin = grid(4, 4);
         for t in skin.triangles() {
-            let [a, b, c] = t.masses.map(|i| skin.rest[i as usize]);
+            let [a, b, c] = t.nodes.map(|i| skin.rest[i as usize]);
             assert!((b - a).cross(c - a).y > 0.0);
         }
-        let one = Skin::new(&[[0, 1, 2], [0, 1, 9]], &Vectors::zeros(3), 0.0, false);
+        let one = CollisionSurface::new(&[[0, 1, 2], [0, 1, 9]], &Vectors::zeros(3), 0.0, false);
         assert_eq!(one.triangles().len(), 1);
     }
 }

@@ -14,31 +14,31 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SheetPoint {
     /// Node indices.
-    pub masses: [u32; 3],
+    pub nodes: [u32; 3],
     /// Weights of the nodes.
     pub weights: [f64; 3],
 }
 
 impl SheetPoint {
     /// The point at node `i`.
-    pub fn mass(i: u32) -> Self {
-        Self { masses: [i; 3], weights: [1.0, 0.0, 0.0] }
+    pub fn node(i: u32) -> Self {
+        Self { nodes: [i; 3], weights: [1.0, 0.0, 0.0] }
     }
 
     /// Nodes with nonzero weight, and their weights.
     pub fn terms(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
-        self.masses.iter().copied().zip(self.weights).filter(|(_, w)| *w != 0.0)
+        self.nodes.iter().copied().zip(self.weights).filter(|(_, w)| *w != 0.0)
     }
 
     /// Position of the point with the nodes at `x`, m.
-    pub fn of(&self, x: &crate::math::Vectors) -> DVec3 {
+    pub fn position(&self, x: &crate::math::Vectors) -> DVec3 {
         self.terms().map(|(i, w)| x.get(i as usize) * w).sum()
     }
 }
 
 /// One side of a contact constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Side {
+pub enum ContactSide {
     /// A point of a sheet.
     Sheet {
         /// Index of the sheet in the detection input.
@@ -58,21 +58,21 @@ pub enum Side {
 /// Key of a contact constraint, constant over iterations, stages and steps. The contact cache
 /// stores forces by key, and constraints with equal violation are ordered by key. It consists of
 /// the keys of two features, each unique in the detection input.
-pub type Key = [u64; 2];
+pub type ContactKey = [u64; 2];
 
 /// A contact constraint that is active or may become active within the stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct ContactConstraint {
     /// Side to which the normal points.
-    pub a: Side,
+    pub a: ContactSide,
     /// Side from which the normal points.
-    pub b: Side,
+    pub b: ContactSide,
     /// Unit normal from b to a, world axes.
     pub normal: DVec3,
     /// Distance along the normal at which the two sides touch, m.
     pub offset: f64,
     /// Key of the constraint.
-    pub key: Key,
+    pub key: ContactKey,
     /// Coulomb friction coefficient of the pair.
     pub friction: f64,
     /// Restitution coefficient of the pair.

@@ -10,8 +10,8 @@
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::Skin;
-use crate::collision::features::{Features, Mesh, Solid};
+use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::features::{ColliderFeatures, ColliderMesh, ColliderPart};
 use crate::collision::geometry::{point_triangle, segment_segment};
 use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
@@ -22,21 +22,27 @@ const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 /// Greatest depth (m) of the surface of a sheet (nodes at `x`) in a body; 0 if it is outside. With
 /// `thickness` the surface of the material is meant, one contact offset from the triangles;
 /// otherwise the triangles themselves.
-pub fn into_body(skin: &Skin, x: &Vectors, features: &Features, frame: &RigidFrame, thickness: bool) -> f64 {
-    let offset = if thickness { skin.offset() } else { 0.0 };
-    let local: Vec<DVec3> = x.iter().map(|p| frame.local(p)).collect();
-    let depth_in = |solid: &Solid| -> f64 {
-        let triangles = skin.triangles().iter().map(|t| t.masses.map(|i| local[i as usize]));
+pub fn into_body(
+    skin: &CollisionSurface,
+    x: &Vectors,
+    features: &ColliderFeatures,
+    frame: &RigidFrame,
+    thickness: bool,
+) -> f64 {
+    let offset = if thickness { skin.contact_offset() } else { 0.0 };
+    let local: Vec<DVec3> = x.iter().map(|p| frame.local_point(p)).collect();
+    let depth_in = |solid: &ColliderPart| -> f64 {
+        let triangles = skin.triangles().iter().map(|t| t.nodes.map(|i| local[i as usize]));
         match solid {
-            Solid::HalfSpace { normal } => local.iter().map(|p| offset - normal.dot(*p)).fold(0.0, f64::max),
-            Solid::Ball { centre, radius } => {
+            ColliderPart::HalfSpace { normal } => local.iter().map(|p| offset - normal.dot(*p)).fold(0.0, f64::max),
+            ColliderPart::Ball { centre, radius } => {
                 let depth = |t: [DVec3; 3]| radius + offset - combined(t, point_triangle(*centre, t)).distance(*centre);
                 triangles.map(depth).fold(0.0, f64::max)
             }
-            Solid::Mesh(mesh) if mesh.is_convex() => {
+            ColliderPart::Mesh(mesh) if mesh.is_convex() => {
                 triangles.map(|t| depth_in_convex(mesh, t, offset)).fold(0.0, f64::max)
             }
-            Solid::Mesh(mesh) => triangles.map(|t| sampled_depth(mesh, t, offset)).fold(0.0, f64::max),
+            ColliderPart::Mesh(mesh) => triangles.map(|t| sampled_depth(mesh, t, offset)).fold(0.0, f64::max),
         }
     };
     features.solids().iter().map(|(_, solid)| depth_in(solid)).fold(0.0, f64::max)
@@ -47,7 +53,7 @@ fn combined([a, b, c]: [DVec3; 3], w: [f64; 3]) -> DVec3 {
 }
 
 /// Greatest depth of a triangle in a convex solid, m.
-fn depth_in_convex(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
+fn depth_in_convex(mesh: &ColliderMesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     let faces = mesh.faces();
     // A triangle entirely in front of one face is outside.
     if faces.iter().any(|f| triangle.iter().all(|p| f.height(*p) >= offset)) {
@@ -88,7 +94,7 @@ fn clip(polygon: &mut Vec<DVec3>, room: &mut Vec<DVec3>, inside: impl Fn(DVec3) 
 }
 
 /// Greatest depth of sampled points of a triangle in any solid, m.
-fn sampled_depth(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
+fn sampled_depth(mesh: &ColliderMesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     let (low, high) = mesh.bounds();
     let room = DVec3::splat(offset);
     let above = triangle[0].max(triangle[1]).max(triangle[2]);
@@ -113,19 +119,19 @@ fn sampled_depth(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
 /// Overlap of two sheets (m): the sum of their contact offsets minus the distance of their
 /// surfaces; 0 if they are apart, the whole sum if they intersect. Between parts of one sheet
 /// (`same`), features that are neighbours at rest are excluded.
-pub fn of_sheets((a, x): (&Skin, &Vectors), (b, y): (&Skin, &Vectors), same: bool) -> f64 {
-    let touching = a.offset() + b.offset();
+pub fn between_sheets((a, x): (&CollisionSurface, &Vectors), (b, y): (&CollisionSurface, &Vectors), same: bool) -> f64 {
+    let touching = a.contact_offset() + b.contact_offset();
     let mut nearest = touching;
     for (i, p) in a.triangles().iter().enumerate() {
-        let first = p.masses.map(|m| x.get(m as usize));
+        let first = p.nodes.map(|m| x.get(m as usize));
         let (low, high) = bounds(first);
         for q in b.triangles().iter().skip(if same { i + 1 } else { 0 }) {
-            let second = q.masses.map(|m| y.get(m as usize));
+            let second = q.nodes.map(|m| y.get(m as usize));
             let (under, over) = bounds(second);
             let room = DVec3::splat(nearest);
             let apart = under.cmpgt(high + room).any() || over.cmplt(low - room).any();
             let reach = touching + p.size.max(q.size);
-            if apart || (same && neighbours(a, p.masses, q.masses, reach)) {
+            if apart || (same && neighbours(a, p.nodes, q.nodes, reach)) {
                 continue;
             }
             nearest = nearest.min(distance(first, second));
@@ -138,7 +144,7 @@ fn bounds([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
     (a.min(b).min(c), a.max(b).max(c))
 }
 
-fn neighbours(skin: &Skin, p: [u32; 3], q: [u32; 3], reach: f64) -> bool {
+fn neighbours(skin: &CollisionSurface, p: [u32; 3], q: [u32; 3], reach: f64) -> bool {
     p.iter().any(|i| q.iter().any(|j| skin.rest_distance(*i, *j) < reach))
 }
 
@@ -180,10 +186,10 @@ mod tests {
 
     const HERE: RigidFrame = RigidFrame::IDENTITY;
 
-    fn one(points: [DVec3; 3], offset: f64) -> (Skin, Vectors) {
+    fn one(points: [DVec3; 3], offset: f64) -> (CollisionSurface, Vectors) {
         let mut x = Vectors::default();
         points.iter().for_each(|p| x.push(*p));
-        (Skin::new(&[[0, 1, 2]], &x, offset, false), x)
+        (CollisionSurface::new(&[[0, 1, 2]], &x, offset, false), x)
     }
 
     fn point() -> impl Strategy<Value = DVec3> {
@@ -195,7 +201,7 @@ mod tests {
         /// as deep.
         #[test]
         fn the_depth_in_a_box_is_that_of_the_deepest_point(a in point(), b in point(), c in point()) {
-            let features = Features::of(SharedShape::cuboid(1.0, 0.5, 0.75).0.as_ref());
+            let features = ColliderFeatures::from_shape(SharedShape::cuboid(1.0, 0.5, 0.75).0.as_ref());
             let (skin, x) = one([a, b, c], 0.0);
             let depth = into_body(&skin, &x, &features, &HERE, false);
             let mut sampled = 0.0_f64;
@@ -214,8 +220,8 @@ mod tests {
     }
 
     #[test]
-    fn a_rim_between_masses_shows_in_the_depth() {
-        let features = Features::of(SharedShape::cuboid(1.0, 1.0, 1.0).0.as_ref());
+    fn a_rim_between_nodes_counts_in_the_depth() {
+        let features = ColliderFeatures::from_shape(SharedShape::cuboid(1.0, 1.0, 1.0).0.as_ref());
         // A triangle that cuts across a rim: nodes outside, the middle of a side 0.1 inside along
         // both faces.
         let (skin, x) = one([DVec3::new(0.8, 1.0, 0.0), DVec3::new(1.0, 0.8, 0.0), DVec3::new(2.0, 2.0, 0.0)], 0.01);
@@ -228,9 +234,9 @@ mod tests {
     #[test]
     fn balls_and_floors_are_exact() {
         let (skin, x) = one([DVec3::new(-1.0, 0.9, -1.0), DVec3::new(1.0, 0.9, -1.0), DVec3::new(0.0, 0.9, 2.0)], 0.05);
-        let ball = Features::of(SharedShape::ball(1.0).0.as_ref());
+        let ball = ColliderFeatures::from_shape(SharedShape::ball(1.0).0.as_ref());
         assert!((into_body(&skin, &x, &ball, &HERE, false) - 0.1).abs() < 1e-12);
-        let floor = Features::of(SharedShape::halfspace(glam::Vec3::Y).0.as_ref());
+        let floor = ColliderFeatures::from_shape(SharedShape::halfspace(glam::Vec3::Y).0.as_ref());
         let raised = RigidFrame { origin: DVec3::Y, ..HERE };
         assert!((into_body(&skin, &x, &floor, &raised, true) - 0.15).abs() < 1e-12);
         assert_eq!(into_body(&skin, &x, &floor, &HERE, true), 0.0);
@@ -249,7 +255,8 @@ mod tests {
             let (a, b) = (i, (i + 1) % 4);
             triangles.extend([[a, 4 + a, 4 + b], [a, 4 + b, b], [4 + a, 8, 4 + b]]);
         }
-        let features = Features::from_solid(Solid::from_triangles(&vertices, &triangles).expect("triangles"));
+        let features =
+            ColliderFeatures::from_solid(ColliderPart::from_triangles(&vertices, &triangles).expect("triangles"));
         let at = |y: f64| {
             let points = [(0.45, 0.45), (0.5, 0.55), (0.55, 0.45)].map(|(x, z)| DVec3::new(x, y, z));
             let (skin, x) = one(points, 0.0);
@@ -261,16 +268,16 @@ mod tests {
     }
 
     #[test]
-    fn sheets_overlap_by_what_is_missing_to_their_thickness() {
+    fn sheets_overlap_by_thickness_minus_distance() {
         let flat = [DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.0, -1.0), DVec3::new(0.0, 0.0, 2.0)];
         let (a, x) = one(flat, 0.05);
         let over = |h: f64| one(flat.map(|p| p + DVec3::Y * h), 0.03);
-        let overlap = |h: f64| of_sheets((&a, &x), (&over(h).0, &over(h).1), false);
+        let overlap = |h: f64| between_sheets((&a, &x), (&over(h).0, &over(h).1), false);
         assert_eq!(overlap(0.1), 0.0);
         assert!((overlap(0.07) - 0.01).abs() < 1e-12);
         // A node through the middle: the overlap is the whole sum.
         let (b, y) = one([DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.1, 1.0, 0.0), DVec3::new(-0.1, 1.0, 0.0)], 0.03);
-        assert!((of_sheets((&a, &x), (&b, &y), false) - 0.08).abs() < 1e-12);
-        assert_eq!(of_sheets((&a, &x), (&a, &x), true), 0.0);
+        assert!((between_sheets((&a, &x), (&b, &y), false) - 0.08).abs() < 1e-12);
+        assert_eq!(between_sheets((&a, &x), (&a, &x), true), 0.0);
     }
 }

@@ -21,11 +21,11 @@
 
 use glam::DVec3;
 
-use crate::collision::constraint::{Contact, SheetPoint, Side};
+use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
 use crate::contact::settings::{AdhesionSettings, ContactSettings};
-use crate::contact::stage::Scratch;
-use crate::contact::step_bodies::Surroundings;
-use crate::scene::Tack;
+use crate::contact::step_bodies::StepBodies;
+use crate::contact::workspace::ContactWorkspace;
+use crate::scene::Adhesion;
 use crate::sheet::Sheet;
 
 const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
@@ -33,7 +33,7 @@ const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
 /// Adhesion strength at a point of the sheet, Pa; 0 if it is too cold. `stuck` selects the
 /// lower temperature limit of existing bonds.
 fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
-    let Some(Tack { strength, above, lets_go_below }) = sheet.tack() else { return 0.0 };
+    let Some(Adhesion { strength, above, lets_go_below }) = sheet.tack() else { return 0.0 };
     let celsius: f64 = point.terms().map(|(i, w)| w * sheet.celsius(i)).sum();
     let holds = stuck && lets_go_below.is_none_or(|limit| celsius >= limit);
     if celsius >= above || holds { strength } else { 0.0 }
@@ -42,74 +42,81 @@ fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
 /// Call `push` for every bond force of `members` on a dynamic body, with the body's index, force
 /// (N) and point in its frame (m).
 pub(crate) fn on_bodies(sheets: &[Sheet], members: &[u32], mut push: impl FnMut(u32, DVec3, DVec3)) {
-    for stuck in members.iter().filter_map(|i| sheets[*i as usize].work.stuck.as_ref()) {
+    for stuck in members.iter().filter_map(|i| sheets[*i as usize].work.adhesion.as_ref()) {
         stuck.on_bodies.iter().for_each(|(body, force, at)| push(*body, *force, *at));
     }
 }
 
 /// Update the bonds of the sheets `members` after a step. `bodies` maps the island's body indices
 /// to indices in `around`.
-pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, around: &Surroundings, bodies: &[u32]) {
+pub(crate) fn update_bonds(
+    sheets: &mut [Sheet],
+    members: &[u32],
+    scratch: &ContactWorkspace,
+    around: &StepBodies,
+    bodies: &[u32],
+) {
     let is_sticky = |i: &u32| sheets[*i as usize].tack().is_some();
     if !members.iter().any(is_sticky) {
         return;
     }
     for i in members.iter().map(|i| *i as usize) {
-        let masses = sheets[i].masses();
-        sheets[i].work.stuck.get_or_insert_default().begin(masses);
+        let masses = sheets[i].node_count();
+        sheets[i].work.adhesion.get_or_insert_default().begin(masses);
     }
-    scratch.closed(|contact, _| {
-        if let Some((sheet, mass, _)) = of_mass(contact)
-            && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck
+    scratch.for_each_closed(|contact, _| {
+        if let Some((sheet, mass, _)) = node_contact(contact)
+            && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.adhesion
         {
             stuck.has_contact(mass, towards(contact));
         }
     });
     let hanging = |body: u32| {
         let mut rows = 0.0;
-        scratch.closed(|c, _| rows += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
+        scratch.for_each_closed(|c, _| rows += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
         rows
     };
     let mut last = (u32::MAX, 0.0);
-    scratch.closed(|contact, _| {
-        let Some((sheet, mass, point)) = of_mass(contact) else { return };
+    scratch.for_each_closed(|contact, _| {
+        let Some((sheet, mass, point)) = node_contact(contact) else { return };
         let own = &sheets[members[sheet as usize] as usize];
-        let Some(stuck) = &own.work.stuck else { return };
-        let was = stuck.was_held[mass as usize];
+        let Some(stuck) = &own.work.adhesion else { return };
+        let was = stuck.was_bonded[mass as usize];
         let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
         if let Some((other, place)) = other_sheet(contact) {
             let other = &sheets[members[other as usize] as usize];
             most_stress = most_stress.max(strength(other, &place, was));
             // This contact also represents nodes of the other sheet that have no contact of their
             // own.
-            let silent = |i: u32| other.work.stuck.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
-            share = 0.5 * (1.0 + place.terms().filter(|(i, _)| silent(*i)).map(|(_, w)| w).sum::<f64>());
+            let has_no_contact =
+                |i: u32| other.work.adhesion.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
+            share = 0.5 * (1.0 + place.terms().filter(|(i, _)| has_no_contact(*i)).map(|(_, w)| w).sum::<f64>());
         }
         if most_stress <= 0.0 {
             return;
         }
-        let mut need = SETTINGS.node_acceleration * own.mass(mass as usize);
+        let mut need = SETTINGS.node_acceleration * own.node_mass(mass as usize);
         let body = other_body(contact).and_then(|b| Some((b, around.bodies.get(*bodies.get(b as usize)? as usize)?)));
-        if let Some((body, over)) = body.filter(|(_, over)| over.start.gives()) {
+        if let Some((body, over)) = body.filter(|(_, over)| over.start.is_dynamic()) {
             if last.0 != body {
                 last = (body, hanging(body));
             }
             need += SETTINGS.body_acceleration * over.start.mass() / f64::max(last.1, 1.0);
         }
         let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
-        let before = stuck.was_pull.get(mass as usize).length() / parts;
-        need = (need / parts).max(SETTINGS.maximum_load_growth * borne(scratch, contact, before));
+        let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
+        need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(scratch, contact, before));
         let most = most_stress * share * own.area_of(mass) / parts;
-        pull(sheets, members, contact, need.min(most), bodies, around);
-        if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck {
-            stuck.bonds += usize::from(!std::mem::replace(&mut stuck.held[mass as usize], true));
+        apply_bond(sheets, members, contact, need.min(most), bodies, around);
+        if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.adhesion {
+            stuck.bonds += usize::from(!std::mem::replace(&mut stuck.bonded[mass as usize], true));
         }
     });
 }
 
 /// Load of a bond in the step, N, given the bond force `force`: its tension, plus the normal force
 /// that its friction requires.
-fn borne(scratch: &Scratch, contact: &Contact, force: f64) -> f64 {
+fn bond_load(scratch: &ContactWorkspace, contact: &ContactConstraint, force: f64) -> f64 {
     let contact_force = scratch.force_of(&contact.key).unwrap_or(DVec3::ZERO);
     let across = contact_force.dot(contact.normal).abs();
     let along = contact_force.reject_from_normalized(contact.normal).length();
@@ -118,21 +125,28 @@ fn borne(scratch: &Scratch, contact: &Contact, force: f64) -> f64 {
 }
 
 /// Pull the two sides of a contact together with `force` (N).
-fn pull(sheets: &mut [Sheet], members: &[u32], contact: &Contact, force: f64, bodies: &[u32], around: &Surroundings) {
-    let Some((owner, ..)) = of_mass(contact) else { return };
+fn apply_bond(
+    sheets: &mut [Sheet],
+    members: &[u32],
+    contact: &ContactConstraint,
+    force: f64,
+    bodies: &[u32],
+    around: &StepBodies,
+) {
+    let Some((owner, ..)) = node_contact(contact) else { return };
     for (side, sign) in [(&contact.a, -force), (&contact.b, force)] {
         let push = contact.normal * sign;
         match side {
-            Side::Sheet { sheet, point } => {
-                let Some(stuck) = &mut sheets[members[*sheet as usize] as usize].work.stuck else { continue };
+            ContactSide::Sheet { sheet, point } => {
+                let Some(stuck) = &mut sheets[members[*sheet as usize] as usize].work.adhesion else { continue };
                 for (i, w) in point.terms() {
-                    stuck.pull.set(i as usize, stuck.pull.get(i as usize) + push * w);
+                    stuck.bond_force.set(i as usize, stuck.bond_force.get(i as usize) + push * w);
                 }
             }
-            Side::Body { body, local } => {
+            ContactSide::Body { body, local } => {
                 let Some(index) = bodies.get(*body as usize) else { continue };
-                let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.gives());
-                if let Some(stuck) = sheets[members[owner as usize] as usize].work.stuck.as_mut().filter(|_| gives) {
+                let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.is_dynamic());
+                if let Some(stuck) = sheets[members[owner as usize] as usize].work.adhesion.as_mut().filter(|_| gives) {
                     stuck.on_bodies.push((*index, push, *local));
                 }
             }
@@ -142,35 +156,35 @@ fn pull(sheets: &mut [Sheet], members: &[u32], contact: &Contact, force: f64, bo
 
 /// Sheet, node and point of a contact of one node with a body or triangle; `None` for other
 /// contacts.
-fn of_mass(contact: &Contact) -> Option<(u32, u32, SheetPoint)> {
-    let single = |side: &Side| match side {
-        Side::Sheet { sheet, point } if point.weights[0] == 1.0 => Some((*sheet, point.masses[0], *point)),
+fn node_contact(contact: &ContactConstraint) -> Option<(u32, u32, SheetPoint)> {
+    let single = |side: &ContactSide| match side {
+        ContactSide::Sheet { sheet, point } if point.weights[0] == 1.0 => Some((*sheet, point.nodes[0], *point)),
         _ => None,
     };
     single(&contact.a).or_else(|| single(&contact.b))
 }
 
 /// Direction from the node of a contact to its other side.
-fn towards(contact: &Contact) -> DVec3 {
-    let of_a = matches!(contact.a, Side::Sheet { point, .. } if point.weights[0] == 1.0);
+fn towards(contact: &ContactConstraint) -> DVec3 {
+    let of_a = matches!(contact.a, ContactSide::Sheet { point, .. } if point.weights[0] == 1.0);
     if of_a { -contact.normal } else { contact.normal }
 }
 
 /// The other sheet of a sheet-sheet contact, with the contact point on it.
-fn other_sheet(contact: &Contact) -> Option<(u32, SheetPoint)> {
-    let (sheet, mass, own) = of_mass(contact)?;
+fn other_sheet(contact: &ContactConstraint) -> Option<(u32, SheetPoint)> {
+    let (sheet, mass, own) = node_contact(contact)?;
     [contact.a, contact.b].into_iter().find_map(|side| match side {
-        Side::Sheet { sheet: other, point } if (other, point) != (sheet, own) => {
-            Some((other, point)).filter(|_| other != sheet || point.masses[0] != mass)
+        ContactSide::Sheet { sheet: other, point } if (other, point) != (sheet, own) => {
+            Some((other, point)).filter(|_| other != sheet || point.nodes[0] != mass)
         }
         _ => None,
     })
 }
 
 /// Index in the island of the body of a contact, if it has one.
-fn other_body(contact: &Contact) -> Option<u32> {
+fn other_body(contact: &ContactConstraint) -> Option<u32> {
     [contact.a, contact.b].into_iter().find_map(|side| match side {
-        Side::Body { body, .. } => Some(body),
-        Side::Sheet { .. } => None,
+        ContactSide::Body { body, .. } => Some(body),
+        ContactSide::Sheet { .. } => None,
     })
 }

@@ -24,20 +24,20 @@ const SETTINGS: CoulombSettings = ContactSettings::DEFAULT.coulomb;
 
 /// Law of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
+pub enum ContactLaw {
     /// Unilateral contact with this friction coefficient.
     Coulomb(f64),
     /// Bilateral constraint in all directions, as of an attachment.
-    Glue,
+    Attachment,
 }
 
 /// Return the force p (N) that satisfies u = A p + b and `law`; `before` is the initial guess.
-pub fn solve(a: &DMat3, b: DVec3, law: Law, before: DVec3) -> DVec3 {
+pub fn solve(a: &DMat3, b: DVec3, law: ContactLaw, before: DVec3) -> DVec3 {
     if a.x_axis.x <= 0.0 {
         // Both sides are fixed along the normal: no force changes the gap.
         return DVec3::ZERO;
     }
-    let Law::Coulomb(friction) = law else { return stuck(a, b).unwrap_or(before) };
+    let ContactLaw::Coulomb(friction) = law else { return solve_stick(a, b).unwrap_or(before) };
     if b.x >= 0.0 {
         return DVec3::ZERO;
     }
@@ -45,17 +45,17 @@ pub fn solve(a: &DMat3, b: DVec3, law: Law, before: DVec3) -> DVec3 {
     if friction == 0.0 {
         return frictionless;
     }
-    if let Some(p) = stuck(a, b) {
+    if let Some(p) = solve_stick(a, b) {
         let tangential = p.y * p.y + p.z * p.z;
         if p.x > 0.0 && tangential <= friction * friction * p.x * p.x * (1.0 + 1e-12) {
             return p;
         }
     }
-    sliding(a, b, friction, before, frictionless.x).unwrap_or_else(|| bisect(a, b, friction, frictionless.x))
+    iterate_slip(a, b, friction, before, frictionless.x).unwrap_or_else(|| bracket_slip(a, b, friction, frictionless.x))
 }
 
 /// Force (N) for u = 0; `None` if the block is nearly singular.
-fn stuck(a: &DMat3, b: DVec3) -> Option<DVec3> {
+fn solve_stick(a: &DMat3, b: DVec3) -> Option<DVec3> {
     // Near-singular blocks are left to the other cases.
     let scale = a.x_axis.x.max(a.y_axis.y).max(a.z_axis.z);
     let determinant = a.determinant();
@@ -68,7 +68,7 @@ fn stuck(a: &DMat3, b: DVec3) -> Option<DVec3> {
 
 /// Force (N) in slip, by fixed-point iteration from `before`; `None` if it does not converge to a
 /// closed contact.
-fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64) -> Option<DVec3> {
+fn iterate_slip(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64) -> Option<DVec3> {
     let mut p = DVec3::new(before.x.max(1e-3 * frictionless), before.y, before.z);
     let stiff = a.y_axis.y.max(a.z_axis.z);
     for _ in 0..SETTINGS.maximum_iterations {
@@ -93,11 +93,11 @@ fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64)
 /// Find the normal force (N) at which the gap closes, with upper starting value `high`, by the
 /// Illinois variant of regula falsi (Dowell and Jarratt, "A modified regula falsi method", BIT 11,
 /// 1971).
-fn bisect(a: &DMat3, b: DVec3, friction: f64, mut high: f64) -> DVec3 {
-    let disc = Disc::new(a);
+fn bracket_slip(a: &DMat3, b: DVec3, friction: f64, mut high: f64) -> DVec3 {
+    let disc = FrictionDisc::new(a);
     let mut found = DVec3::ZERO;
     let mut gap = |normal: f64| {
-        found = disc.rubbing(a, b, friction, normal);
+        found = disc.opposing_force(a, b, friction, normal);
         (a.x_axis.x * found.x + a.y_axis.x * found.y + a.z_axis.x * found.z + b.x, found)
     };
     let (mut low, mut below) = (0.0, b.x);
@@ -131,15 +131,15 @@ fn bisect(a: &DMat3, b: DVec3, friction: f64, mut high: f64) -> DVec3 {
 }
 
 /// Principal directions and values of the tangential compliance.
-struct Disc {
-    turned: DMat2,
+struct FrictionDisc {
+    rotation: DMat2,
     compliance: DVec2,
 }
 
-impl Disc {
+impl FrictionDisc {
     fn new(a: &DMat3) -> Self {
         let (turned, compliance) = principal(a.y_axis.y, a.y_axis.z, a.z_axis.z);
-        Self { turned, compliance: compliance.max(DVec2::ZERO) }
+        Self { rotation: turned, compliance: compliance.max(DVec2::ZERO) }
     }
 
     /// Return the force with normal part `normal` (N) whose tangential part, |p_t| ≤ μ `normal`,
@@ -147,8 +147,8 @@ impl Disc {
     /// boundary p_t = -(A_tt + s)⁻¹ c, with s from Newton's method on 1/|p_t|, which converges from
     /// below (J. J. Moré, "The Levenberg-Marquardt algorithm", Lecture Notes in Mathematics 630,
     /// 1978).
-    fn rubbing(&self, a: &DMat3, b: DVec3, friction: f64, normal: f64) -> DVec3 {
-        let c = self.turned.transpose() * DVec2::new(b.y + a.x_axis.y * normal, b.z + a.x_axis.z * normal);
+    fn opposing_force(&self, a: &DMat3, b: DVec3, friction: f64, normal: f64) -> DVec3 {
+        let c = self.rotation.transpose() * DVec2::new(b.y + a.x_axis.y * normal, b.z + a.x_axis.z * normal);
         let radius = friction * normal;
         let with = |shift: f64| -c / (self.compliance + DVec2::splat(shift));
         let (mut shift, mut p) = (0.0, with(0.0));
@@ -168,7 +168,7 @@ impl Disc {
             }
             p = p.clamp_length_max(radius);
         }
-        let p = self.turned * if p.is_finite() { p } else { DVec2::ZERO };
+        let p = self.rotation * if p.is_finite() { p } else { DVec2::ZERO };
         DVec3::new(normal, p.x, p.y)
     }
 }
@@ -200,9 +200,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_it_finds_is_coulombs_law(m in prop::array::uniform9(-1.0..1.0f64), b in prop::array::uniform3(-1.0..1.0f64), mu in 0.0..1.5f64) {
+        fn solution_obeys_coulombs_law(m in prop::array::uniform9(-1.0..1.0f64), b in prop::array::uniform3(-1.0..1.0f64), mu in 0.0..1.5f64) {
             let (a, b) = (compliance(m), DVec3::from(b));
-            let p = solve(&a, b, Law::Coulomb(mu), DVec3::ZERO);
+            let p = solve(&a, b, ContactLaw::Coulomb(mu), DVec3::ZERO);
             let u = a * p + b;
             prop_assert!(p.x >= 0.0);
             if p.x == 0.0 {
@@ -219,9 +219,9 @@ mod tests {
     }
 
     #[test]
-    fn glue_holds_whatever_pulls() {
+    fn attachment_holds_in_every_direction() {
         let a = compliance([0.3, 0.1, -0.2, 0.5, 0.9, 0.1, 0.0, 0.2, 0.7]);
         let b = DVec3::new(0.4, -0.2, 0.1);
-        assert!((a * solve(&a, b, Law::Glue, DVec3::ZERO) + b).length() < 1e-14);
+        assert!((a * solve(&a, b, ContactLaw::Attachment, DVec3::ZERO) + b).length() < 1e-14);
     }
 }

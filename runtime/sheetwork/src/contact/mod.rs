@@ -11,7 +11,7 @@
 //!
 //! 1. Free motion: each sheet solves its linearised stage problem without contact.
 //! 2. Detection (`collision`): contacts that the free motion may close, with keys that identify
-//!    them from step to step (`detected`).
+//!    them from step to step (`detected_contacts`).
 //! 3. Position solve: forces p and displacements δ with H δ = Jᵀ p, where H = M/h² + K is the
 //!    tangent matrix of sheets and bodies, h (s) the weight of the stage and J the contact
 //!    Jacobian. Penetration is removed; friction acts against the tangential displacement of the
@@ -24,7 +24,7 @@
 //! If the outer iteration fails, `islands/implicit_step` bisects the step, and at the shortest
 //! substep falls back to rigid motion or freezes the island.
 //!
-//! All data of these phases is in one struct, `stage::Scratch`. Its `solve_positions` chooses the
+//! All data of these phases is in one struct, `workspace::ContactWorkspace`. Its `solve_positions` chooses the
 //! contact solver:
 //!
 //! | solver | unknowns | used when |
@@ -37,7 +37,7 @@
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
 //! contacts change state. `solver/node_sweeps` is projected Gauss-Seidel (PGS). Every solver starts
-//! from the contact cache (`warm_start`) and leaves displacements and velocity jumps in the sheets
+//! from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in the sheets
 //! and in the solver bodies (`solver_body`).
 //!
 //! To add a friction law, extend `coulomb::Law` and follow its uses: `coulomb` solves one
@@ -48,7 +48,7 @@
 //! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
 //! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h².
 //!
-//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment` corrects the
+//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment_spin` corrects the
 //! spin of bodies with attached sheets. Contact knows positions, velocities, masses and the tangent
 //! matrix of a sheet, not its elements.
 //!
@@ -56,10 +56,11 @@
 //! `f64`, so that distance from the origin costs no accuracy.
 
 pub(crate) mod adhesion;
-pub(crate) mod attachment;
+pub(crate) mod attachment_spin;
+pub(crate) mod contact_cache;
 pub(crate) mod convergence;
 pub mod coulomb;
-pub(crate) mod detected;
+pub(crate) mod detected_contacts;
 pub(crate) mod gap;
 pub mod node;
 pub(crate) mod outer_iteration;
@@ -67,10 +68,9 @@ pub(crate) mod settings;
 pub(crate) mod sheet_contact;
 pub mod solver;
 pub(crate) mod solver_body;
-pub(crate) mod stage;
 pub(crate) mod step_bodies;
-pub(crate) mod warm_start;
+pub(crate) mod workspace;
 
 pub(crate) use crate::contact::sheet_contact::SheetContact;
-pub(crate) use crate::contact::solver::delassus::Group;
-pub use crate::contact::stage::ContactCounters;
+pub(crate) use crate::contact::solver::delassus::IslandView;
+pub use crate::contact::workspace::ContactCounters;

@@ -15,50 +15,50 @@
 use glam::DVec3;
 
 use crate::contact::convergence;
-use crate::contact::detected::Found;
+use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
-use crate::contact::solver::delassus::Group;
-use crate::contact::stage::Scratch;
+use crate::contact::solver::delassus::IslandView;
+use crate::contact::workspace::ContactWorkspace;
 use crate::sheet::Field;
-use crate::sheet::stage::StageWork;
+use crate::sheet::stage::StageWorkspace;
 
 const SETTINGS: OuterIterationSettings = ContactSettings::DEFAULT.outer_iteration;
 
 /// Positions and pairs that detection covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Look {
+pub(crate) enum DetectionMode {
     /// Contacts of the free motion, seen from the start of the stage.
-    First,
+    FromStart,
     /// Contacts of the free motion, seen from the iterate.
-    Again,
+    FromIterate,
     /// Contacts at the position displaced by contact in this iteration, seen from the start of the
     /// stage.
-    Moved,
+    ContactMotion,
     /// Contacts of sheets with bodies at the iterate.
-    Reached,
+    BodyPenetration,
     /// Sheet-sheet contacts on the way from the start of the stage to the iterate.
-    Crossed,
+    SheetCrossing,
 }
 
 /// Search margins: pairs with a smaller gap after the free motion become contacts, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Margins {
+pub(crate) struct ContactMargins {
     /// Margin between a sheet and a body, m.
     pub bodies: f64,
     /// Margin between two sheets and within one sheet, m.
     pub sheets: f64,
 }
 
-impl Margins {
+impl ContactMargins {
     /// Default margins. Contact displaces a resting sheet by less in a stage at 60 Hz.
-    pub const NARROW: Self = Self { bodies: 5e-4, sheets: 5e-4 };
+    pub const DEFAULT: Self = Self { bodies: 5e-4, sheets: 5e-4 };
     /// Margins for several sheets. Sheets in a pile are displaced together, so that their relative
     /// displacement is smaller.
-    const PILED: Self = Self { bodies: 6e-4, sheets: 2e-4 };
+    const SEVERAL_SHEETS: Self = Self { bodies: 6e-4, sheets: 2e-4 };
 
     /// Initial margins for `sheets` sheets.
-    pub fn of(sheets: usize) -> Self {
-        if sheets > 1 { Self::PILED } else { Self::NARROW }
+    pub fn for_sheets(sheets: usize) -> Self {
+        if sheets > 1 { Self::SEVERAL_SHEETS } else { Self::DEFAULT }
     }
 
     /// Widen the margins to cover the displacements `furthest`. Returns false if they already do.
@@ -75,42 +75,42 @@ impl Margins {
 /// Solve positions, and solve again with wider margins while contact displaces something into a
 /// contact that was not detected. Returns whether anything touches, or `None` if a solve did not
 /// converge.
-fn solve_and_widen(
-    group: &mut Group,
-    scratch: &mut Scratch,
+fn solve_positions_and_widen(
+    group: &mut IslandView,
+    scratch: &mut ContactWorkspace,
     h: f64,
-    (look, rough): (Look, bool),
-    mut find: impl FnMut(&Group, Look, Margins, &mut Found),
+    (look, rough): (DetectionMode, bool),
+    mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> Option<bool> {
-    let mut touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
-    let mut margins = Margins::of(group.members.len());
+    let mut touched = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
+    let mut margins = ContactMargins::for_sheets(group.members.len());
     for _ in 0..SETTINGS.maximum_widenings {
-        if !touched || scratch.failed || !margins.widen(furthest(group)) {
+        if !touched || scratch.solve_failed || !margins.widen(largest_displacements(group)) {
             break;
         }
         let is_far = group.members.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
         let overlaps = if is_far {
-            find(group, Look::Moved, Margins::NARROW, &mut scratch.seen);
-            scratch.seen.leave_out_opposed(group, &scratch.memory);
-            scratch.take_up_more(group)
+            detect(group, DetectionMode::ContactMotion, ContactMargins::DEFAULT, &mut scratch.rechecked);
+            scratch.rechecked.remove_opposed(group, &scratch.cache);
+            scratch.add_displaced_contacts(group)
         } else {
-            find(group, look, margins, &mut scratch.seen);
-            scratch.seen.leave_out_opposed(group, &scratch.memory);
-            scratch.take_up_wide(group)
+            detect(group, look, margins, &mut scratch.rechecked);
+            scratch.rechecked.remove_opposed(group, &scratch.cache);
+            scratch.adopt_wider_detection(group)
         };
         if !overlaps {
             break;
         }
-        scratch.take_up_crossed();
-        touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
+        scratch.add_crossed_contacts();
+        touched = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
     }
-    (!scratch.failed).then_some(touched)
+    (!scratch.solve_failed).then_some(touched)
 }
 
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
-fn furthest(group: &Group) -> Margins {
-    let units = || group.members.iter().map(|i| &group.contacts[*i as usize].unit);
+fn largest_displacements(group: &IslandView) -> ContactMargins {
+    let units = || group.members.iter().map(|i| &group.contacts[*i as usize].work);
     let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
@@ -118,76 +118,79 @@ fn furthest(group: &Group) -> Margins {
     let most = |from: DVec3| {
         touched().flat_map(|dx| dx.iter()).map(|dx| (dx - from).length_squared()).fold(0.0, f64::max).sqrt()
     };
-    let bodies = group.movers.iter().map(|m| m.shift.length()).fold(most(DVec3::ZERO), f64::max);
-    Margins { bodies, sheets: most(mean) }
+    let bodies = group.solver_bodies.iter().map(|m| m.displacement.length()).fold(most(DVec3::ZERO), f64::max);
+    ContactMargins { bodies, sheets: most(mean) }
 }
 
 /// Run the outer iteration of one stage for all sheets of `group`. `h` is the weight of the stage
-/// (s). `find` writes the contacts for a detection mode and margins, given the free motions stored
+/// (s). `detect` writes the contacts for a detection mode and margins, given the free motions stored
 /// in the group.
-pub(crate) fn solve_rounds(
-    group: &mut Group,
-    scratch: &mut Scratch,
+pub(crate) fn solve_stage(
+    group: &mut IslandView,
+    scratch: &mut ContactWorkspace,
     field: Field,
     h: f64,
-    mut find: impl FnMut(&Group, Look, Margins, &mut Found),
-) -> Rounds {
+    mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
+) -> StageSolve {
     let sheets = group.members.len();
     // A pair that touched in any iteration may touch again; ending without it would let it pass
     // through.
     let mut met = false;
     let mut before = f64::INFINITY;
-    let mut look = Look::First;
-    scratch.begin_rounds();
+    let mut look = DetectionMode::FromStart;
+    scratch.begin_outer_iteration();
     for round in 0..SETTINGS.maximum_iterations_single + SETTINGS.additional_iterations {
-        scratch.effort += group.masses() as u64;
-        if !move_freely(group, field) {
-            return Rounds::Failed;
+        scratch.work += group.nodes() as u64;
+        if !compute_free_motion(group, field) {
+            return StageSolve::IterationLimit;
         }
-        find(group, look, Margins::of(sheets), &mut scratch.found);
-        scratch.found.leave_out_opposed(group, &scratch.memory);
-        if let Some(sheet) = scratch.buried(group).filter(|_| round == 0) {
-            return Rounds::Buried(sheet);
+        detect(group, look, ContactMargins::for_sheets(sheets), &mut scratch.detected);
+        scratch.detected.remove_opposed(group, &scratch.cache);
+        if let Some(sheet) = scratch.initially_buried_sheet(group).filter(|_| round == 0) {
+            return StageSolve::InitialPenetration(sheet);
         }
-        scratch.take_up_crossed();
+        scratch.add_crossed_contacts();
         let rough = round == 0 && scratch.is_impact(group);
-        let Some(touched) = solve_and_widen(group, scratch, h, (look, rough), &mut find) else {
-            return Rounds::Failed;
+        let Some(touched) = solve_positions_and_widen(group, scratch, h, (look, rough), &mut detect) else {
+            return StageSolve::IterationLimit;
         };
         met |= touched;
-        let firm = scratch.is_glue_alone() || scratch.single && group.pieces() == 1;
-        let worst = accept(group, field, touched, firm);
-        if met && !scratch.last && has_diverged(round, sheets, worst) {
-            return Rounds::Hopeless;
+        let firm = scratch.has_only_attachments() || scratch.is_single_sheet && group.independent_parts() == 1;
+        let worst = update_iterates(group, field, touched, firm);
+        if met && !scratch.is_shortest_substep && has_diverged(round, sheets, worst) {
+            return StageSolve::Diverged;
         }
         let moved = met && convergence::has_moved(group);
         if moved && sheets > 1 {
-            find(group, Look::Crossed, Margins::of(sheets), &mut scratch.seen);
-            scratch.note_crossed(group);
+            detect(group, DetectionMode::SheetCrossing, ContactMargins::for_sheets(sheets), &mut scratch.rechecked);
+            scratch.record_crossed_contacts(group);
         }
-        look = if scratch.crossed { Look::First } else { Look::Again };
-        let done = !rough && stages(group).all(|stage| stage.done);
-        let mut apart = !scratch.crossed;
+        look = if scratch.has_crossed { DetectionMode::FromStart } else { DetectionMode::FromIterate };
+        let done = !rough && stages(group).all(|stage| stage.is_finished);
+        let mut apart = !scratch.has_crossed;
         if apart && done && moved {
-            let overlap = scratch.overlap(group, |group, found| find(group, Look::Reached, Margins::NARROW, found));
-            apart = overlap <= convergence::allowed(round, sheets, overlap > SETTINGS.stagnation_ratio * before);
+            let overlap = scratch.deepest_penetration(group, |group, found| {
+                detect(group, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+            });
+            apart = overlap
+                <= convergence::penetration_tolerance(round, sheets, overlap > SETTINGS.stagnation_ratio * before);
             before = overlap;
         }
         if done && apart {
-            return if touched { Rounds::Touched } else { Rounds::Free };
+            return if touched { StageSolve::Converged } else { StageSolve::ConvergedWithoutContact };
         }
         if !apart {
-            group.each(|sheet| sheet.work.stage.done = false);
+            group.for_each_sheet(|sheet| sheet.work.stage.is_finished = false);
         }
-        let rounds = most(scratch, met);
+        let rounds = maximum_iterations(scratch, met);
         if round + 1 >= rounds && touched == met {
-            return if met { Rounds::Failed } else { Rounds::Unsettled };
+            return if met { StageSolve::IterationLimit } else { StageSolve::IterationLimitWithoutContact };
         }
         if round + 1 >= rounds + SETTINGS.additional_iterations {
             break;
         }
     }
-    Rounds::Open
+    StageSolve::Separated
 }
 
 /// Whether the strain error `worst` after iteration `round` counts as divergence, as a multiple of
@@ -199,77 +202,77 @@ fn has_diverged(round: u32, sheets: usize, worst: f64) -> bool {
 }
 
 /// Maximum number of outer iterations; `met` says whether any contact has closed.
-fn most(scratch: &Scratch, met: bool) -> u32 {
-    match scratch.single || scratch.is_glue_alone() || !met {
-        _ if scratch.is_spent() => 1,
+fn maximum_iterations(scratch: &ContactWorkspace, met: bool) -> u32 {
+    match scratch.is_single_sheet || scratch.has_only_attachments() || !met {
+        _ if scratch.is_work_budget_spent() => 1,
         true => SETTINGS.maximum_iterations_single,
-        false if scratch.last => SETTINGS.maximum_iterations_shortest_substep,
+        false if scratch.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
         false => SETTINGS.maximum_iterations_several,
     }
 }
 
 /// Compute the free motion of every sheet that has not converged. Returns false if a solve failed.
-fn move_freely(group: &mut Group, field: Field) -> bool {
-    group.each(|sheet| {
-        if !sheet.work.stage.done && !sheet.free_motion(field) {
-            sheet.work.stage.failed = true;
+fn compute_free_motion(group: &mut IslandView, field: Field) -> bool {
+    group.for_each_sheet(|sheet| {
+        if !sheet.work.stage.is_finished && !sheet.solve_free_motion(field) {
+            sheet.work.stage.has_failed = true;
         }
     });
-    stages(group).all(|stage| !stage.failed)
+    stages(group).all(|stage| !stage.has_failed)
 }
 
 /// Move every sheet to its new iterate, with the contact displacement if `touched`; `firm` demands
 /// fine convergence at attachments. Returns the largest strain error as a multiple of the
 /// tolerance.
-fn accept(group: &mut Group, field: Field, touched: bool, firm: bool) -> f64 {
+fn update_iterates(group: &mut IslandView, field: Field, touched: bool, firm: bool) -> f64 {
     group.each_unit(|sheet, unit| {
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
-        sheet.accept(field, contact, firm);
+        sheet.update_iterate(field, contact, firm);
     });
-    stages(group).filter(|stage| !stage.done).map(|stage| stage.excess).fold(0.0, f64::max)
+    stages(group).filter(|stage| !stage.is_finished).map(|stage| stage.misprediction_ratio).fold(0.0, f64::max)
 }
 
 /// Stage data of all sheets of the island.
-fn stages<'a>(group: &'a Group) -> impl Iterator<Item = &'a StageWork> {
+fn stages<'a>(group: &'a IslandView) -> impl Iterator<Item = &'a StageWorkspace> {
     group.members.iter().map(|i| &group.sheets[*i as usize].work.stage)
 }
 
 /// Solve the contact of an island with explicit integrators, whose free motions are known, in a
-/// step of `h` s; `find` writes the contacts. Returns false if nothing touches. Otherwise
+/// step of `h` s; `detect` writes the contacts. Returns false if nothing touches. Otherwise
 /// displacements and velocity jumps are left in the contact arrays of the sheets and in the solver
 /// bodies.
-pub(crate) fn solve_masses(
-    group: &mut Group,
-    scratch: &mut Scratch,
+pub(crate) fn solve_explicit(
+    group: &mut IslandView,
+    scratch: &mut ContactWorkspace,
     h: f64,
-    find: impl FnOnce(&Group, &mut Found),
+    detect: impl FnOnce(&IslandView, &mut DetectedContacts),
 ) -> bool {
-    scratch.short_steps = true;
-    find(group, &mut scratch.found);
-    scratch.found.leave_out_opposed(group, &scratch.memory);
-    let touched = scratch.watched(|scratch| scratch.solve_positions(group, h, false));
+    scratch.is_explicit = true;
+    detect(group, &mut scratch.detected);
+    scratch.detected.remove_opposed(group, &scratch.cache);
+    let touched = scratch.profile(|scratch| scratch.solve_positions(group, h, false));
     if touched {
-        scratch.watched(|scratch| scratch.solve_velocities(group, h));
+        scratch.profile(|scratch| scratch.solve_velocities(group, h));
     }
     touched
 }
 
 /// Result of the outer iteration of a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rounds {
+pub(crate) enum StageSolve {
     /// Converged without contact.
-    Free,
+    ConvergedWithoutContact,
     /// Converged with contact.
-    Touched,
+    Converged,
     /// Iteration limit without contact.
-    Unsettled,
+    IterationLimitWithoutContact,
     /// Iteration limit with contact, or a failed solve.
-    Failed,
+    IterationLimit,
     /// Diverged; a shorter step may converge.
-    Hopeless,
+    Diverged,
     /// Cancelled: this sheet of the island started deep inside a body, which no step length
     /// resolves.
-    Buried(u32),
+    InitialPenetration(u32),
     /// Iteration limit; an earlier iteration had contact, the last one had none.
-    Open,
+    Separated,
 }

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::scene::contact::SKIN;
+use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
 
 /// Settings of contact, by method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +121,7 @@ impl NodeContactSettings {
     pub const DEFAULT: Self = Self {
         search_margin: 0.05,
         maximum_corner_iterations: 3,
-        minimum_remaining_path: 10.0 * SKIN,
+        minimum_remaining_path: 10.0 * MINIMUM_CONTACT_OFFSET,
         same_face_cosine: 1.0 - 1e-6,
         maximum_body_radius: 1e4,
         restitution_speed: 0.01,
@@ -333,7 +333,7 @@ pub struct AugmentedLagrangianSettings {
     /// Minimum relaxation factor of the friction bounds.
     pub minimum_relaxation: f64,
     /// Iterations after which the tolerance of the force balance is
-    /// [`Accuracy::balance_late`](super::solver::augmented_lagrangian::Accuracy::balance_late).
+    /// [`AugmentedLagrangianTolerances::balance_late`](super::solver::augmented_lagrangian::AugmentedLagrangianTolerances::balance_late).
     pub iterations_before_late_balance: u32,
     /// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a micrometre
     /// between two attached rows of nodes means a force of newtons.

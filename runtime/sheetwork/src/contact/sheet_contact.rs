@@ -3,23 +3,23 @@
 //! The world keeps one for every sheet, in the order of the sheets. The sheet itself knows nothing
 //! of contact.
 
-use crate::collision::collision_surface::Skin;
+use crate::collision::collision_surface::CollisionSurface;
 use crate::contact::node::clearance::Clearance;
-use crate::contact::solver::delassus::Unit;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::contact::solver::delassus::SheetContactWork;
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 
 /// Contact state of one sheet.
 #[derive(Default)]
 pub(crate) struct SheetContact {
     /// Collision surface; `None` before the first step near an obstacle.
-    pub surface: Option<Box<Skin>>,
+    pub surface: Option<Box<CollisionSurface>>,
     /// Value of [`Sheet::opening_revision`] that the surface follows.
-    opened: u64,
+    opening_revision: u64,
     /// Clearance of the nodes, for explicit integrators.
     pub clearance: Clearance,
     /// Contacts of the sheet in the solver.
-    pub unit: Unit,
+    pub work: SheetContactWork,
 }
 
 impl SheetContact {
@@ -27,11 +27,11 @@ impl SheetContact {
     pub fn prepare_surface(&mut self, sheet: &Sheet) {
         let revision = sheet.opening_revision();
         match &mut self.surface {
-            Some(surface) if self.opened != revision => surface.open(sheet),
+            Some(surface) if self.opening_revision != revision => surface.rebuild_open(sheet),
             Some(_) => {}
-            None => self.surface = Some(Box::new(Skin::of(sheet))),
+            None => self.surface = Some(Box::new(CollisionSurface::from_sheet(sheet))),
         }
-        self.opened = revision;
+        self.opening_revision = revision;
     }
 
     /// Bring the collision surface, if there is one, up to date with the open cells.
@@ -42,16 +42,16 @@ impl SheetContact {
     }
 
     /// Serialise whether there is a collision surface, with its checksum.
-    pub fn keep_surface(&self, to: &mut Keeper) {
-        to.count(self.surface.as_ref().map_or(0, |surface| 1 + u64::from(surface.make())));
+    pub fn keep_surface(&self, to: &mut StateWriter) {
+        to.count(self.surface.as_ref().map_or(0, |surface| 1 + u64::from(surface.checksum())));
     }
 
     /// Deserialise the output of [`SheetContact::keep_surface`]. A missing surface is built from
     /// the present state of the sheet, which for a new one is its state before the first step.
-    pub fn take_surface(&mut self, sheet: &Sheet, from: &mut Taker) -> Taken {
+    pub fn take_surface(&mut self, sheet: &Sheet, from: &mut StateReader) -> ReadResult {
         let Some(make) = from.count()?.checked_sub(1) else { return Ok(()) };
         self.prepare_surface(sheet);
-        let own = self.surface.as_ref().map(|surface| u64::from(surface.make()));
-        if own == Some(make) { Ok(()) } else { Err(Cut) }
+        let own = self.surface.as_ref().map(|surface| u64::from(surface.checksum()));
+        if own == Some(make) { Ok(()) } else { Err(CorruptState) }
     }
 }

@@ -13,7 +13,7 @@ use crate::rigid::BodyState;
 
 /// A rigid body over one stage.
 #[derive(Clone, Copy)]
-pub(crate) struct Mover {
+pub(crate) struct SolverBody {
     /// State at the start of the stage.
     pub start: BodyState,
     /// State at the end of the stage without contact.
@@ -21,65 +21,73 @@ pub(crate) struct Mover {
     /// I⁻¹ in world axes at the end of the stage, 1/(kg m²).
     inverse_inertia: DMat3,
     /// Displacement of the centre of mass by contact, m.
-    pub shift: DVec3,
+    pub displacement: DVec3,
     /// Rotation by contact, as a rotation vector, rad.
-    pub turn: DVec3,
+    pub rotation: DVec3,
     /// Velocity change by contact, m/s.
     pub kick: DVec3,
     /// Change of the angular velocity by contact, rad/s.
-    pub twist: DVec3,
+    pub spin_jump: DVec3,
 }
 
-impl Mover {
+impl SolverBody {
     /// A body at rest in state `start`.
     pub fn new(start: BodyState) -> Self {
         let none = DVec3::ZERO;
-        Self { start, free: start, inverse_inertia: DMat3::ZERO, shift: none, turn: none, kick: none, twist: none }
+        Self {
+            start,
+            free: start,
+            inverse_inertia: DMat3::ZERO,
+            displacement: none,
+            rotation: none,
+            kick: none,
+            spin_jump: none,
+        }
     }
 
     /// Begin a stage that ends in state `free` without contact.
     pub fn begin(&mut self, free: BodyState) {
         self.free = free;
         self.inverse_inertia = free.inverse_inertia();
-        self.release();
-        (self.kick, self.twist) = (DVec3::ZERO, DVec3::ZERO);
+        self.clear_displacement();
+        (self.kick, self.spin_jump) = (DVec3::ZERO, DVec3::ZERO);
     }
 
     /// Clear the displacement by contact.
-    pub fn release(&mut self) {
-        (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+    pub fn clear_displacement(&mut self) {
+        (self.displacement, self.rotation) = (DVec3::ZERO, DVec3::ZERO);
     }
 
     /// State at the end of the stage, with contact.
     pub fn end(&self) -> BodyState {
-        if !self.gives() {
+        if !self.is_dynamic() {
             return self.free;
         }
-        let placed = self.free.displaced(self.shift, self.turn);
-        placed.with_velocity(self.free.velocity() + self.kick, self.free.spin() + self.twist)
+        let placed = self.free.displaced(self.displacement, self.rotation);
+        placed.with_velocity(self.free.velocity() + self.kick, self.free.spin() + self.spin_jump)
     }
 
     /// Frame at the end of the stage, with the contact displacement found so far.
     pub fn end_frame(&self) -> RigidFrame {
-        frame(&self.free.displaced(self.shift, self.turn))
+        frame_of_body(&self.free.displaced(self.displacement, self.rotation))
     }
 
     /// Displacement (m) by contact of the point at arm `r` (m).
-    pub fn moved(&self, r: DVec3) -> DVec3 {
-        self.shift + self.turn.cross(r)
+    pub fn displacement_at(&self, r: DVec3) -> DVec3 {
+        self.displacement + self.rotation.cross(r)
     }
 
     /// Add the displacement by `force` (N) with `moment` (N m) about the centre of mass in a stage
     /// of weight `h` (s).
-    pub fn displace(&mut self, force: DVec3, moment: DVec3, h: f64) {
-        self.shift += force * (h * h * self.free.inverse_mass());
-        self.turn += self.inverse_inertia * moment * (h * h);
+    pub fn add_displacement(&mut self, force: DVec3, moment: DVec3, h: f64) {
+        self.displacement += force * (h * h * self.free.inverse_mass());
+        self.rotation += self.inverse_inertia * moment * (h * h);
     }
 
     /// Add the velocity change by `force` (N) with `moment` (N m) in a stage of weight `h` (s).
-    pub fn strike(&mut self, force: DVec3, moment: DVec3, h: f64) {
+    pub fn add_velocity_jump(&mut self, force: DVec3, moment: DVec3, h: f64) {
         self.kick += force * (h * self.free.inverse_mass());
-        self.twist += self.inverse_inertia * moment * h;
+        self.spin_jump += self.inverse_inertia * moment * h;
     }
 
     /// Compliance block for a force at arm `at` and a displacement at arm `r`, divided by h²: a 3×3
@@ -91,13 +99,13 @@ impl Mover {
     }
 
     /// Whether the body is dynamic.
-    pub fn gives(&self) -> bool {
-        self.free.gives()
+    pub fn is_dynamic(&self) -> bool {
+        self.free.is_dynamic()
     }
 }
 
 /// Frame of a body in state `state`.
-pub(crate) fn frame(state: &BodyState) -> RigidFrame {
+pub(crate) fn frame_of_body(state: &BodyState) -> RigidFrame {
     let (origin, rotation) = state.frame();
     RigidFrame { origin, rotation }
 }

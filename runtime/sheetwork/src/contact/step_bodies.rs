@@ -7,16 +7,16 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use rapier3d::prelude::{Collider, ColliderHandle, SharedShape};
 
-use crate::collision::features::Features;
+use crate::collision::features::ColliderFeatures;
 use crate::math::RigidFrame;
 use crate::rigid::{BodyState, RigidView, RigidWorld};
 
 /// A collider over one step.
-pub(crate) struct Part {
+pub(crate) struct StepCollider {
     pub handle: ColliderHandle,
-    /// Index of its body in [`Surroundings::bodies`].
+    /// Index of its body in [`StepBodies::bodies`].
     pub body: u32,
-    pub features: Arc<Features>,
+    pub features: Arc<ColliderFeatures>,
     /// Frame of the collider in the frame of its body.
     pub frame: RigidFrame,
     /// Corners of the swept bounding box, m.
@@ -26,11 +26,11 @@ pub(crate) struct Part {
 
 /// A body over one step.
 #[derive(Clone, Copy)]
-pub(crate) struct BodyOver {
+pub(crate) struct StepBody {
     pub start: BodyState,
     pub end: BodyState,
     /// Index in the world's list of bodies; `None` for a body owned by the caller.
-    pub own: Option<u32>,
+    pub world_index: Option<u32>,
     /// Whether the body sleeps.
     pub asleep: bool,
     /// Distance of the furthest point from the centre of mass, m; 0 for a body of the caller.
@@ -39,43 +39,50 @@ pub(crate) struct BodyOver {
     pub ball: Option<f64>,
 }
 
-impl BodyOver {
+impl StepBody {
     /// Whether the body moves during the step.
     pub fn moves(&self) -> bool {
-        !self.asleep && (self.start.moves() || self.end.moves())
+        !self.asleep && (self.start.is_moving() || self.end.is_moving())
     }
 }
 
 /// Cached features of a collider, valid while its shape is unchanged.
-struct Cached {
+struct CachedFeatures {
     handle: ColliderHandle,
     shape: SharedShape,
-    features: Arc<Features>,
+    features: Arc<ColliderFeatures>,
 }
 
 /// All bodies and colliders over one step.
 #[derive(Default)]
-pub(crate) struct Surroundings {
+pub(crate) struct StepBodies {
     /// Colliders of all bodies.
-    pub parts: Vec<Part>,
+    pub colliders: Vec<StepCollider>,
     /// Bodies of the world, then one per collider of the caller.
-    pub bodies: Vec<BodyOver>,
+    pub bodies: Vec<StepBody>,
     /// Features by index of the collider handle.
-    cache: Vec<Option<Cached>>,
+    cache: Vec<Option<CachedFeatures>>,
 }
 
-impl Surroundings {
+impl StepBodies {
     /// Update all states for a step of `dt` (s): bodies of the world from `rigid`, other bodies
     /// from `view`.
     pub fn update(&mut self, view: &RigidView, rigid: Option<&RigidWorld>, dt: f64) {
-        self.parts.clear();
+        self.colliders.clear();
         self.bodies.clear();
         if let Some(rigid) = rigid {
             for index in 0..rigid.bodies().len() {
                 let (Some(start), Some(end)) = (rigid.start(index), rigid.state(index)) else { continue };
                 let asleep = rigid.is_asleep(index);
                 let (extent, ball) = (rigid.extent(index), rigid.radius(index));
-                self.bodies.push(BodyOver { start: *start, end: *end, own: Some(index as u32), asleep, extent, ball });
+                self.bodies.push(StepBody {
+                    start: *start,
+                    end: *end,
+                    world_index: Some(index as u32),
+                    asleep,
+                    extent,
+                    ball,
+                });
             }
         }
         let own = self.bodies.len();
@@ -87,15 +94,15 @@ impl Surroundings {
             let body = match view.body_of(handle).filter(|b| *b < own) {
                 Some(body) => body,
                 None => {
-                    self.bodies.push(lent(view, collider, dt));
+                    self.bodies.push(caller_owned_body(view, collider, dt));
                     self.bodies.len() - 1
                 }
             };
             let features = self.features_of(handle, collider);
             let over = &self.bodies[body];
-            let of_body = crate::contact::solver_body::frame(&over.end);
-            let there = RigidFrame::of(collider.position());
-            let frame = if body < own { within(&of_body, &there) } else { RigidFrame::IDENTITY };
+            let of_body = crate::contact::solver_body::frame_of_body(&over.end);
+            let there = RigidFrame::from_pose(collider.position());
+            let frame = if body < own { relative_frame(&of_body, &there) } else { RigidFrame::IDENTITY };
             let bounds = collider.compute_aabb();
             let (low, high) = (bounds.mins.as_dvec3(), bounds.maxs.as_dvec3());
             // The swept box extends the box at the end by the displacement of the centre and the
@@ -104,23 +111,30 @@ impl Surroundings {
             let gone = over.start.centre().distance(over.end.centre());
             let turned = if over.moves() { over.start.spin().length() * dt * radius.min(1e4) } else { 0.0 };
             let slack = DVec3::splat(gone + turned.min(2.0 * radius));
-            self.parts.push(Part { handle, body: body as u32, features, frame, low: low - slack, high: high + slack });
+            self.colliders.push(StepCollider {
+                handle,
+                body: body as u32,
+                features,
+                frame,
+                low: low - slack,
+                high: high + slack,
+            });
         }
     }
 
     /// Features of a collider, from the cache if its shape is unchanged.
-    fn features_of(&mut self, handle: ColliderHandle, collider: &Collider) -> Arc<Features> {
+    fn features_of(&mut self, handle: ColliderHandle, collider: &Collider) -> Arc<ColliderFeatures> {
         let at = handle.into_raw_parts().0 as usize;
         if self.cache.len() <= at {
             self.cache.resize_with(at + 1, || None);
         }
         let shape = collider.shared_shape();
-        let same = |c: &Cached| c.handle == handle && Arc::ptr_eq(&c.shape.0, &shape.0);
+        let same = |c: &CachedFeatures| c.handle == handle && Arc::ptr_eq(&c.shape.0, &shape.0);
         match &self.cache[at] {
             Some(cached) if same(cached) => cached.features.clone(),
             _ => {
-                let features = Arc::new(Features::of(collider.shape()));
-                self.cache[at] = Some(Cached { handle, shape: shape.clone(), features: features.clone() });
+                let features = Arc::new(ColliderFeatures::from_shape(collider.shape()));
+                self.cache[at] = Some(CachedFeatures { handle, shape: shape.clone(), features: features.clone() });
                 features
             }
         }
@@ -128,7 +142,7 @@ impl Surroundings {
 }
 
 /// A body that the caller moves: its present pose is the pose at the end of the step.
-fn lent(view: &RigidView, collider: &Collider, dt: f64) -> BodyOver {
+fn caller_owned_body(view: &RigidView, collider: &Collider, dt: f64) -> StepBody {
     let pose = collider.position();
     let (origin, rotation) = (pose.translation.as_dvec3(), pose.rotation.as_dquat());
     let body = collider.parent().and_then(|h| view.bodies.get(h)).filter(|b| !b.is_fixed());
@@ -136,13 +150,21 @@ fn lent(view: &RigidView, collider: &Collider, dt: f64) -> BodyOver {
         let spin = b.angvel().as_dvec3();
         (b.linvel().as_dvec3() + spin.cross(origin - b.center_of_mass().as_dvec3()), spin)
     });
-    let end = BodyState::standing(origin, rotation).with_velocity(velocity, spin);
-    BodyOver { start: end.fly(-dt, DVec3::ZERO), end, own: None, asleep: false, extent: 0.0, ball: None }
+    let end = BodyState::fixed_at(origin, rotation).with_velocity(velocity, spin);
+    StepBody {
+        start: end.free_flight(-dt, DVec3::ZERO),
+        end,
+        world_index: None,
+        asleep: false,
+        extent: 0.0,
+        ball: None,
+    }
 }
 
 /// Frame `inner` expressed in `outer`; exactly the identity if both agree to single precision.
-fn within(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
-    let frame = RigidFrame { origin: outer.local(inner.origin), rotation: outer.rotation.transpose() * inner.rotation };
+fn relative_frame(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
+    let frame =
+        RigidFrame { origin: outer.local_point(inner.origin), rotation: outer.rotation.transpose() * inner.rotation };
     let size = 1.0 + outer.origin.abs().max_element();
     let turned = (frame.rotation - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     if frame.origin.length() < 1e-6 * size && turned < 1e-5 { RigidFrame::IDENTITY } else { frame }

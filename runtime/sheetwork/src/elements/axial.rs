@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 use crate::elements::Geometric;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Law and state of one spring.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,19 +30,19 @@ pub(crate) struct Axial {
 }
 
 impl Axial {
-    /// See [`crate::elements::Element::history`].
-    pub fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    /// See [`crate::elements::Element::visit_history`].
+    pub fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(std::slice::from_mut(&mut self.force));
         visit(std::slice::from_mut(&mut self.rate));
     }
 
-    /// See [`crate::elements::Element::keep_history`].
-    pub fn keep(&self, to: &mut Keeper) {
+    /// See [`crate::elements::Element::serialise_history`].
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.sparse(&[self.force, self.rate]);
     }
 
-    /// See [`crate::elements::Element::take_history`].
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    /// See [`crate::elements::Element::deserialise_history`].
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         let mut both = [0.0; 2];
         from.sparse(&mut both)?;
         [self.force, self.rate] = both;
@@ -94,7 +94,7 @@ impl Axial {
     /// Sets N* to the force that a change `change` (m) of `d` predicts to first order. Returns the
     /// energy of the prediction error, J.
     #[inline(always)]
-    pub fn predict(&mut self, d: DVec3, length: f64, change: DVec3, per_time: f64) -> f64 {
+    pub fn predict_stress(&mut self, d: DVec3, length: f64, change: DVec3, per_time: f64) -> f64 {
         let predicted = length + d.dot(change) / length;
         self.force = self.force_at(predicted, per_time);
         let miss = (d + change).length() - predicted;
@@ -102,7 +102,7 @@ impl Axial {
     }
 
     /// Sets N* to the force at `length` (m).
-    pub fn settle(&mut self, length: f64, per_time: f64) {
+    pub fn update_stress(&mut self, length: f64, per_time: f64) {
         self.force = self.force_at(length, per_time);
     }
 }

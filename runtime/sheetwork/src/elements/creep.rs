@@ -24,17 +24,17 @@
 
 use crate::math::Vectors;
 use crate::scene::Material;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Largest absolute power of ten of the shift a_T. Far below the glass transition creep is
 /// negligible.
-const MOST_DECADES: f64 = 30.0;
+const MAXIMUM_SHIFT_DECADES: f64 = 30.0;
 /// Relative relaxation of stress in a step below which creep is skipped.
-const IDLE: f64 = 1e-8;
+const CREEP_THRESHOLD: f64 = 1e-8;
 
 /// Two parallel Maxwell arms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arms {
+pub struct MaxwellArms {
     /// Share a_i of each arm in the stiffness; their sum is 1.
     pub share: [f64; 2],
     /// Relaxation time τ_i of each arm, s.
@@ -43,14 +43,14 @@ pub struct Arms {
 
 /// Coefficients of two arms for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Decay {
+pub struct ArmDecay {
     /// Factor of the stored strain, e^(-h/τ_i).
-    pub keep: [f64; 2],
+    pub retention: [f64; 2],
     /// Factor of the strain increment, a_i γ_i.
-    pub give: [f64; 2],
+    pub gain: [f64; 2],
 }
 
-impl Arms {
+impl MaxwellArms {
     /// Arms of Burgers' model: relaxation time τ₁ (s), retardation time τ₂ (s), and the ratio r of
     /// retarded to instantaneous strain.
     pub fn burgers(relaxation: f64, retardation: f64, retarded: f64) -> Self {
@@ -66,55 +66,55 @@ impl Arms {
     }
 
     /// Coefficients of a step of `dt` s with the times multiplied by `shift`.
-    pub fn decay(&self, dt: f64, shift: f64) -> Decay {
+    pub fn decay(&self, dt: f64, shift: f64) -> ArmDecay {
         let x = self.time.map(|t| dt / (t * shift));
         let lost = x.map(|x| -(-x).exp_m1());
         let gamma = [0, 1].map(|i| if x[i] > 1e-12 { lost[i] / x[i] } else { 1.0 });
-        Decay { keep: lost.map(|l| 1.0 - l), give: [self.share[0] * gamma[0], self.share[1] * gamma[1]] }
+        ArmDecay { retention: lost.map(|l| 1.0 - l), gain: [self.share[0] * gamma[0], self.share[1] * gamma[1]] }
     }
 }
 
-impl Decay {
+impl ArmDecay {
     /// Stiffness g of the step, relative to the instantaneous stiffness.
     pub fn stiffness(&self) -> f64 {
-        self.give[0] + self.give[1]
+        self.gain[0] + self.gain[1]
     }
 
     /// Whether creep in the step is negligible.
     pub fn is_idle(&self) -> bool {
-        self.keep[0] >= 1.0 - IDLE && self.keep[1] >= 1.0 - IDLE
+        self.retention[0] >= 1.0 - CREEP_THRESHOLD && self.retention[1] >= 1.0 - CREEP_THRESHOLD
     }
 
     /// Rest strain ε* of a step that begins at `strain` with the arms at `s`.
     #[inline]
     pub fn rest(&self, strain: f64, s: [f64; 2]) -> f64 {
-        strain - (self.keep[0] * s[0] + self.keep[1] * s[1]) / self.stiffness()
+        strain - (self.retention[0] * s[0] + self.retention[1] * s[1]) / self.stiffness()
     }
 
     /// The arms after a step with the strain increment `change`.
     #[inline]
     pub fn advance(&self, s: [f64; 2], change: f64) -> [f64; 2] {
-        [0, 1].map(|i| self.keep[i] * s[i] + self.give[i] * change)
+        [0, 1].map(|i| self.retention[i] * s[i] + self.gain[i] * change)
     }
 }
 
 /// Dependence of the creep times on temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shift {
+pub struct TimeShift {
     /// Glass transition Tg, °C; `None` for times independent of temperature.
     pub glass_transition: Option<f64>,
     /// WLF constants C1 and C2 (K).
     pub wlf: (f64, f64),
 }
 
-impl Shift {
+impl TimeShift {
     /// Shift a_T at `celsius`.
     pub fn at(&self, celsius: f64) -> f64 {
         let Some(glass) = self.glass_transition else { return 1.0 };
         let above = celsius - glass;
         let (c1, c2) = self.wlf;
-        let decades = if above <= -c2 { MOST_DECADES } else { -c1 * above / (c2 + above) };
-        10.0_f64.powf(decades.clamp(-MOST_DECADES, MOST_DECADES))
+        let decades = if above <= -c2 { MAXIMUM_SHIFT_DECADES } else { -c1 * above / (c2 + above) };
+        10.0_f64.powf(decades.clamp(-MAXIMUM_SHIFT_DECADES, MAXIMUM_SHIFT_DECADES))
     }
 }
 
@@ -122,70 +122,71 @@ impl Shift {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Creep {
     /// Maxwell arms, at the glass transition where there is one.
-    pub arms: Arms,
+    pub arms: MaxwellArms,
     /// Dependence of their times on temperature.
-    pub shift: Shift,
+    pub shift: TimeShift,
 }
 
 /// Yield condition of bending.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Yield {
+pub struct YieldLaw {
     /// Yield moment M_y, N m/m.
     pub moment: f64,
     /// Hardening modulus of bending H, N m.
     pub hardening: f64,
 }
 
-impl Yield {
+impl YieldLaw {
     /// Plastic curvature increment Δα (1/m) for a moment `moment` (N), bending stiffness
     /// `stiffness` (N m) and accumulated plastic curvature `before` (1/m).
-    pub fn flow(&self, moment: f64, stiffness: f64, before: f64) -> f64 {
+    pub fn plastic_increment(&self, moment: f64, stiffness: f64, before: f64) -> f64 {
         (moment - self.moment - self.hardening * before).max(0.0) / (stiffness + self.hardening)
     }
 }
 
 /// Inelastic law of a sheet: creep and plasticity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FlowLaw {
+pub struct InelasticLaw {
     /// Creep; `None` if disabled.
     pub creep: Option<Creep>,
     /// Plasticity; `None` if disabled.
-    pub plastic: Option<Yield>,
+    pub plastic: Option<YieldLaw>,
 }
 
-impl FlowLaw {
+impl InelasticLaw {
     /// Law of a sheet of `material`, with creep and plasticity as enabled.
     pub fn new(material: &Material, creeps: bool, is_plastic: bool) -> Self {
         let t = material.thickness;
-        let shift = Shift { glass_transition: material.glass_transition, wlf: material.wlf };
-        let arms = |b: &crate::scene::Burgers| Arms::burgers(b.relaxation_time, b.retardation_time, b.retarded);
+        let shift = TimeShift { glass_transition: material.glass_transition, wlf: material.wlf };
+        let arms =
+            |b: &crate::scene::BurgersCreep| MaxwellArms::burgers(b.relaxation_time, b.retardation_time, b.retarded);
         let creep = material.burgers.as_ref().filter(|_| creeps).map(|b| Creep { arms: arms(b), shift });
         let hardening = material.hardening * t * t * t / 12.0;
         let plastic = material.yield_stress.filter(|_| is_plastic);
-        Self { creep, plastic: plastic.map(|stress| Yield { moment: 0.25 * stress * t * t, hardening }) }
+        Self { creep, plastic: plastic.map(|stress| YieldLaw { moment: 0.25 * stress * t * t, hardening }) }
     }
 
     /// Step of `dt` s at the uniform temperature `celsius`.
-    pub fn step(&self, dt: f64, celsius: f64) -> FlowStep<'_> {
+    pub fn step(&self, dt: f64, celsius: f64) -> InelasticStep<'_> {
         let decay = self.creep.map(|c| c.arms.decay(dt, c.shift.at(celsius)));
-        FlowStep { law: self, dt, decay, each: None }
+        InelasticStep { law: self, dt, decay, each: None }
     }
 }
 
 /// One time step of a sheet with creep or plasticity.
 #[derive(Clone, Copy, Debug)]
-pub struct FlowStep<'a> {
+pub struct InelasticStep<'a> {
     /// Law of the sheet.
-    pub law: &'a FlowLaw,
+    pub law: &'a InelasticLaw,
     /// Time step, s.
     dt: f64,
     /// Coefficients at uniform temperature.
-    decay: Option<Decay>,
+    decay: Option<ArmDecay>,
     /// Temperature of each node, °C; `None` at uniform temperature.
     each: Option<&'a [f64]>,
 }
 
-impl<'a> FlowStep<'a> {
+impl<'a> InelasticStep<'a> {
     /// Sets the temperature of each node, °C.
     pub fn with_temperatures(self, each: &'a [f64]) -> Self {
         let Some(creep) = self.law.creep else { return self };
@@ -197,7 +198,7 @@ impl<'a> FlowStep<'a> {
     }
 
     /// Coefficients at the mean temperature of `masses`; `None` without creep.
-    pub fn decay(&self, masses: &[u32]) -> Option<Decay> {
+    pub fn decay(&self, masses: &[u32]) -> Option<ArmDecay> {
         let (Some(each), Some(creep)) = (self.each, self.law.creep) else { return self.decay };
         let sum: f64 = masses.iter().filter_map(|m| each.get(*m as usize)).sum();
         Some(creep.arms.decay(self.dt, creep.shift.at(sum / masses.len().max(1) as f64)))
@@ -211,7 +212,7 @@ impl<'a> FlowStep<'a> {
 
 /// Creep state of one strain component and its elastic law within a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Strain {
+pub(crate) struct CreepStrain {
     /// Strains s_i of the arms.
     pub arms: [f64; 2],
     /// Strain at the start of the step.
@@ -222,43 +223,43 @@ pub(crate) struct Strain {
     pub stiffness: f64,
 }
 
-impl Default for Strain {
+impl Default for CreepStrain {
     fn default() -> Self {
         Self { arms: [0.0; 2], start: 0.0, rest: 0.0, stiffness: 1.0 }
     }
 }
 
-impl Strain {
+impl CreepStrain {
     /// Begins a step at `strain`.
     #[inline]
-    pub fn begin(&mut self, strain: f64, share: [f64; 2], decay: &Decay) {
-        self.catch_up(strain, share);
+    pub fn begin(&mut self, strain: f64, share: [f64; 2], decay: &ArmDecay) {
+        self.advance_elastically(strain, share);
         self.rest = decay.rest(strain, self.arms);
         self.stiffness = decay.stiffness();
     }
 
     /// Ends the step at `strain`.
     #[inline]
-    pub fn end(&mut self, strain: f64, decay: &Decay) {
+    pub fn end(&mut self, strain: f64, decay: &ArmDecay) {
         self.arms = decay.advance(self.arms, strain - self.start);
         self.start = strain;
     }
 
     /// Sets the instantaneous elastic law at `strain`, for the search of an equilibrium.
-    pub fn stand(&mut self, strain: f64, share: [f64; 2]) {
-        self.catch_up(strain, share);
-        self.rest = self.left();
+    pub fn apply_elastic_law(&mut self, strain: f64, share: [f64; 2]) {
+        self.advance_elastically(strain, share);
+        self.rest = self.stress_free();
         self.stiffness = 1.0;
     }
 
     /// The strain without stress.
-    pub fn left(&self) -> f64 {
+    pub fn stress_free(&self) -> f64 {
         self.start - self.arms[0] - self.arms[1]
     }
 
     /// Multiplies the arms at `strain` by `kept`: a stiffer element keeps its stress.
-    pub fn set(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
-        self.catch_up(strain, share);
+    pub fn scale_stress(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
+        self.advance_elastically(strain, share);
         self.arms = self.arms.map(|s| s * kept);
     }
 
@@ -268,25 +269,25 @@ impl Strain {
     }
 
     /// Serialises the state.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
     }
 
     /// Deserialises the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         let mut all = [0.0; 5];
         from.numbers(&mut all)?;
         [self.arms[0], self.arms[1], self.start, self.rest, self.stiffness] = all;
         Ok(())
     }
 
-    fn catch_up(&mut self, strain: f64, share: [f64; 2]) {
+    fn advance_elastically(&mut self, strain: f64, share: [f64; 2]) {
         self.arms = self.arms_at(strain, share);
         self.start = strain;
     }
 
     /// Stored energy per stiffness at `strain`: ½ Σ s_i²/a_i.
-    pub fn stored(&self, strain: f64, share: [f64; 2]) -> f64 {
+    pub fn stored_energy(&self, strain: f64, share: [f64; 2]) -> f64 {
         let arms = self.arms_at(strain, share);
         (0..2).filter(|i| share[*i] > 0.0).map(|i| 0.5 * arms[i] * arms[i] / share[i]).sum()
     }
@@ -300,17 +301,17 @@ impl Strain {
 }
 
 /// Element with creep or plasticity; see [`crate::elements::Element`].
-pub trait Flows {
+pub trait InelasticElement {
     /// Begins a step at positions `x` (m): sets the elastic law of the step. Returns whether the
     /// constant part of the tangent changed.
-    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool;
+    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool;
 
     /// Ends the step at `x` (m): stores the creep and plastic strains.
-    fn end_step(&mut self, x: &Vectors, step: &FlowStep);
+    fn end_step(&mut self, x: &Vectors, step: &InelasticStep);
 
     /// Sets the instantaneous elastic law at `x` (m). Returns whether the constant part of the
     /// tangent changed.
-    fn stand(&mut self, x: &Vectors) -> bool;
+    fn apply_elastic_law(&mut self, x: &Vectors) -> bool;
 }
 
 #[cfg(test)]
@@ -322,7 +323,7 @@ mod tests {
         // The compliance E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)) and the relaxation modulus G of the
         // two arms satisfy ∫ G(t-s) J'(s) ds + G(t) J(0) = 1 at every time.
         let (t1, t2, r) = (3.0, 0.4, 1.7);
-        let arms = Arms::burgers(t1, t2, r);
+        let arms = MaxwellArms::burgers(t1, t2, r);
         assert!((arms.share[0] + arms.share[1] - 1.0).abs() < 1e-15);
         let modulus = |t: f64| arms.share[0] * (-t / arms.time[0]).exp() + arms.share[1] * (-t / arms.time[1]).exp();
         let rate = |t: f64| 1.0 / t1 + r / t2 * (-t / t2).exp();
@@ -341,8 +342,8 @@ mod tests {
     }
 
     #[test]
-    fn a_step_of_any_length_is_exact_for_a_strain_that_stands_or_changes_evenly() {
-        let arms = Arms::burgers(2.0, 0.3, 0.8);
+    fn a_step_is_exact_for_constant_strain_and_constant_rate() {
+        let arms = MaxwellArms::burgers(2.0, 0.3, 0.8);
         for h in [1e-6, 0.05, 1.0, 40.0] {
             let decay = arms.decay(h, 1.0);
             // Constant strain: s_i = a_i e^(-t/τ_i).
@@ -359,12 +360,12 @@ mod tests {
     }
 
     #[test]
-    fn a_dashpot_flows_at_the_true_rate_in_steps_of_any_length() {
+    fn a_dashpot_creeps_at_the_exact_rate_for_any_step() {
         // Constant stress 1: the strain grows by h/τ₁ per step.
-        let arms = Arms::burgers(2.0, 1.0, 0.0);
+        let arms = MaxwellArms::burgers(2.0, 1.0, 0.0);
         for h in [1e-3, 1.0, 100.0] {
             let decay = arms.decay(h, 1.0);
-            let mut strain = Strain { arms: [1.0, 0.0], ..Strain::default() };
+            let mut strain = CreepStrain { arms: [1.0, 0.0], ..CreepStrain::default() };
             for _ in 0..5 {
                 let before = strain.start;
                 strain.begin(before, arms.share, &decay);
@@ -377,13 +378,13 @@ mod tests {
     }
 
     #[test]
-    fn burgers_creep_is_reached_with_the_second_power_of_the_step() {
+    fn burgers_creep_converges_with_second_order() {
         let (t1, t2, r) = (5.0, 0.5, 2.0);
-        let arms = Arms::burgers(t1, t2, r);
+        let arms = MaxwellArms::burgers(t1, t2, r);
         let error = |h: f64| {
             let decay = arms.decay(h, 1.0);
             // Sudden stress of 1.
-            let mut strain = Strain { arms: arms.share, ..Strain::default() };
+            let mut strain = CreepStrain { arms: arms.share, ..CreepStrain::default() };
             strain.start = 1.0;
             for _ in 0..(1.0 / h).round() as u32 {
                 strain.begin(strain.start, arms.share, &decay);
@@ -396,25 +397,25 @@ mod tests {
     }
 
     #[test]
-    fn no_step_stores_more_than_was_put_in() {
+    fn no_step_gains_energy() {
         // The condition is e^(-2x) ≤ γ ≤ 1.
-        let arms = Arms::burgers(1.0, 1.0, 1.0);
+        let arms = MaxwellArms::burgers(1.0, 1.0, 1.0);
         for k in -60..=60 {
             let decay = arms.decay(1.0, 10.0_f64.powf(0.1 * f64::from(k)));
             for i in 0..2 {
-                let gamma = decay.give[i] / arms.share[i];
-                assert!(decay.keep[i] * decay.keep[i] <= gamma * (1.0 + 1e-15) && gamma <= 1.0);
+                let gamma = decay.gain[i] / arms.share[i];
+                assert!(decay.retention[i] * decay.retention[i] <= gamma * (1.0 + 1e-15) && gamma <= 1.0);
             }
         }
     }
 
     #[test]
     fn times_shift_by_the_equation_of_williams_landel_and_ferry() {
-        let shift = Shift { glass_transition: Some(100.0), wlf: (17.44, 51.6) };
+        let shift = TimeShift { glass_transition: Some(100.0), wlf: (17.44, 51.6) };
         assert_eq!(shift.at(100.0), 1.0);
         // -17.44 · 40/91.6 = -7.6157 decades.
         assert!((shift.at(140.0).log10() + 7.615_720).abs() < 1e-5);
         assert_eq!(shift.at(20.0), 1e30);
-        assert_eq!(Shift { glass_transition: None, wlf: (17.44, 51.6) }.at(500.0), 1.0);
+        assert_eq!(TimeShift { glass_transition: None, wlf: (17.44, 51.6) }.at(500.0), 1.0);
     }
 }

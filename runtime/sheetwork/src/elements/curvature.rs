@@ -51,22 +51,25 @@ impl Default for CurvatureGroup {
 
 impl CurvatureGroup {
     /// Component `a` for a bend of `angle` per length (1/m) towards the upper side.
-    pub fn of_angle(&self, a: usize, angle: f64) -> f64 {
+    pub fn curvature_from_angle(&self, a: usize, angle: f64) -> f64 {
         let l = self.span[a];
-        let bent =
-            if l > 0.0 { 2.0 / l * (0.5 * l * angle).clamp(-FLAT_ON_ITSELF, FLAT_ON_ITSELF).sin() } else { angle };
+        let bent = if l > 0.0 {
+            2.0 / l * (0.5 * l * angle).clamp(-MAXIMUM_HALF_ANGLE, MAXIMUM_HALF_ANGLE).sin()
+        } else {
+            angle
+        };
         self.gain[a] * bent
     }
 
     /// Angle per length (1/m) towards the upper side for component `a` equal to `curvature` (1/m).
-    pub fn angle_of(&self, a: usize, curvature: f64) -> f64 {
+    pub fn angle_from_curvature(&self, a: usize, curvature: f64) -> f64 {
         let (l, bent) = (self.span[a], curvature / self.gain[a]);
         if l > 0.0 { 2.0 / l * (0.5 * l * bent).clamp(-1.0, 1.0).asin() } else { bent }
     }
 }
 
 /// Half of the largest angle between neighbouring parts of a sheet (folded flat), rad.
-const FLAT_ON_ITSELF: f64 = std::f64::consts::FRAC_PI_2;
+const MAXIMUM_HALF_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Q for bending stiffness `d` (N m) and the relaxed directions.
 pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {

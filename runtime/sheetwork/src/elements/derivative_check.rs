@@ -4,12 +4,12 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::elements::{Anchor, Element, Geometric};
-use crate::material::law::Law;
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
 
 /// An orthotropic law with damping; all stiffnesses are of order 1.
-pub fn law() -> Law {
-    Law {
+pub fn law() -> ElementLaw {
+    ElementLaw {
         membrane: [[3.0, 0.8, 0.0], [0.8, 2.0, 0.0], [0.0, 0.0, 0.9]],
         bending: [[1.1, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 0.4]],
         retardation: 0.02,
@@ -52,13 +52,13 @@ fn drift(x: &Vectors) -> Vectors {
 fn dense(element: &mut dyn Element, x: &Vectors, per_time: f64, geometric: Geometric) -> Vec<Vec<f64>> {
     let n = x.len();
     let mut pairs: Vec<(u32, u32)> = (0..n as u32).map(|i| (i, i)).collect();
-    element.couples(&mut |a, b| {
+    element.visit_coupled_nodes(&mut |a, b| {
         assert!(a > b, "pairs are of the lower triangle");
         pairs.push((a, b));
     });
     pairs.sort_unstable();
     pairs.dedup();
-    element.bind(&|a, b| pairs.binary_search(&(a, b)).expect("a pair that couples() named") as u32);
+    element.bind_blocks(&|a, b| pairs.binary_search(&(a, b)).expect("a pair that couples() named") as u32);
     let mut values = vec![0.0; 9 * pairs.len()];
     element.add_constant_tangent(per_time, &mut values);
     element.add_tangent(x, geometric, &mut values);
@@ -93,8 +93,8 @@ pub fn derivatives(element: &mut dyn Element, x: &Vectors, tolerance: f64) {
     // Reference strain: the sheet 0.01 s earlier.
     let mut earlier = x.clone();
     earlier.add_scaled(-0.01, &v);
-    element.begin(per_time, &[Anchor { weight: 1.0, x: &earlier }], 0.0);
-    element.settle(x);
+    element.begin_stage(per_time, &[Anchor { weight: 1.0, x: &earlier }], 0.0);
+    element.update_stress(x);
     let n = x.len();
     let gradient = |element: &mut dyn Element, x: &Vectors| {
         let mut g = Vectors::zeros(n);
@@ -118,7 +118,7 @@ pub fn derivatives(element: &mut dyn Element, x: &Vectors, tolerance: f64) {
             assert!((slope - got).abs() < tolerance * largest, "tangent {row}, {dof}: {got}, by differences {slope}");
         }
     }
-    element.begin(0.0, &[], 0.0);
+    element.begin_stage(0.0, &[], 0.0);
     let (g, still) = (gradient(element, x), Vectors::zeros(n));
     let mut force = Vectors::zeros(n);
     element.add_forces(x, &still, &mut force);

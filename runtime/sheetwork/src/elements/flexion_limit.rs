@@ -2,7 +2,7 @@
 //!
 //! A triple of nodes (a, b, c) bends at b by θ, the angle between b - a and c - b: cos θ = u₁·u₂
 //! with their unit vectors. Where θ exceeds the limit, equal and opposite impulses along the
-//! gradient of cos θ stop its growth and return the excess in about 1/`RECOVERY` steps. The
+//! gradient of cos θ stop its growth and return the excess in about 1/`RECOVERY_FRACTION` steps. The
 //! gradient sums to zero and has no moment, so linear and angular momentum are conserved to
 //! rounding. (The thesis moves the nodes, which does not conserve them.)
 
@@ -12,11 +12,11 @@ use crate::math::Vectors;
 
 /// Fraction of the excess that one step removes. Small, so that a sheet bent by its weight comes to
 /// rest.
-const RECOVERY: f64 = 0.2;
+const RECOVERY_FRACTION: f64 = 0.2;
 
 /// Gauss-Seidel iterations over all triples per step: neighbouring triples share nodes, so one
 /// iteration leaves them inconsistent.
-const SWEEPS: usize = 4;
+const ITERATIONS: usize = 4;
 
 /// Angle limit of the flexion triples of a sheet.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl FlexionLimit {
     /// `inverse_mass` (1/kg) is 0 for fixed nodes.
     pub fn apply(&self, x: &Vectors, v: &mut Vectors, inverse_mass: &[f64], dt: f64) {
         let floor = self.limit.to_radians().cos();
-        for _ in 0..SWEEPS {
+        for _ in 0..ITERATIONS {
             for triple in &self.triples {
                 limit_one(triple.map(|i| i as usize), floor, x, v, inverse_mass, dt);
             }
@@ -68,7 +68,7 @@ fn limit_one([a, b, c]: [usize; 3], floor: f64, x: &Vectors, v: &mut Vectors, in
     let gradients = [(a, ga), (b, gb), (c, gc)];
     let weight: f64 = gradients.iter().map(|(i, g)| inverse_mass[*i] * g.length_squared()).sum();
     let rate: f64 = gradients.iter().map(|(i, g)| g.dot(v.get(*i))).sum();
-    let wanted = RECOVERY * (floor - cosine) / dt;
+    let wanted = RECOVERY_FRACTION * (floor - cosine) / dt;
     // A triple folded flat has no gradient, hence no direction.
     if rate >= wanted || weight <= f64::MIN_POSITIVE {
         return;
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn momentum_and_angular_momentum_are_kept() {
+    fn momentum_and_angular_momentum_are_conserved() {
         let (limit, x, mut v) = bent();
         let mass = [2.0, 3.0, 5.0];
         let inverse = mass.map(|m| 1.0 / m);

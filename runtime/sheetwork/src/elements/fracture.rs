@@ -7,20 +7,20 @@
 //! the cell centres, use the same rules.
 
 /// Distance from a line or a point at which cells are tested, in cells.
-const BESIDE: f64 = 1e-3;
+const SIDE_OFFSET: f64 = 1e-3;
 
 /// Cells of a sheet, and which of them are open.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Open {
+pub struct OpenCells {
     columns: usize,
     rows: usize,
     open: Vec<bool>,
     count: usize,
 }
 
-impl Open {
+impl OpenCells {
     /// Closed cells of a sheet with `columns` by `rows` nodes in its lowest layer.
-    pub fn none(columns: usize, rows: usize) -> Self {
+    pub fn closed(columns: usize, rows: usize) -> Self {
         let (columns, rows) = (columns.saturating_sub(1), rows.saturating_sub(1));
         Self { columns, rows, open: vec![false; columns * rows], count: 0 }
     }
@@ -62,14 +62,14 @@ impl Open {
     }
 
     /// Index of the cell in column `i` of row `j`; `None` outside the sheet.
-    pub fn number(&self, i: i64, j: i64) -> Option<usize> {
+    pub fn cell_index(&self, i: i64, j: i64) -> Option<usize> {
         let within = i >= 0 && j >= 0 && i < self.columns as i64 && j < self.rows as i64;
         within.then(|| j as usize * self.columns + i as usize)
     }
 
     /// Whether the cell in column `i` of row `j` exists and is closed.
     pub fn is_closed(&self, i: i64, j: i64) -> bool {
-        self.number(i, j).is_some_and(|c| !self.open[c])
+        self.cell_index(i, j).is_some_and(|c| !self.open[c])
     }
 
     /// Whether a closed cell lies at (u, v), in cells.
@@ -79,18 +79,23 @@ impl Open {
 
     /// Whether no closed cell touches (u, v), in cells.
     pub fn is_gone(&self, (u, v): (f64, f64)) -> bool {
-        let around = [(-BESIDE, -BESIDE), (BESIDE, -BESIDE), (-BESIDE, BESIDE), (BESIDE, BESIDE)];
+        let around = [
+            (-SIDE_OFFSET, -SIDE_OFFSET),
+            (SIDE_OFFSET, -SIDE_OFFSET),
+            (-SIDE_OFFSET, SIDE_OFFSET),
+            (SIDE_OFFSET, SIDE_OFFSET),
+        ];
         !around.iter().any(|(du, dv)| self.is_closed_at(u + du, v + dv))
     }
 
     /// Whether a spring from `a` to `b`, each (u, v) in cells, is cut.
-    pub fn cuts(&self, a: (f64, f64), b: (f64, f64)) -> bool {
+    pub fn is_spring_cut(&self, a: (f64, f64), b: (f64, f64)) -> bool {
         let (du, dv) = (b.0 - a.0, b.1 - a.1);
         let length = du.hypot(dv);
-        if length < BESIDE {
+        if length < SIDE_OFFSET {
             return self.is_gone(a);
         }
-        let beside = (-dv / length * BESIDE, du / length * BESIDE);
+        let beside = (-dv / length * SIDE_OFFSET, du / length * SIDE_OFFSET);
         let held = |s: f64| {
             let (u, v) = (a.0 + s * du, a.1 + s * dv);
             self.is_closed_at(u + beside.0, v + beside.1) || self.is_closed_at(u - beside.0, v - beside.1)
@@ -104,17 +109,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_spring_is_cut_where_nothing_is_beside_it() {
-        let mut open = Open::none(4, 3);
+    fn a_spring_without_adjacent_closed_cells_is_cut() {
+        let mut open = OpenCells::closed(4, 3);
         open.set(1);
         // Across the open cell, along an edge it shares, along its border edge.
-        assert!(open.cuts((1.0, 0.0), (2.0, 1.0)));
-        assert!(!open.cuts((1.0, 1.0), (2.0, 1.0)));
-        assert!(open.cuts((1.0, 0.0), (2.0, 0.0)));
+        assert!(open.is_spring_cut((1.0, 0.0), (2.0, 1.0)));
+        assert!(!open.is_spring_cut((1.0, 1.0), (2.0, 1.0)));
+        assert!(open.is_spring_cut((1.0, 0.0), (2.0, 0.0)));
         // Second neighbours across it, and between cell centres.
-        assert!(open.cuts((0.0, 0.0), (2.0, 0.0)));
-        assert!(open.cuts((0.5, 0.5), (1.5, 0.5)));
-        assert!(!open.cuts((0.5, 1.5), (1.5, 1.5)));
+        assert!(open.is_spring_cut((0.0, 0.0), (2.0, 0.0)));
+        assert!(open.is_spring_cut((0.5, 0.5), (1.5, 0.5)));
+        assert!(!open.is_spring_cut((0.5, 1.5), (1.5, 1.5)));
         // Every node touches a closed cell; the centre of the open cell does not.
         assert!(open.is_gone((1.5, 0.5)) && !open.is_gone((1.0, 0.0)) && !open.is_gone((2.0, 1.0)));
         open.set(0);

@@ -7,17 +7,17 @@
 
 use glam::DVec3;
 
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block};
-use crate::material::law::Law;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Pairs of the three nodes with a matrix block, larger index first.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 
 /// One grab spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
+pub struct GrabSpring {
     /// Nodes, smallest index first.
     masses: [u32; 3],
     /// Weights, with sum 1. The last entry of a repeated node has its whole weight, the others
@@ -30,7 +30,7 @@ pub struct Pull {
     blocks: [u32; 6],
 }
 
-impl Pull {
+impl GrabSpring {
     /// Grab of the point with these nodes and weights towards `target` (m) with `stiffness` (N/m).
     pub fn new(masses: [u32; 3], weights: [f64; 3], target: DVec3, stiffness: f64) -> Self {
         let mut terms = [(masses[0], weights[0]), (masses[1], weights[1]), (masses[2], weights[2])];
@@ -46,7 +46,7 @@ impl Pull {
     }
 
     /// Serialises the grab.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         self.masses.iter().for_each(|m| to.count(u64::from(*m)));
         to.numbers(&self.weights);
         to.vector(self.target);
@@ -54,14 +54,14 @@ impl Pull {
     }
 
     /// Deserialises a grab of a sheet with `masses` nodes.
-    pub(crate) fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
+    pub(crate) fn deserialise(from: &mut StateReader, masses: usize) -> ReadResult<Self> {
         let at = [from.index(masses)?, from.index(masses)?, from.index(masses)?];
         let weights = [from.number()?, from.number()?, from.number()?];
         Ok(Self::new(at, weights, from.vector()?, from.number()?))
     }
 
     /// Whether the material point and the stiffness are equal, whatever the target.
-    pub(crate) fn is_of(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_grab(&self, other: &Self) -> bool {
         (self.masses, self.weights, self.stiffness) == (other.masses, other.weights, other.stiffness)
     }
 
@@ -71,7 +71,7 @@ impl Pull {
     }
 
     /// Material coordinates (u, v) of the point; `uv` are those of the nodes.
-    pub(crate) fn place(&self, uv: &[(f64, f64)]) -> (f64, f64) {
+    pub(crate) fn material_point(&self, uv: &[(f64, f64)]) -> (f64, f64) {
         let each = self.masses.iter().zip(self.weights);
         each.fold((0.0, 0.0), |(u, v), (m, w)| (u + w * uv[*m as usize].0, v + w * uv[*m as usize].1))
     }
@@ -87,12 +87,12 @@ impl Pull {
     }
 }
 
-impl Element for Pull {
-    fn boxed(&self) -> Box<dyn Element> {
+impl Element for GrabSpring {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(*self)
     }
 
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for (i, j) in PAIRS.into_iter().filter(|(i, j)| i != j) {
             if self.weights[i] != 0.0 && self.weights[j] != 0.0 {
                 visit(self.masses[i], self.masses[j]);
@@ -100,16 +100,16 @@ impl Element for Pull {
         }
     }
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for (slot, (i, j)) in self.blocks.iter_mut().zip(PAIRS) {
             let counts = self.weights[i] != 0.0 && self.weights[j] != 0.0;
             *slot = if counts { block(self.masses[i], self.masses[j]) } else { NO_BLOCK };
         }
     }
 
-    fn set_law(&mut self, _law: &Law) {}
+    fn set_law(&mut self, _law: &ElementLaw) {}
 
-    fn warm(&mut self, _x: &Vectors, _warmth: &Warmth) {}
+    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
 
     fn energy(&self, x: &Vectors) -> f64 {
         0.5 * self.stiffness * self.point(x).distance_squared(self.target)
@@ -122,17 +122,17 @@ impl Element for Pull {
         }
     }
 
-    fn begin(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
+    fn begin_stage(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
 
-    fn finish(&mut self, _x: &Vectors) {}
+    fn finish_stage(&mut self, _x: &Vectors) {}
 
-    fn forget(&mut self) {}
+    fn reset_rates(&mut self) {}
 
-    fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
+    fn visit_history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
 
-    fn keep_history(&self, _to: &mut Keeper) {}
+    fn serialise_history(&self, _to: &mut StateWriter) {}
 
-    fn take_history(&mut self, _from: &mut Taker) -> Taken {
+    fn deserialise_history(&mut self, _from: &mut StateReader) -> ReadResult {
         Ok(())
     }
 
@@ -156,11 +156,11 @@ impl Element for Pull {
 
     fn add_tangent(&mut self, _x: &Vectors, _geometric: Geometric, _values: &mut [f64]) {}
 
-    fn predict(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
+    fn predict_stress(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
         0.0
     }
 
-    fn settle(&mut self, _x: &Vectors) {}
+    fn update_stress(&mut self, _x: &Vectors) {}
 }
 
 #[cfg(test)]
@@ -173,7 +173,7 @@ mod tests {
         let x = derivative_check::bent_grid(3, 2, (0.1, 0.2));
         let cases = [([4, 1, 3], [0.2, 0.5, 0.3]), ([2, 2, 0], [0.25, 0.25, 0.5]), ([1, 1, 1], [1.0, 0.0, 0.0])];
         for (masses, weights) in cases {
-            let mut pull = Pull::new(masses, weights, DVec3::new(0.3, -0.2, 0.7), 40.0);
+            let mut pull = GrabSpring::new(masses, weights, DVec3::new(0.3, -0.2, 0.7), 40.0);
             let point: DVec3 = (0..3).map(|i| x.get(masses[i] as usize) * weights[i]).sum();
             assert!(pull.point(&x).distance(point) < 1e-15);
             assert!(pull.force(&x).distance((pull.target - point) * 40.0) < 1e-12);

@@ -7,13 +7,13 @@
 
 use crate::elements::axial::Axial;
 use crate::elements::spring::Springs;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block};
-use crate::material::law::Law;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 #[derive(Clone, Copy, Debug)]
-struct Spring {
+struct MixedSpring {
     /// Nodes, the larger index first.
     masses: (u32, u32),
     /// Indices of blocks (a, a), (b, b) and (a, b).
@@ -24,14 +24,14 @@ struct Spring {
 /// All springs of a sheet.
 #[derive(Clone, Debug, Default)]
 pub struct MixedSprings {
-    springs: Vec<Spring>,
+    springs: Vec<MixedSpring>,
     per_time: f64,
 }
 
 impl MixedSprings {
     /// Springs with the nodes, stiffnesses, rest lengths and dashpots of `springs`.
     pub fn new(springs: &Springs) -> Self {
-        let each = (0..springs.len()).map(|i| Spring {
+        let each = (0..springs.len()).map(|i| MixedSpring {
             masses: (springs.a[i].max(springs.b[i]), springs.a[i].min(springs.b[i])),
             blocks: [NO_BLOCK; 3],
             axial: Axial {
@@ -45,7 +45,7 @@ impl MixedSprings {
     }
 
     /// Copies changed stiffnesses, rest lengths and dashpots from `springs`.
-    pub fn follow(&mut self, springs: &Springs) {
+    pub fn update_from(&mut self, springs: &Springs) {
         for (i, spring) in self.springs.iter_mut().enumerate() {
             spring.axial.stiffness = springs.stiffness[i];
             spring.axial.rest = springs.rest[i];
@@ -54,7 +54,7 @@ impl MixedSprings {
     }
 }
 
-impl Spring {
+impl MixedSpring {
     /// Vector from the second node to the first (m), and its length (m).
     #[inline(always)]
     fn along(&self, x: &Vectors) -> (glam::DVec3, f64) {
@@ -64,26 +64,26 @@ impl Spring {
 }
 
 impl Element for MixedSprings {
-    fn boxed(&self) -> Box<dyn Element> {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(self.clone())
     }
 
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         self.springs.iter().for_each(|s| visit(s.masses.0, s.masses.1));
     }
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for spring in &mut self.springs {
             let (a, b) = spring.masses;
             spring.blocks = [block(a, a), block(b, b), block(a, b)];
         }
     }
 
-    /// No effect: [`MixedSprings::follow`] sets the stiffness.
-    fn set_law(&mut self, _law: &Law) {}
+    /// No effect: [`MixedSprings::update_from`] sets the stiffness.
+    fn set_law(&mut self, _law: &ElementLaw) {}
 
-    /// No effect: [`MixedSprings::follow`] sets the stiffness at the present temperature.
-    fn warm(&mut self, _x: &Vectors, _warmth: &Warmth) {}
+    /// No effect: [`MixedSprings::update_from`] sets the stiffness at the present temperature.
+    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
 
     fn energy(&self, x: &Vectors) -> f64 {
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
@@ -103,7 +103,7 @@ impl Element for MixedSprings {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.per_time = per_time;
         for spring in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
             spring.axial.anchor = follow * spring.axial.rate;
@@ -113,26 +113,26 @@ impl Element for MixedSprings {
         }
     }
 
-    fn finish(&mut self, x: &Vectors) {
+    fn finish_stage(&mut self, x: &Vectors) {
         for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
             s.axial.finish(s.along(x).1, self.per_time);
         }
     }
 
-    fn forget(&mut self) {
+    fn reset_rates(&mut self) {
         self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
-        self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.springs.iter_mut().for_each(|s| s.axial.visit_history(visit));
     }
 
-    fn keep_history(&self, to: &mut Keeper) {
-        self.springs.iter().for_each(|s| s.axial.keep(to));
+    fn serialise_history(&self, to: &mut StateWriter) {
+        self.springs.iter().for_each(|s| s.axial.serialise(to));
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
-        self.springs.iter_mut().try_for_each(|s| s.axial.take(from))
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+        self.springs.iter_mut().try_for_each(|s| s.axial.deserialise(from))
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -164,7 +164,7 @@ impl Element for MixedSprings {
         }
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
         let mut missed = 0.0;
         for s in &mut self.springs {
             let (along, length) = s.along(x);
@@ -172,14 +172,14 @@ impl Element for MixedSprings {
                 continue;
             }
             let change = s.along(d).0;
-            missed += s.axial.predict(along, length, change, self.per_time);
+            missed += s.axial.predict_stress(along, length, change, self.per_time);
         }
         missed
     }
 
-    fn settle(&mut self, x: &Vectors) {
+    fn update_stress(&mut self, x: &Vectors) {
         for s in &mut self.springs {
-            s.axial.settle(s.along(x).1, self.per_time);
+            s.axial.update_stress(s.along(x).1, self.per_time);
         }
     }
 }

@@ -8,7 +8,7 @@
 //! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way,
 //! ε̇ = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
 //! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
-//! stress σ* in the geometric stiffness is an unknown that [`Element::predict`] takes from the last
+//! stress σ* in the geometric stiffness is an unknown that [`Element::predict_stress`] takes from the last
 //! linear solution.
 //!
 //! Source: Magisano, Leonetti, Garcea, "How to improve efficiency and robustness of the Newton
@@ -35,9 +35,9 @@ pub mod triangle_bending;
 pub mod triangle_membrane;
 pub mod wall_spring;
 
-use crate::material::law::Law;
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 pub(crate) use crate::math::lanes::NO_BLOCK;
 
@@ -51,7 +51,7 @@ pub struct Anchor<'a> {
 
 /// Effects of temperature on a sheet's material, one value per node: see [`crate::thermal`].
 #[derive(Clone, Copy, Debug)]
-pub struct Warmth<'a> {
+pub struct ThermalFields<'a> {
     /// E of the law over E at the node's temperature: above 1 where the sheet is softened.
     pub compliance: &'a [f64],
     /// Strain of free thermal expansion, α (T - 20 °C).
@@ -61,7 +61,7 @@ pub struct Warmth<'a> {
     pub curl: &'a [f64],
 }
 
-impl Warmth<'_> {
+impl ThermalFields<'_> {
     /// Remaining stiffness of an element between `masses`, as a fraction of the law's: the inverse
     /// of the mean compliance (springs in series).
     #[inline]
@@ -83,7 +83,7 @@ impl Warmth<'_> {
 /// strain and relaxes stress; stiffening keeps the stress and moves the rest strain. Neither raises
 /// the energy.
 #[inline(always)]
-pub(crate) fn set_rest(strain: f64, rest: f64, before: f64, after: f64) -> f64 {
+pub(crate) fn rest_strain_after_softening(strain: f64, rest: f64, before: f64, after: f64) -> f64 {
     if after > before { strain - (before / after) * (strain - rest) } else { rest }
 }
 
@@ -99,22 +99,22 @@ pub enum Geometric {
 /// All elements of one kind in a sheet.
 pub trait Element: std::any::Any + Send + Sync {
     /// Returns a copy with its whole state.
-    fn boxed(&self) -> Box<dyn Element>;
+    fn clone_box(&self) -> Box<dyn Element>;
 
     /// Calls `visit(a, b)` for each pair of nodes, a > b, whose positions enter a common energy
     /// term; pairs may repeat.
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32));
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32));
 
     /// Stores the indices of its matrix blocks: `block(a, b)` with a ≥ b is the index of
     /// ∂²E/∂x_a∂x_b, or [`NO_BLOCK`].
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32);
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32);
 
     /// Sets the stiffness.
-    fn set_law(&mut self, law: &Law);
+    fn set_law(&mut self, law: &ElementLaw);
 
     /// Applies the effects of temperature at positions `x` (m). The law stays that of the cold
     /// sheet. A change of stiffness alone never raises the energy.
-    fn warm(&mut self, x: &Vectors, warmth: &Warmth);
+    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields);
 
     /// Energy stored at positions `x` (m), J.
     fn energy(&self, x: &Vectors) -> f64;
@@ -127,31 +127,31 @@ pub trait Element: std::any::Any + Send + Sync {
     /// This rate belongs to the integrator, as its accelerations do: a rate computed from
     /// velocities would disagree with them after an impact, and a stiff damper would then add
     /// energy.
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64);
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64);
 
     /// Ends a stage at `x` (m) and stores the strain rate (ε(x) - ε_w)/h.
-    fn finish(&mut self, x: &Vectors);
+    fn finish_stage(&mut self, x: &Vectors);
 
     /// Sets the stored strain rates to zero.
-    fn forget(&mut self);
+    fn reset_rates(&mut self);
 
     /// Visits the values that persist from stage to stage (strain rates, the stress σ*), always in
     /// one order, for storing and restoring.
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
 
-    /// Serialises the values that [`Element::history`] visits.
-    fn keep_history(&self, to: &mut Keeper);
+    /// Serialises the values that [`Element::visit_history`] visits.
+    fn serialise_history(&self, to: &mut StateWriter);
 
-    /// Deserialises the values that [`Element::keep_history`] writes.
-    fn take_history(&mut self, from: &mut Taker) -> Taken;
+    /// Deserialises the values that [`Element::serialise_history`] writes.
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult;
 
     /// Serialises the parts of law and rest state that change with time: temperature, creep,
     /// fracture.
-    fn keep_changes(&self, _to: &mut Keeper) {}
+    fn serialise_changes(&self, _to: &mut StateWriter) {}
 
-    /// Deserialises the values that [`Element::keep_changes`] writes. The open cells must be set
+    /// Deserialises the values that [`Element::serialise_changes`] writes. The open cells must be set
     /// before.
-    fn take_changes(&mut self, _from: &mut Taker) -> Taken {
+    fn deserialise_changes(&mut self, _from: &mut StateReader) -> ReadResult {
         Ok(())
     }
 
@@ -170,14 +170,14 @@ pub trait Element: std::any::Any + Send + Sync {
 
     /// Sets σ* to the stress that a displacement `d` (m) from `x` (m) predicts to first order.
     /// Returns the energy ½ Δεᵀ C Δε (J) of the second-order strain Δε.
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64;
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64;
 
     /// Sets σ* to the stress at `x` (m).
-    fn settle(&mut self, x: &Vectors);
+    fn update_stress(&mut self, x: &Vectors);
 
     /// Sets the open cells, and the nodes `_gone` that no closed cell touches: elements there have
     /// no stiffness. Opening cells never raises the energy. [`Element::set_law`] must follow.
-    fn open(&mut self, _open: &fracture::Open, _gone: &[bool]) {}
+    fn open(&mut self, _open: &fracture::OpenCells, _gone: &[bool]) {}
 
     /// Rest curvatures as angles per length, 1/m; `None` for an element without rest curvature.
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
@@ -187,21 +187,24 @@ pub trait Element: std::any::Any + Send + Sync {
     /// Takes the state of `old`, the element on another grid of the sheet: plastic strain, creep
     /// and thermal rest strain. Stiffness and expansion must already be those of this element's
     /// temperatures.
-    fn carry(&mut self, _old: &(dyn Element + 'static), _carry: &remap::Carry) {}
+    fn transfer_state(&mut self, _old: &(dyn Element + 'static), _carry: &remap::Remap) {}
 
     /// The element as one with creep or plasticity; `None` for a purely elastic element.
-    fn flows(&mut self) -> Option<&mut dyn creep::Flows> {
+    fn as_inelastic(&mut self) -> Option<&mut dyn creep::InelasticElement> {
         None
     }
 }
 
 /// Serialises 3x3 matrices.
-pub(crate) fn keep_matrices<'a>(matrices: impl Iterator<Item = &'a [[f64; 3]; 3]>, to: &mut Keeper) {
+pub(crate) fn serialise_matrices<'a>(matrices: impl Iterator<Item = &'a [[f64; 3]; 3]>, to: &mut StateWriter) {
     matrices.flatten().for_each(|row| to.numbers(row));
 }
 
 /// Deserialises 3x3 matrices.
-pub(crate) fn take_matrices<'a>(mut matrices: impl Iterator<Item = &'a mut [[f64; 3]; 3]>, from: &mut Taker) -> Taken {
+pub(crate) fn deserialise_matrices<'a>(
+    mut matrices: impl Iterator<Item = &'a mut [[f64; 3]; 3]>,
+    from: &mut StateReader,
+) -> ReadResult {
     matrices.try_for_each(|m| m.iter_mut().try_for_each(|row| from.numbers(row)))
 }
 

@@ -38,7 +38,7 @@ pub struct Spring {
 
 /// Consecutive slots that join consecutive nodes: slot `first + i` joins `a + i` to `b + i`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Run {
+struct SpringRun {
     first: u32,
     a: u32,
     b: u32,
@@ -47,13 +47,13 @@ struct Run {
 
 /// Maximum number of empty slots between two springs of one run. Up to two empty slots cost less
 /// than a new run.
-const GAP: u32 = 2;
+const MAXIMUM_EMPTY_SLOTS: u32 = 2;
 
 /// Springs in the order of the kernel: slots sorted by the distance b - a of their nodes and then
 /// by a. An empty slot has zero stiffness and exerts no force.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Slots {
-    runs: Vec<Run>,
+struct SpringSlots {
+    runs: Vec<SpringRun>,
     /// Slot of each spring.
     of: Vec<u32>,
     stiffness: Vec<f64>,
@@ -76,12 +76,12 @@ pub struct Springs {
     pub rest: Vec<f64>,
     /// Dashpot c, N s/m.
     pub damping: Vec<f64>,
-    slots: Slots,
+    slots: SpringSlots,
 }
 
 /// Buffers of [`Springs::add_forces`], reused so that a step does not allocate.
 #[derive(Clone, Debug, Default)]
-pub struct SpringScratch {
+pub struct SpringWorkspace {
     d: Vectors,
     rate: Vectors,
     factor: Vec<f64>,
@@ -99,7 +99,7 @@ impl Springs {
             springs.rest.push(s.rest);
             springs.damping.push(s.damping);
         }
-        springs.slots = Slots::new(list);
+        springs.slots = SpringSlots::new(list);
         springs
     }
 
@@ -144,7 +144,7 @@ impl Springs {
     }
 
     /// Whether any spring has a dashpot.
-    pub fn damped(&self) -> bool {
+    pub fn is_damped(&self) -> bool {
         self.damping.iter().any(|c| *c != 0.0)
     }
 
@@ -160,16 +160,23 @@ impl Springs {
 
     /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s) to `force`; `damped`
     /// includes the dashpots.
-    pub fn add_forces(&self, x: &Vectors, v: &Vectors, damped: bool, scratch: &mut SpringScratch, force: &mut Vectors) {
+    pub fn add_forces(
+        &self,
+        x: &Vectors,
+        v: &Vectors,
+        damped: bool,
+        scratch: &mut SpringWorkspace,
+        force: &mut Vectors,
+    ) {
         let n = self.slots.rest.len();
         if scratch.factor.len() != n {
-            *scratch = SpringScratch { d: Vectors::zeros(n), rate: Vectors::zeros(n), factor: vec![0.0; n] };
+            *scratch = SpringWorkspace { d: Vectors::zeros(n), rate: Vectors::zeros(n), factor: vec![0.0; n] };
         }
         add_forces(&self.slots, x, v, damped, scratch, force);
     }
 }
 
-impl Slots {
+impl SpringSlots {
     fn new(list: &[Spring]) -> Self {
         let mut order: Vec<u32> = (0..list.len() as u32).collect();
         // The index makes the order total for springs between one pair of nodes.
@@ -191,7 +198,7 @@ impl Slots {
         slots
     }
 
-    /// Appends a slot that joins a to b: to the last run if a is at most [`GAP`] empty slots away,
+    /// Appends a slot that joins a to b: to the last run if a is at most [`MAXIMUM_EMPTY_SLOTS`] empty slots away,
     /// else to a new run.
     fn place(&mut self, a: u32, b: u32) {
         let first = self.rest.len() as u32;
@@ -199,12 +206,12 @@ impl Slots {
         match self.runs.last_mut() {
             Some(run)
                 if b.wrapping_sub(a) == run.b.wrapping_sub(run.a)
-                    && (run.a + run.len..=run.a + run.len + GAP).contains(&a) =>
+                    && (run.a + run.len..=run.a + run.len + MAXIMUM_EMPTY_SLOTS).contains(&a) =>
             {
                 open = a - run.a - run.len + 1;
                 run.len += open;
             }
-            _ => self.runs.push(Run { first, a, b, len: 1 }),
+            _ => self.runs.push(SpringRun { first, a, b, len: 1 }),
         }
         let end = (first + open) as usize;
         self.stiffness.resize(end, 0.0);
@@ -213,7 +220,7 @@ impl Slots {
     }
 }
 
-impl Run {
+impl SpringRun {
     fn ranges(&self) -> (usize, usize, usize, usize) {
         (self.first as usize, self.a as usize, self.b as usize, self.len as usize)
     }
@@ -222,8 +229,15 @@ impl Run {
 /// Gathers, evaluates and scatters. The compiler builds one variant per vector width, chosen at run
 /// time; no variant contracts or reorders operations, so all give equal bits.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn add_forces(slots: &Slots, x: &Vectors, v: &Vectors, damped: bool, scratch: &mut SpringScratch, force: &mut Vectors) {
-    let SpringScratch { d, rate, factor } = scratch;
+fn add_forces(
+    slots: &SpringSlots,
+    x: &Vectors,
+    v: &Vectors,
+    damped: bool,
+    scratch: &mut SpringWorkspace,
+    force: &mut Vectors,
+) {
+    let SpringWorkspace { d, rate, factor } = scratch;
     gather(&slots.runs, x, d);
     if damped {
         gather(&slots.runs, v, rate);
@@ -236,7 +250,7 @@ fn add_forces(slots: &Slots, x: &Vectors, v: &Vectors, damped: bool, scratch: &m
 
 /// d = p_b - p_a for every slot.
 #[inline(always)]
-fn gather(runs: &[Run], p: &Vectors, d: &mut Vectors) {
+fn gather(runs: &[SpringRun], p: &Vectors, d: &mut Vectors) {
     for (d, p) in d.axes_mut().into_iter().zip(p.axes()) {
         for run in runs {
             let (first, a, b, len) = run.ranges();
@@ -250,7 +264,7 @@ fn gather(runs: &[Run], p: &Vectors, d: &mut Vectors) {
 
 /// Adds factor · d to the first node of every slot and subtracts it from the second.
 #[inline(always)]
-fn scatter(runs: &[Run], d: &mut Vectors, factor: &[f64], force: &mut Vectors) {
+fn scatter(runs: &[SpringRun], d: &mut Vectors, factor: &[f64], force: &mut Vectors) {
     for (d, force) in d.axes_mut().into_iter().zip(force.axes_mut()) {
         for (d, factor) in d.iter_mut().zip(factor) {
             *d *= factor;
@@ -274,7 +288,7 @@ fn scatter(runs: &[Run], d: &mut Vectors, factor: &[f64], force: &mut Vectors) {
 
 /// factor = k (1 - s/L): the force on the first node is factor · d.
 #[inline(always)]
-fn elastic_factors(slots: &Slots, d: &Vectors, factor: &mut [f64]) {
+fn elastic_factors(slots: &SpringSlots, d: &Vectors, factor: &mut [f64]) {
     let n = factor.len();
     let (x, y, z) = (&d.x[..n], &d.y[..n], &d.z[..n]);
     let (k, s) = (&slots.stiffness[..n], &slots.rest[..n]);
@@ -287,7 +301,7 @@ fn elastic_factors(slots: &Slots, d: &Vectors, factor: &mut [f64]) {
 
 /// factor = k (1 - s/L) + c (rate·d)/L².
 #[inline(always)]
-fn damped_factors(slots: &Slots, d: &Vectors, rate: &Vectors, factor: &mut [f64]) {
+fn damped_factors(slots: &SpringSlots, d: &Vectors, rate: &Vectors, factor: &mut [f64]) {
     let n = factor.len();
     let (x, y, z) = (&d.x[..n], &d.y[..n], &d.z[..n]);
     let (u, v, w) = (&rate.x[..n], &rate.y[..n], &rate.z[..n]);
@@ -320,7 +334,7 @@ mod tests {
         let x = vectors(&points);
         let v = Vectors::zeros(3);
         let mut force = Vectors::zeros(3);
-        springs.add_forces(&x, &v, false, &mut SpringScratch::default(), &mut force);
+        springs.add_forces(&x, &v, false, &mut SpringWorkspace::default(), &mut force);
         let h = 1e-6;
         for i in 0..3 {
             for axis in 0..3 {
@@ -342,24 +356,24 @@ mod tests {
         let x = vectors(&[DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0)]);
         let v = vectors(&[DVec3::ZERO, DVec3::new(0.5, 3.0, -1.0)]);
         let mut force = Vectors::zeros(2);
-        springs.add_forces(&x, &v, true, &mut SpringScratch::default(), &mut force);
+        springs.add_forces(&x, &v, true, &mut SpringWorkspace::default(), &mut force);
         assert_eq!(force.get(0), DVec3::new(2.0, 0.0, 0.0));
         assert_eq!(force.get(1), DVec3::new(-2.0, 0.0, 0.0));
     }
 
     #[test]
-    fn a_spring_of_no_length_pulls_on_nothing() {
+    fn a_spring_of_zero_length_exerts_no_force() {
         let class = SpringClass::X;
         let springs = Springs::new(&[Spring { a: 0, b: 1, class, stiffness: 1.0, rest: 1.0, damping: 1.0 }]);
         let x = vectors(&[DVec3::ONE, DVec3::ONE]);
         let v = vectors(&[DVec3::ZERO, DVec3::ONE]);
         let mut force = Vectors::zeros(2);
-        springs.add_forces(&x, &v, true, &mut SpringScratch::default(), &mut force);
+        springs.add_forces(&x, &v, true, &mut SpringWorkspace::default(), &mut force);
         assert_eq!(force, Vectors::zeros(2));
     }
 
     #[test]
-    fn slots_between_springs_pull_on_nothing() {
+    fn empty_slots_exert_no_force() {
         // Two rows of three nodes: springs 0-1, 1-2 and 3-4, 4-5; slot 2-3 between the rows stays
         // empty.
         let rows = [(0, 1), (1, 2), (3, 4), (4, 5)];
@@ -369,7 +383,7 @@ mod tests {
         let mut x = Vectors::default();
         (0..6).for_each(|i| x.push(DVec3::new(f64::from(i % 3) * 1.5, f64::from(i / 3) * 9.0, 0.0)));
         let mut force = Vectors::zeros(6);
-        springs.add_forces(&x, &Vectors::zeros(6), true, &mut SpringScratch::default(), &mut force);
+        springs.add_forces(&x, &Vectors::zeros(6), true, &mut SpringWorkspace::default(), &mut force);
         for (i, wanted) in [1.0, 0.0, -1.0, 1.0, 0.0, -1.0].into_iter().enumerate() {
             assert_eq!(force.get(i), DVec3::new(wanted, 0.0, 0.0));
         }

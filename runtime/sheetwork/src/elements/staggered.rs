@@ -8,15 +8,15 @@
 //! most of it. Across a free edge the curvature is relaxed (natural boundary condition: no moment).
 
 use crate::elements::curvature::CurvatureGroup;
-use crate::elements::fracture::Open;
+use crate::elements::fracture::OpenCells;
 
 /// Area factor of the curvature at a clamp.
-const AT_CLAMP: f64 = 6.0 / 5.0;
+const CLAMP_AREA_FACTOR: f64 = 6.0 / 5.0;
 /// Area factor of the curvature one row from a clamp.
-const NEXT_TO_CLAMP: f64 = 12.0 / 13.0;
+const SECOND_ROW_AREA_FACTOR: f64 = 12.0 / 13.0;
 
 /// A rectangular grid of nodes.
-pub struct Grid<'a> {
+pub struct StaggeredGrid<'a> {
     /// Nodes along u, contiguous in memory.
     pub columns: usize,
     /// Nodes along v.
@@ -28,7 +28,7 @@ pub struct Grid<'a> {
 }
 
 /// Curvatures of the grid. Prescribed slopes refer to directions 0 (u) and 1 (v).
-pub fn curvatures(grid: &Grid) -> Vec<CurvatureGroup> {
+pub fn curvatures(grid: &StaggeredGrid) -> Vec<CurvatureGroup> {
     let mut groups = Vec::new();
     for j in 0..grid.rows {
         for i in 0..grid.columns {
@@ -52,7 +52,7 @@ pub fn curvatures(grid: &Grid) -> Vec<CurvatureGroup> {
 
 /// Part of a group that remains beside open cells; its stencil does not change.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Left {
+pub struct ClosedPart {
     /// Area that it represents, m².
     pub area: f64,
     /// Relaxed directions of curvature.
@@ -61,9 +61,9 @@ pub struct Left {
     pub frame: [u32; 4],
 }
 
-impl Left {
+impl ClosedPart {
     /// The whole of `group`.
-    pub fn whole(group: &CurvatureGroup) -> Self {
+    pub fn from_group(group: &CurvatureGroup) -> Self {
         Self { area: group.area, relaxed: group.relaxed.clone(), frame: group.frame }
     }
 
@@ -73,7 +73,7 @@ impl Left {
     /// A node has a curvature along a line where two neighbouring cells along it are closed; each
     /// closed cell carries a share of its area. The edge of the open cells has no moment, as a free
     /// edge has none. Opening cells therefore never raises the energy.
-    pub fn of(&self, group: &CurvatureGroup, columns: usize, open: &Open) -> Self {
+    pub fn closed_part(&self, group: &CurvatureGroup, columns: usize, open: &OpenCells) -> Self {
         let (i, j) = ((group.home as usize % columns) as i64, (group.home as usize / columns) as i64);
         let is_twist = group.rows[0].is_empty() && group.rows[1].is_empty();
         if is_twist {
@@ -86,7 +86,7 @@ impl Left {
             return self.clamp(group, axis, [sw, se, nw, ne], cells, open);
         }
         let there = |all: &[bool]| all.iter().filter(|c| **c).count() as f64;
-        let all = cells.map(|(i, j)| open.number(i, j).is_some());
+        let all = cells.map(|(i, j)| open.cell_index(i, j).is_some());
         let known = [(sw && se) || (nw && ne), (sw && nw) || (se && ne)];
         let mut left = self.clone();
         left.area *= there(&[sw, se, nw, ne]) / there(&all);
@@ -117,7 +117,7 @@ impl Left {
         axis: usize,
         closed: [bool; 4],
         cells: [(i64, i64); 4],
-        open: &Open,
+        open: &OpenCells,
     ) -> Self {
         let after = group.rows[axis].iter().any(|(m, w)| *m > group.home && *w > 0.0);
         let beside = match (axis, after) {
@@ -126,14 +126,14 @@ impl Left {
             (_, false) => [0, 1],
             (_, true) => [2, 3],
         };
-        let there = beside.iter().filter(|c| open.number(cells[**c].0, cells[**c].1).is_some()).count();
+        let there = beside.iter().filter(|c| open.cell_index(cells[**c].0, cells[**c].1).is_some()).count();
         let left = beside.iter().filter(|c| closed[**c]).count();
         let area = self.area * left as f64 / there.max(1) as f64;
         Self { area, frame: self.frame(group.home, closed), relaxed: self.relaxed.clone() }
     }
 }
 
-impl Grid<'_> {
+impl StaggeredGrid<'_> {
     fn at(&self, i: usize, j: usize) -> usize {
         j * self.columns + i
     }
@@ -169,7 +169,7 @@ impl Grid<'_> {
             let (before, after, h, across) = self.line(axis, i, j);
             let (Some(before), Some(after)) = (before, after) else { continue };
             let next = self.clamped[before] || self.clamped[after];
-            group.gain[axis] = if next { NEXT_TO_CLAMP.sqrt() } else { 1.0 };
+            group.gain[axis] = if next { SECOND_ROW_AREA_FACTOR.sqrt() } else { 1.0 };
             group.span[axis] = h;
             let w = group.gain[axis] / (h * h);
             group.rows[axis] = vec![(before as u32, w), (here as u32, -2.0 * w), (after as u32, w)];
@@ -206,7 +206,7 @@ impl Grid<'_> {
                 group.span[axis] = 0.5 * h;
                 group.rows[axis] = vec![(neighbour as u32, w), (here as u32, -w)];
                 group.clamps[axis] = vec![(axis as u32, -side * 2.0 / h)];
-                group.area = 0.5 * AT_CLAMP * across * self.spacing.0 * self.spacing.1;
+                group.area = 0.5 * CLAMP_AREA_FACTOR * across * self.spacing.0 * self.spacing.1;
                 groups.push(group);
             }
         }

@@ -10,11 +10,11 @@ use crate::math::Vectors;
 
 /// Maximum Gauss-Seidel iterations over all springs per step: moving one spring may stretch the
 /// next.
-const SWEEPS: usize = 24;
+const ITERATIONS: usize = 24;
 
 /// Two nodes and their rest distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Joint {
+pub struct LimitedSpring {
     /// Nodes.
     pub ends: [u32; 2],
     /// Rest distance, m.
@@ -24,17 +24,17 @@ pub struct Joint {
 /// Strain limit of all springs of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StrainLimit {
-    joints: Vec<Joint>,
+    joints: Vec<LimitedSpring>,
 }
 
 impl StrainLimit {
     /// Limit of `joints`; joints of zero rest length are dropped.
-    pub fn new(joints: impl Iterator<Item = Joint>) -> Self {
+    pub fn new(joints: impl Iterator<Item = LimitedSpring>) -> Self {
         Self { joints: joints.filter(|j| j.rest > 0.0).collect() }
     }
 
     /// The limited springs.
-    pub fn joints(&self) -> &[Joint] {
+    pub fn joints(&self) -> &[LimitedSpring] {
         &self.joints
     }
 
@@ -42,7 +42,7 @@ impl StrainLimit {
     /// fixed nodes. Returns whether any node moved.
     pub fn apply(&self, most: f64, x: &mut Vectors, v: &mut Vectors, inverse_mass: &[f64], dt: f64) -> bool {
         let mut any = false;
-        for _ in 0..SWEEPS {
+        for _ in 0..ITERATIONS {
             let mut moved = false;
             for joint in &self.joints {
                 moved |= joint.limit(most, x, v, inverse_mass, dt);
@@ -62,7 +62,7 @@ impl StrainLimit {
 }
 
 /// Largest absolute strain of `joints` at `x` (m); infinite for non-finite positions.
-pub fn largest_strain(joints: impl Iterator<Item = Joint>, x: &Vectors) -> f64 {
+pub fn largest_strain(joints: impl Iterator<Item = LimitedSpring>, x: &Vectors) -> f64 {
     joints
         .filter(|j| j.rest > 0.0)
         .map(|j| j.strain(x).abs())
@@ -70,7 +70,7 @@ pub fn largest_strain(joints: impl Iterator<Item = Joint>, x: &Vectors) -> f64 {
         .fold(0.0, f64::max)
 }
 
-impl Joint {
+impl LimitedSpring {
     fn strain(&self, x: &Vectors) -> f64 {
         let [a, b] = self.ends.map(|i| x.get(i as usize));
         a.distance(b) / self.rest - 1.0
@@ -101,13 +101,13 @@ mod tests {
     use glam::DVec3;
 
     #[test]
-    fn a_chain_keeps_its_momenta_and_comes_within_the_limit() {
+    fn the_limit_conserves_momentum_and_holds_after_iteration() {
         let (mut x, mut v) = (Vectors::default(), Vectors::default());
         for (p, u) in [(0.0, 0.3), (1.6, -0.2), (2.1, 0.7), (3.9, 0.1)] {
             x.push(DVec3::new(p, 0.1 * p * p, 0.0));
             v.push(DVec3::new(0.1, u, -u));
         }
-        let limit = StrainLimit::new((0..3).map(|i| Joint { ends: [i, i + 1], rest: 1.0 }));
+        let limit = StrainLimit::new((0..3).map(|i| LimitedSpring { ends: [i, i + 1], rest: 1.0 }));
         let mass = [1.0, 2.0, 0.5, 3.0];
         let inverse = mass.map(|m| 1.0 / m);
         let sums = |x: &Vectors, v: &Vectors| {
@@ -127,10 +127,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_infinite_strain() {
+    fn a_nan_position_gives_infinite_strain() {
         let mut x = Vectors::zeros(2);
         x.set(1, DVec3::new(f64::NAN, 0.0, 0.0));
-        let limit = StrainLimit::new(std::iter::once(Joint { ends: [0, 1], rest: 1.0 }));
+        let limit = StrainLimit::new(std::iter::once(LimitedSpring { ends: [0, 1], rest: 1.0 }));
         assert_eq!(limit.largest(&x), f64::INFINITY);
     }
 }

@@ -16,16 +16,16 @@ use crate::math::Vectors;
 
 /// Fraction of a missing height that one step restores, and the largest rate of recovery (rest
 /// heights per second): a node pushed far through its cell must not return with a high speed.
-const RECOVERY: f64 = 0.2;
-const FASTEST: f64 = 30.0;
+const RECOVERY_FRACTION: f64 = 0.2;
+const MAXIMUM_RECOVERY_RATE: f64 = 30.0;
 
 /// A node and the corners of the cell below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Cell {
+struct LimitedCell {
     apex: u32,
     /// Corners; the fourth corner of a triangle repeats the third.
     base: [u32; 4],
-    square: bool,
+    is_square: bool,
     /// C at rest, m³, and |N| at rest, m².
     rest: f64,
     area: f64,
@@ -33,14 +33,14 @@ struct Cell {
 
 /// Fraction of the rest area below which a cell is ignored: its gradient is too small for an
 /// impulse.
-const COLLAPSED: f64 = 0.3;
+const COLLAPSED_AREA_THRESHOLD: f64 = 0.3;
 
 /// Thickness limit of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ThicknessLimit {
-    cells: Vec<Cell>,
+    cells: Vec<LimitedCell>,
     /// Cells of removed nodes.
-    aside: Vec<Cell>,
+    removed: Vec<LimitedCell>,
     /// Fraction of the rest height that is kept, 0 (no limit) to 1.
     pub fraction: f64,
 }
@@ -59,7 +59,7 @@ impl ThicknessLimit {
             [a, b, d, c] => [*a, *b, *c, *d],
             _ => return,
         };
-        let mut cell = Cell { apex, base, square: corners.len() == 4, rest: 0.0, area: 0.0 };
+        let mut cell = LimitedCell { apex, base, is_square: corners.len() == 4, rest: 0.0, area: 0.0 };
         let (volume, normal) = cell.volume(x[apex as usize], base.map(|i| x[i as usize]));
         (cell.rest, cell.area) = (volume, normal.length());
         // A sheet from a file may be collapsed: a height of zero needs no limit.
@@ -69,12 +69,12 @@ impl ThicknessLimit {
     }
 
     /// Suspends the limit of the nodes for which `gone` holds, and restores it for all others.
-    pub fn open(&mut self, gone: &[bool]) {
+    pub fn set_open_cells(&mut self, gone: &[bool]) {
         let mut all = std::mem::take(&mut self.cells);
-        all.append(&mut self.aside);
+        all.append(&mut self.removed);
         // In the order of the nodes, as they were added.
         all.sort_by_key(|c| c.apex);
-        (self.aside, self.cells) = all.into_iter().partition(|c| gone[c.apex as usize]);
+        (self.removed, self.cells) = all.into_iter().partition(|c| gone[c.apex as usize]);
     }
 
     /// Applies the limit to velocities `v` (m/s) at positions `x` (m) before a step of `dt` s.
@@ -88,16 +88,16 @@ impl ThicknessLimit {
     /// Smallest height of a node above its cell at `x` (m), as a fraction of the rest height; 1 for
     /// a single layer.
     pub fn lowest(&self, x: &Vectors) -> f64 {
-        let height = |c: &Cell| c.volume(x.get(c.apex as usize), c.base.map(|i| x.get(i as usize))).0 / c.rest;
+        let height = |c: &LimitedCell| c.volume(x.get(c.apex as usize), c.base.map(|i| x.get(i as usize))).0 / c.rest;
         self.cells.iter().map(height).fold(1.0, f64::min)
     }
 }
 
-impl Cell {
+impl LimitedCell {
     /// C (m³) and N (m²) at the given positions.
     #[inline]
     fn volume(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4]) -> (f64, DVec3) {
-        let (mean, normal) = if self.square {
+        let (mean, normal) = if self.is_square {
             ((a + b + c + d) / 4.0, (c - a).cross(d - b))
         } else {
             ((a + b + c) / 3.0, (b - a).cross(c - a))
@@ -108,7 +108,7 @@ impl Cell {
     /// Gradients of C with respect to the corners, m².
     #[inline]
     fn gradients(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4], normal: DVec3) -> [DVec3; 4] {
-        if self.square {
+        if self.is_square {
             let w = apex - (a + b + c + d) / 4.0;
             let (over_c, over_d) = ((d - b).cross(w), w.cross(c - a));
             let share = normal / 4.0;
@@ -129,7 +129,7 @@ impl Cell {
         let base = [a as usize, b as usize, c as usize, d as usize];
         let (place, corners) = (x.get(apex), [x.get(base[0]), x.get(base[1]), x.get(base[2]), x.get(base[3])]);
         let (volume, normal) = self.volume(place, corners);
-        if normal.length() < COLLAPSED * self.area {
+        if normal.length() < COLLAPSED_AREA_THRESHOLD * self.area {
             return;
         }
         // The sign of the rest volume makes the expression independent of the orientation of the
@@ -143,8 +143,11 @@ impl Cell {
             rate += g.dot(v.get(*i));
         }
         rate *= self.rest.signum();
-        let wanted =
-            if missing > 0.0 { (RECOVERY * missing / dt).min(FASTEST * self.rest.abs()) } else { missing / dt };
+        let wanted = if missing > 0.0 {
+            (RECOVERY_FRACTION * missing / dt).min(MAXIMUM_RECOVERY_RATE * self.rest.abs())
+        } else {
+            missing / dt
+        };
         if rate >= wanted {
             return;
         }
@@ -182,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn momentum_and_angular_momentum_are_kept() {
+    fn momentum_and_angular_momentum_are_conserved() {
         for corners in [3, 4] {
             let (limit, x, mut v) = cell(corners);
             let masses: Vec<f64> = (0..=corners).map(|i| 1.0 + i as f64).collect();
@@ -200,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_squeezed_mass_comes_back_and_does_not_pass() {
+    fn a_compressed_node_returns_without_overshoot() {
         for corners in [3, 4] {
             let (limit, mut x, mut v) = cell(corners);
             assert!(limit.lowest(&x) < 0.45);
@@ -213,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mass_well_above_its_cell_is_left_alone() {
+    fn a_node_far_above_its_cell_is_not_changed() {
         let (limit, _, _) = cell(3);
         let mut x = Vectors::default();
         [DVec3::ZERO, DVec3::X, DVec3::Z, DVec3::new(0.4, 0.8, 0.3)].into_iter().for_each(|p| x.push(p));

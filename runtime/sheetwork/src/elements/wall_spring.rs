@@ -5,15 +5,15 @@
 use glam::DVec3;
 
 use crate::elements::axial::Axial;
-use crate::elements::creep::{FlowStep, Flows, Strain};
-use crate::elements::fracture::Open;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, set_rest};
-use crate::material::law::Law;
+use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep};
+use crate::elements::fracture::OpenCells;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 #[derive(Clone, Copy, Debug)]
-struct Spring {
+struct ClampSpring {
     mass: usize,
     block: u32,
     point: DVec3,
@@ -25,33 +25,33 @@ struct Spring {
     softness: f64,
     expansion: f64,
     /// Whether fracture has removed the node.
-    cut: bool,
+    is_cut: bool,
     axial: Axial,
 }
 
 /// All wall springs of a sheet.
 #[derive(Clone, Debug, Default)]
 pub struct WallSprings {
-    springs: Vec<Spring>,
+    springs: Vec<ClampSpring>,
     per_time: f64,
     /// Creep state of each spring; empty without creep.
-    creeping: Vec<Creeping>,
+    creep: Vec<SpringCreep>,
     share: [f64; 2],
     /// Whether a step is in progress.
-    running: bool,
+    is_in_step: bool,
 }
 
 /// Creep state of a spring: stretch (m) relative to the expanded length, and instantaneous
 /// stiffness, N/m.
 #[derive(Clone, Copy, Debug)]
-struct Creeping {
+struct SpringCreep {
     stiffness: f64,
-    strain: Strain,
+    strain: CreepStrain,
 }
 
-impl Creeping {
+impl SpringCreep {
     /// Sets rest length and stiffness of the spring to those of the step.
-    fn apply(&self, s: &mut Spring) {
+    fn apply(&self, s: &mut ClampSpring) {
         s.axial.rest = s.expanded() + self.strain.rest;
         s.axial.stiffness = self.stiffness * self.strain.stiffness;
     }
@@ -61,7 +61,7 @@ impl WallSprings {
     /// Springs (node, fixed end in m, rest length in m, stiffness in N/m) of a sheet whose bending
     /// stiffness along its length is `bending` (N m). Their stiffness is proportional to it.
     pub fn new(springs: impl Iterator<Item = (u32, DVec3, f64, f64)>, bending: f64) -> Self {
-        let each = springs.map(|(mass, point, rest, stiffness)| Spring {
+        let each = springs.map(|(mass, point, rest, stiffness)| ClampSpring {
             mass: mass as usize,
             block: NO_BLOCK,
             point,
@@ -69,16 +69,16 @@ impl WallSprings {
             cold: rest,
             softness: 1.0,
             expansion: 0.0,
-            cut: false,
+            is_cut: false,
             axial: Axial { stiffness, rest, ..Axial::default() },
         });
         Self { springs: each.collect(), ..Self::default() }
     }
 
     /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn creeping(mut self, share: [f64; 2]) -> Self {
-        let one = |s: &Spring| Creeping { stiffness: s.axial.stiffness, strain: Strain::default() };
-        self.creeping = self.springs.iter().map(one).collect();
+    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+        let one = |s: &ClampSpring| SpringCreep { stiffness: s.axial.stiffness, strain: CreepStrain::default() };
+        self.creep = self.springs.iter().map(one).collect();
         self.share = share;
         self
     }
@@ -86,30 +86,33 @@ impl WallSprings {
 
 /// State of a spring per unstressed length, without thermal expansion: permanent strain, and the
 /// strains of the two creep arms.
-pub(crate) type Held = [f64; 3];
+pub(crate) type WallSpringState = [f64; 3];
 
 impl WallSprings {
     /// Node, fixed end (m), strain at positions `x` (m) without thermal expansion, and state of
     /// each spring.
-    pub(crate) fn held<'a>(&'a self, x: &'a Vectors) -> impl Iterator<Item = (usize, DVec3, f64, Held)> + 'a {
+    pub(crate) fn stored_state<'a>(
+        &'a self,
+        x: &'a Vectors,
+    ) -> impl Iterator<Item = (usize, DVec3, f64, WallSpringState)> + 'a {
         self.springs.iter().enumerate().map(|(i, s)| {
             let length = s.expanded();
-            let held = match self.creeping.get(i) {
-                Some(c) => [c.strain.left(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
+            let held = match self.creep.get(i) {
+                Some(c) => [c.strain.stress_free(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
                 None => [s.axial.rest / length - 1.0, 0.0, 0.0],
             };
             (s.mass, s.point, s.along(x).1 / length - 1.0, held)
         })
     }
 
-    /// Sets the state of each spring from `held`, in the order of [`WallSprings::held`]; springs
+    /// Sets the state of each spring from `held`, in the order of [`WallSprings::stored_state`]; springs
     /// with `None` do not change.
-    pub(crate) fn put(&mut self, held: &[Option<Held>]) {
+    pub(crate) fn set_stored_state(&mut self, held: &[Option<WallSpringState>]) {
         for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
             let Some(held) = held else { continue };
             let [left, first, second] = held.map(|h| h * s.expanded());
             s.axial.rest = s.expanded() + left;
-            if let Some(c) = self.creeping.get_mut(i) {
+            if let Some(c) = self.creep.get_mut(i) {
                 c.strain.arms = [first, second];
                 (c.strain.start, c.strain.rest, c.strain.stiffness) = (left + first + second, left, 1.0);
                 c.apply(s);
@@ -118,7 +121,7 @@ impl WallSprings {
     }
 }
 
-impl Spring {
+impl ClampSpring {
     /// Length without load and without creep, m.
     fn expanded(&self) -> f64 {
         self.cold * (1.0 + self.expansion)
@@ -132,49 +135,49 @@ impl Spring {
 }
 
 impl Element for WallSprings {
-    fn boxed(&self) -> Box<dyn Element> {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(self.clone())
     }
 
-    fn couples(&self, _visit: &mut dyn FnMut(u32, u32)) {}
+    fn visit_coupled_nodes(&self, _visit: &mut dyn FnMut(u32, u32)) {}
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for s in &mut self.springs {
             s.block = block(s.mass as u32, s.mass as u32);
         }
     }
 
-    fn set_law(&mut self, law: &Law) {
+    fn set_law(&mut self, law: &ElementLaw) {
         for s in &mut self.springs {
-            let bending = if s.cut { 0.0 } else { law.bending[0][0] };
+            let bending = if s.is_cut { 0.0 } else { law.bending[0][0] };
             s.axial.stiffness = s.per_bending * bending * s.softness;
             s.axial.dashpot = s.axial.stiffness * law.retardation;
         }
-        for (s, creeping) in self.springs.iter_mut().zip(&mut self.creeping) {
+        for (s, creeping) in self.springs.iter_mut().zip(&mut self.creep) {
             creeping.stiffness = s.axial.stiffness;
             creeping.apply(s);
         }
     }
 
-    fn open(&mut self, _open: &Open, gone: &[bool]) {
-        self.springs.iter_mut().for_each(|s| s.cut = gone[s.mass]);
+    fn open(&mut self, _open: &OpenCells, gone: &[bool]) {
+        self.springs.iter_mut().for_each(|s| s.is_cut = gone[s.mass]);
     }
 
-    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
         for (i, s) in self.springs.iter_mut().enumerate() {
             let mass = [s.mass as u32];
             let (softness, expansion) = (warmth.stiffness(&mass), warmth.mean_expansion(&mass));
             s.axial.rest += s.cold * (expansion - s.expansion);
-            s.axial.rest = set_rest(s.along(x).1, s.axial.rest, s.softness, softness);
+            s.axial.rest = rest_strain_after_softening(s.along(x).1, s.axial.rest, s.softness, softness);
             let change = softness / s.softness;
             s.axial.stiffness *= change;
             s.axial.dashpot *= change;
             let kept = (s.softness / softness).min(1.0);
             (s.softness, s.expansion) = (softness, expansion);
-            if let Some(creeping) = self.creeping.get_mut(i) {
+            if let Some(creeping) = self.creep.get_mut(i) {
                 let stretch = s.along(x).1 - s.expanded();
-                creeping.strain.set(stretch, kept, self.share);
-                creeping.strain.rest = creeping.strain.left();
+                creeping.strain.scale_stress(stretch, kept, self.share);
+                creeping.strain.rest = creeping.strain.stress_free();
                 creeping.stiffness *= change;
                 creeping.apply(s);
             }
@@ -182,9 +185,11 @@ impl Element for WallSprings {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if !self.running && !self.creeping.is_empty() {
-            let pairs = self.springs.iter().zip(&self.creeping);
-            return pairs.map(|(s, c)| c.stiffness * c.strain.stored(s.along(x).1 - s.expanded(), self.share)).sum();
+        if !self.is_in_step && !self.creep.is_empty() {
+            let pairs = self.springs.iter().zip(&self.creep);
+            return pairs
+                .map(|(s, c)| c.stiffness * c.strain.stored_energy(s.along(x).1 - s.expanded(), self.share))
+                .sum();
         }
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
     }
@@ -200,7 +205,7 @@ impl Element for WallSprings {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.per_time = per_time;
         for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
             let sum = anchors.iter().map(|a| a.weight * s.along(a.x).1).sum::<f64>();
@@ -208,50 +213,50 @@ impl Element for WallSprings {
         }
     }
 
-    fn finish(&mut self, x: &Vectors) {
+    fn finish_stage(&mut self, x: &Vectors) {
         for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
             s.axial.finish(s.along(x).1, self.per_time);
         }
     }
 
-    fn forget(&mut self) {
+    fn reset_rates(&mut self) {
         self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
-        self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.springs.iter_mut().for_each(|s| s.axial.visit_history(visit));
     }
 
-    fn keep_history(&self, to: &mut Keeper) {
-        self.springs.iter().for_each(|s| s.axial.keep(to));
+    fn serialise_history(&self, to: &mut StateWriter) {
+        self.springs.iter().for_each(|s| s.axial.serialise(to));
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
-        self.springs.iter_mut().try_for_each(|s| s.axial.take(from))
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+        self.springs.iter_mut().try_for_each(|s| s.axial.deserialise(from))
     }
 
-    fn keep_changes(&self, to: &mut Keeper) {
+    fn serialise_changes(&self, to: &mut StateWriter) {
         for s in &self.springs {
             to.numbers(&[s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot]);
         }
-        for c in &self.creeping {
+        for c in &self.creep {
             to.number(c.stiffness);
-            c.strain.keep(to);
+            c.strain.serialise(to);
         }
-        to.flag(self.running);
+        to.flag(self.is_in_step);
     }
 
-    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
         for s in &mut self.springs {
             let mut all = [0.0; 5];
             from.numbers(&mut all)?;
             [s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot] = all;
         }
-        for c in &mut self.creeping {
+        for c in &mut self.creep {
             c.stiffness = from.number()?;
-            c.strain.take(from)?;
+            c.strain.deserialise(from)?;
         }
-        self.running = from.flag()?;
+        self.is_in_step = from.flag()?;
         Ok(())
     }
 
@@ -280,32 +285,32 @@ impl Element for WallSprings {
         }
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
         let mut missed = 0.0;
         for s in &mut self.springs {
             let (along, length) = s.along(x);
             if length > 0.0 {
-                missed += s.axial.predict(along, length, d.get(s.mass), self.per_time);
+                missed += s.axial.predict_stress(along, length, d.get(s.mass), self.per_time);
             }
         }
         missed
     }
 
-    fn settle(&mut self, x: &Vectors) {
+    fn update_stress(&mut self, x: &Vectors) {
         for s in &mut self.springs {
-            s.axial.settle(s.along(x).1, self.per_time);
+            s.axial.update_stress(s.along(x).1, self.per_time);
         }
     }
 
-    fn flows(&mut self) -> Option<&mut dyn Flows> {
-        (!self.creeping.is_empty()).then_some(self as &mut dyn Flows)
+    fn as_inelastic(&mut self) -> Option<&mut dyn InelasticElement> {
+        (!self.creep.is_empty()).then_some(self as &mut dyn InelasticElement)
     }
 }
 
-impl Flows for WallSprings {
-    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
-        self.running = true;
-        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
+impl InelasticElement for WallSprings {
+    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+        self.is_in_step = true;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creep) {
             if let Some(decay) = step.decay(&[s.mass as u32]) {
                 c.strain.begin(s.along(x).1 - s.expanded(), self.share, &decay);
                 c.apply(s);
@@ -314,19 +319,19 @@ impl Flows for WallSprings {
         false
     }
 
-    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
-        self.running = false;
-        for (s, c) in self.springs.iter().zip(&mut self.creeping) {
+    fn end_step(&mut self, x: &Vectors, step: &InelasticStep) {
+        self.is_in_step = false;
+        for (s, c) in self.springs.iter().zip(&mut self.creep) {
             if let Some(decay) = step.decay(&[s.mass as u32]) {
                 c.strain.end(s.along(x).1 - s.expanded(), &decay);
             }
         }
     }
 
-    fn stand(&mut self, x: &Vectors) -> bool {
-        self.running = false;
-        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
-            c.strain.stand(s.along(x).1 - s.expanded(), self.share);
+    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
+        self.is_in_step = false;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creep) {
+            c.strain.apply_elastic_law(s.along(x).1 - s.expanded(), self.share);
             c.apply(s);
         }
         false

@@ -4,12 +4,12 @@
 //! grows by (1 + a²/2) per step, a = hω: exact for free fall, always unstable for an undamped
 //! spring.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Analytical,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Analytical,
     name: "analytical",
     about: "constant acceleration over the step (thesis)",
     order: 1,
@@ -27,13 +27,13 @@ struct Analytical {
     a: Vectors,
 }
 
-impl Engine for Analytical {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.a, x);
+impl Integrator for Analytical {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.a, x);
         forces.accelerations(t, x, v, &mut self.a);
         x.add_scaled(dt, v);
         x.add_scaled(0.5 * dt * dt, &self.a);
         v.add_scaled(dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 1, globalised: 0 }
     }
 }

@@ -4,16 +4,16 @@
 //! it.
 
 use crate::elements::Anchor;
-use crate::integrators::implicit::newton::Work;
+use crate::integrators::implicit::newton::NewtonWorkspace;
 use crate::integrators::implicit::staged;
-use crate::integrators::implicit::staged::{Jump, Staged};
-use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
+use crate::integrators::implicit::{Complex, ImplicitProblem, StageProblem};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::BackwardEuler,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::BackwardEuler,
     name: "backward-euler",
     about: "implicit Euler, order 1, stable at any step, strongly damped",
     order: 1,
@@ -36,33 +36,33 @@ struct BackwardEuler {
     y: Vectors,
     w: Vectors,
     per_time: f64,
-    work: Work,
+    work: NewtonWorkspace,
 }
 
-impl Staged for BackwardEuler {
+impl StagedIntegrator for BackwardEuler {
     fn stages(&self) -> usize {
         1
     }
 
     fn prepare(
         &mut self,
-        problem: &mut dyn Implicit,
+        problem: &mut dyn ImplicitProblem,
         _k: usize,
         dt: f64,
         (x, v): (&Vectors, &Vectors),
         guess: &mut Vectors,
     ) {
-        fit(&mut self.y, x);
-        fit(&mut self.w, x);
+        resize_like(&mut self.y, x);
+        resize_like(&mut self.w, x);
         self.per_time = 1.0 / dt;
         self.w.copy_from(x);
         self.y.set_sum(x, dt, v);
         guess.copy_from(&self.y);
-        problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], 0.0, x, v);
+        problem.begin_stage(self.per_time, &[Anchor { weight: 1.0, x }], 0.0, x, v);
     }
 
-    fn stage(&self) -> Stage<'_> {
-        Stage { per_time: self.per_time, y: &self.y, w: &self.w }
+    fn stage(&self) -> StageProblem<'_> {
+        StageProblem { per_time: self.per_time, y: &self.y, w: &self.w }
     }
 
     fn length(&self, _k: usize, dt: f64) -> f64 {
@@ -71,11 +71,11 @@ impl Staged for BackwardEuler {
 
     fn finish(
         &mut self,
-        _problem: &mut dyn Implicit,
+        _problem: &mut dyn ImplicitProblem,
         _k: usize,
         dt: f64,
         solution: &Vectors,
-        jump: Option<&Jump>,
+        jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
         crate::integrators::tr_bdf2::velocity(solution, &self.w, dt, v);
@@ -86,17 +86,24 @@ impl Staged for BackwardEuler {
         }
     }
 
-    fn work(&mut self) -> &mut Work {
+    fn work(&mut self) -> &mut NewtonWorkspace {
         &mut self.work
     }
 }
 
-impl Engine for BackwardEuler {
-    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+impl Integrator for BackwardEuler {
+    fn advance(
+        &mut self,
+        forces: &mut dyn Forces,
+        _t: f64,
+        dt: f64,
+        x: &mut Vectors,
+        v: &mut Vectors,
+    ) -> AdvanceReport {
         staged::advance(self, forces, dt, x, v)
     }
 
-    fn staged(&mut self) -> Option<&mut dyn Staged> {
+    fn staged(&mut self) -> Option<&mut dyn StagedIntegrator> {
         Some(self)
     }
 }

@@ -10,20 +10,20 @@
 //! attachment forces rotate with the body, but the extrapolated history does not.
 
 use crate::elements::Anchor;
-use crate::integrators::implicit::newton::Work;
+use crate::integrators::implicit::newton::NewtonWorkspace;
 use crate::integrators::implicit::staged;
-use crate::integrators::implicit::staged::{Jump, Staged};
-use crate::integrators::implicit::{Complex, Implicit, Stage};
+use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
+use crate::integrators::implicit::{Complex, ImplicitProblem, StageProblem};
 use crate::integrators::settings::IntegratorSettings;
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::scene::IntegratorKind;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Bdf2,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Bdf2,
     name: "bdf2",
     about: "implicit BDF2, order 2, stable at any step",
     order: 2,
@@ -52,52 +52,52 @@ struct Bdf2 {
     v_old: Vectors,
     step: f64,
     /// Actual positions of the previous step, m: reference of the strain rates.
-    x_was: Vectors,
+    x_previous: Vectors,
     /// 1 for a sheet that rests in contact or is attached to a dynamic body, else 0.
-    rests: f64,
+    uses_backward_euler: f64,
     /// Weight h of the new acceleration, s.
     h: f64,
     y: Vectors,
     w: Vectors,
-    work: Work,
+    work: NewtonWorkspace,
 }
 
 impl Bdf2 {
     /// Whether a step of `dt` s uses the previous step.
-    fn follows(&self, dt: f64) -> bool {
-        (self.step - dt).abs() <= 1e-9 * dt && self.rests == 0.0
+    fn has_history(&self, dt: f64) -> bool {
+        (self.step - dt).abs() <= 1e-9 * dt && self.uses_backward_euler == 0.0
     }
 }
 
-impl Staged for Bdf2 {
+impl StagedIntegrator for Bdf2 {
     fn stages(&self) -> usize {
         1
     }
 
     fn prepare(
         &mut self,
-        problem: &mut dyn Implicit,
+        problem: &mut dyn ImplicitProblem,
         _k: usize,
         dt: f64,
         (x, v): (&Vectors, &Vectors),
         guess: &mut Vectors,
     ) {
-        for buffer in [&mut self.x_old, &mut self.v_old, &mut self.x_was, &mut self.y, &mut self.w] {
-            fit(buffer, x);
+        for buffer in [&mut self.x_old, &mut self.v_old, &mut self.x_previous, &mut self.y, &mut self.w] {
+            resize_like(buffer, x);
         }
-        let (p, q, h) = if self.follows(dt) { (4.0 / 3.0, -1.0 / 3.0, dt * 2.0 / 3.0) } else { (1.0, 0.0, dt) };
+        let (p, q, h) = if self.has_history(dt) { (4.0 / 3.0, -1.0 / 3.0, dt * 2.0 / 3.0) } else { (1.0, 0.0, dt) };
         self.h = h;
         self.w.blend(p, x, q, &self.x_old);
         // y = w + h (p v + q v_old).
         self.y.set_sum(&self.w, h * p, v);
         self.y.add_scaled(h * q, &self.v_old);
         guess.set_sum(x, dt, v);
-        let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_was }];
-        problem.begin(1.0 / h, &anchors, 0.0, x, v);
+        let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_previous }];
+        problem.begin_stage(1.0 / h, &anchors, 0.0, x, v);
     }
 
-    fn stage(&self) -> Stage<'_> {
-        Stage { per_time: 1.0 / self.h, y: &self.y, w: &self.w }
+    fn stage(&self) -> StageProblem<'_> {
+        StageProblem { per_time: 1.0 / self.h, y: &self.y, w: &self.w }
     }
 
     fn length(&self, _k: usize, dt: f64) -> f64 {
@@ -106,15 +106,15 @@ impl Staged for Bdf2 {
 
     fn finish(
         &mut self,
-        problem: &mut dyn Implicit,
+        problem: &mut dyn ImplicitProblem,
         _k: usize,
         dt: f64,
         solution: &Vectors,
-        jump: Option<&Jump>,
+        jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
         self.x_old.copy_from(x);
-        self.x_was.copy_from(x);
+        self.x_previous.copy_from(x);
         self.v_old.copy_from(v);
         self.step = dt;
         crate::integrators::tr_bdf2::velocity(solution, &self.w, self.h, v);
@@ -126,49 +126,57 @@ impl Staged for Bdf2 {
             self.x_old.add_scaled(-dt, &jump.dv);
             self.v_old.add_scaled(1.0, &jump.dv);
         }
-        let limit = if self.rests > 0.0 { SETTINGS.leaving_speed } else { SETTINGS.resting_speed };
-        self.rests = f64::from(problem.is_glued() || jump.is_some() && v.max_squared() < limit * limit);
+        let limit = if self.uses_backward_euler > 0.0 { SETTINGS.leaving_speed } else { SETTINGS.resting_speed };
+        self.uses_backward_euler =
+            f64::from(problem.has_dynamic_attachments() || jump.is_some() && v.max_squared() < limit * limit);
     }
 
-    fn work(&mut self) -> &mut Work {
+    fn work(&mut self) -> &mut NewtonWorkspace {
         &mut self.work
     }
 }
 
-impl Engine for Bdf2 {
-    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+impl Integrator for Bdf2 {
+    fn advance(
+        &mut self,
+        forces: &mut dyn Forces,
+        _t: f64,
+        dt: f64,
+        x: &mut Vectors,
+        v: &mut Vectors,
+    ) -> AdvanceReport {
         staged::advance(self, forces, dt, x, v)
     }
 
-    fn staged(&mut self) -> Option<&mut dyn Staged> {
+    fn staged(&mut self) -> Option<&mut dyn StagedIntegrator> {
         Some(self)
     }
 
     fn drift(&self, dt: f64) -> Option<f64> {
-        (!self.follows(dt)).then_some(1.0)
+        (!self.has_history(dt)).then_some(1.0)
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(std::slice::from_mut(&mut self.step));
-        visit(std::slice::from_mut(&mut self.rests));
-        let Self { x_old, v_old, x_was, .. } = self;
+        visit(std::slice::from_mut(&mut self.uses_backward_euler));
+        let Self { x_old, v_old, x_previous: x_was, .. } = self;
         [x_old, v_old, x_was].into_iter().flat_map(Vectors::axes_mut).for_each(visit);
     }
 
-    fn keep(&self, to: &mut Keeper) {
+    fn serialise(&self, to: &mut StateWriter) {
         to.number(self.step);
-        to.number(self.rests);
+        to.number(self.uses_backward_euler);
         to.vector_list(&self.x_old);
         to.vector_list(&self.v_old);
-        to.vector_list(&self.x_was);
+        to.vector_list(&self.x_previous);
     }
 
-    fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
+    fn deserialise(&mut self, from: &mut StateReader, masses: usize) -> ReadResult {
         self.step = from.number()?;
-        self.rests = from.number()?;
+        self.uses_backward_euler = from.number()?;
         from.vector_list(&mut self.x_old, masses)?;
         from.vector_list(&mut self.v_old, masses)?;
-        from.vector_list(&mut self.x_was, masses)
+        from.vector_list(&mut self.x_previous, masses)
     }
 
     fn restart(&mut self) {

@@ -3,12 +3,12 @@
 //!
 //! Order 1. On x'' = -ω²x the energy grows by exactly (1 + a²) per step, a = hω.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Euler,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Euler,
     name: "euler",
     about: "explicit Euler, order 1",
     order: 1,
@@ -26,12 +26,12 @@ struct Euler {
     a: Vectors,
 }
 
-impl Engine for Euler {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.a, x);
+impl Integrator for Euler {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.a, x);
         forces.accelerations(t, x, v, &mut self.a);
         x.add_scaled(dt, v);
         v.add_scaled(dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 1, globalised: 0 }
     }
 }

@@ -4,12 +4,12 @@
 //! Order 1, symplectic. On x'' = -ω²x it is stable for a = hω up to 2, and the energy oscillates by
 //! about ±a/2.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::EulerCromer,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::EulerCromer,
     name: "euler-cromer",
     about: "semi-implicit Euler, order 1, symplectic (thesis, first order)",
     order: 1,
@@ -27,12 +27,12 @@ struct EulerCromer {
     a: Vectors,
 }
 
-impl Engine for EulerCromer {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.a, x);
+impl Integrator for EulerCromer {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.a, x);
         forces.accelerations(t, x, v, &mut self.a);
         v.add_scaled(dt, &self.a);
         x.add_scaled(dt, v);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 1, globalised: 0 }
     }
 }

@@ -5,12 +5,12 @@
 //! x ← x + v_m h. Order 2. On x'' = -ω²x the energy grows by (1 + a⁴/4) per step, a = hω: weakly
 //! unstable without damping, stable up to about a = 2 ζ^(1/3) with damping ratio ζ.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::EulerRichardson,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::EulerRichardson,
     name: "euler-richardson",
     about: "explicit midpoint, order 2 (thesis, second order)",
     order: 2,
@@ -30,17 +30,17 @@ struct EulerRichardson {
     v_mid: Vectors,
 }
 
-impl Engine for EulerRichardson {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.a, x);
-        fit(&mut self.x_mid, x);
-        fit(&mut self.v_mid, x);
+impl Integrator for EulerRichardson {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.a, x);
+        resize_like(&mut self.x_mid, x);
+        resize_like(&mut self.v_mid, x);
         forces.accelerations(t, x, v, &mut self.a);
         self.x_mid.set_sum(x, 0.5 * dt, v);
         self.v_mid.set_sum(v, 0.5 * dt, &self.a);
         forces.accelerations(t + 0.5 * dt, &self.x_mid, &self.v_mid, &mut self.a);
         x.add_scaled(dt, &self.v_mid);
         v.add_scaled(dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 2, globalised: 0 }
     }
 }

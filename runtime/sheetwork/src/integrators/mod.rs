@@ -23,8 +23,8 @@ pub(crate) mod tr_bdf2;
 pub(crate) mod verlet;
 
 use crate::math::Vectors;
-use crate::scene::EngineKind;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::scene::IntegratorKind;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Accelerations of a set of nodes.
 pub trait Forces {
@@ -33,16 +33,16 @@ pub trait Forces {
     fn accelerations(&mut self, t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors);
 
     /// The nodes as a problem for implicit integrators; `None` if it was not prepared.
-    fn implicit(&mut self) -> Option<&mut dyn implicit::Implicit> {
+    fn implicit(&mut self) -> Option<&mut dyn implicit::ImplicitProblem> {
         None
     }
 }
 
-/// Result of [`Engine::advance`].
+/// Result of [`Integrator::advance`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Advance {
+pub struct AdvanceReport {
     /// Elapsed time, s; less than requested only for an adaptive integrator.
-    pub taken: f64,
+    pub elapsed: f64,
     /// Accepted steps.
     pub accepted: u64,
     /// Steps rejected because of their error.
@@ -50,21 +50,21 @@ pub struct Advance {
     /// Calls of [`Forces::accelerations`]; linear solves of an implicit integrator.
     pub evaluations: u64,
     /// Stages of an implicit integrator that the globalised Newton method completed.
-    pub guarded: u64,
+    pub globalised: u64,
 }
 
 /// A time integrator with its working arrays.
-pub trait Engine: Send + Sync {
+pub trait Integrator: Send + Sync {
     /// Advances `x` (m) and `v` (m/s) from time `t` (s) by `dt` (s), or by less if the integrator
     /// is adaptive.
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance;
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport;
 
     /// The integrator stage by stage; `None` if it is explicit.
-    fn staged(&mut self) -> Option<&mut dyn implicit::staged::Staged> {
+    fn staged(&mut self) -> Option<&mut dyn implicit::staged::StagedIntegrator> {
         None
     }
 
-    /// The value of [`EngineInfo::drift`] for the next step of `dt` s; `None` if it is constant.
+    /// The value of [`IntegratorInfo::drift`] for the next step of `dt` s; `None` if it is constant.
     fn drift(&self, _dt: f64) -> Option<f64> {
         None
     }
@@ -73,13 +73,13 @@ pub trait Engine: Send + Sync {
     fn set_tolerance(&mut self, _tolerance: f64) {}
 
     /// Visits the values that persist from step to step, in one order, once a step has been taken.
-    fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
+    fn visit_history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
 
-    /// Serialises the values of [`Engine::history`] and the step size of an adaptive integrator.
-    fn keep(&self, _to: &mut Keeper) {}
+    /// Serialises the values of [`Integrator::visit_history`] and the step size of an adaptive integrator.
+    fn serialise(&self, _to: &mut StateWriter) {}
 
-    /// Deserialises the values of [`Engine::keep`], for the given number of nodes.
-    fn take(&mut self, _from: &mut Taker, _masses: usize) -> Taken {
+    /// Deserialises the values of [`Integrator::serialise`], for the given number of nodes.
+    fn deserialise(&mut self, _from: &mut StateReader, _masses: usize) -> ReadResult {
         Ok(())
     }
 
@@ -88,18 +88,25 @@ pub trait Engine: Send + Sync {
 }
 
 /// An integrator without effect: placeholder in a sheet while its own integrator works on it.
-pub(crate) struct Resting;
+pub(crate) struct IdleIntegrator;
 
-impl Engine for Resting {
-    fn advance(&mut self, _forces: &mut dyn Forces, _t: f64, dt: f64, _x: &mut Vectors, _v: &mut Vectors) -> Advance {
-        Advance { taken: dt, ..Advance::default() }
+impl Integrator for IdleIntegrator {
+    fn advance(
+        &mut self,
+        _forces: &mut dyn Forces,
+        _t: f64,
+        dt: f64,
+        _x: &mut Vectors,
+        _v: &mut Vectors,
+    ) -> AdvanceReport {
+        AdvanceReport { elapsed: dt, ..AdvanceReport::default() }
     }
 }
 
 /// Row of the table of integrators.
-pub struct EngineInfo {
+pub struct IntegratorInfo {
     /// Kind.
-    pub kind: EngineKind,
+    pub kind: IntegratorKind,
     /// Name in files and on the command line.
     pub name: &'static str,
     /// One-line description.
@@ -124,11 +131,11 @@ pub struct EngineInfo {
     /// phase advance (rad). Given for integrators with long steps, where it matters.
     pub amplification: Option<fn(f64) -> (f64, f64)>,
     /// Constructor.
-    pub(crate) make: fn() -> Box<dyn Engine>,
+    pub(crate) make: fn() -> Box<dyn Integrator>,
 }
 
 /// Every integrator, in the order of menus.
-pub const TABLE: &[EngineInfo] = &[
+pub const TABLE: &[IntegratorInfo] = &[
     analytical::INFO,
     euler::INFO,
     euler_cromer::INFO,
@@ -141,21 +148,21 @@ pub const TABLE: &[EngineInfo] = &[
     bdf2::INFO,
 ];
 
-impl EngineKind {
+impl IntegratorKind {
     /// The row of this kind in [`TABLE`].
-    pub fn info(self) -> &'static EngineInfo {
+    pub fn info(self) -> &'static IntegratorInfo {
         // The test `every_kind_is_in_the_table` checks that every kind has a row.
         TABLE.iter().find(|e| e.kind == self).unwrap_or(&TABLE[0])
     }
 
     /// A new integrator of this kind.
-    pub fn make(self) -> Box<dyn Engine> {
+    pub fn construct(self) -> Box<dyn Integrator> {
         (self.info().make)()
     }
 }
 
 /// Resizes `buffer` to the length of `like`; does not allocate if the lengths agree.
-fn fit(buffer: &mut Vectors, like: &Vectors) {
+fn resize_like(buffer: &mut Vectors, like: &Vectors) {
     if buffer.len() != like.len() {
         *buffer = Vectors::zeros(like.len());
     }
@@ -169,8 +176,8 @@ mod tests {
     fn every_kind_is_in_the_table() {
         for row in TABLE {
             assert_eq!(row.kind.name(), row.name);
-            assert_eq!(row.name.parse::<EngineKind>(), Ok(row.kind));
+            assert_eq!(row.name.parse::<IntegratorKind>(), Ok(row.kind));
         }
-        assert!("euler-kramer".parse::<EngineKind>().expect_err("no such engine").problem.contains("euler-cromer"));
+        assert!("euler-kramer".parse::<IntegratorKind>().expect_err("no such engine").problem.contains("euler-cromer"));
     }
 }

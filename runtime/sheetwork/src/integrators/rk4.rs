@@ -3,12 +3,12 @@
 //!
 //! On x'' = -ω²x stable for a = hω up to 2√2; the energy decays by (1 - a⁶/72) per step.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Rk4,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Rk4,
     name: "rk4",
     about: "classical Runge-Kutta, order 4 (thesis, fourth order)",
     order: 4,
@@ -36,10 +36,10 @@ struct Rk4 {
     v_sum: Vectors,
 }
 
-impl Engine for Rk4 {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+impl Integrator for Rk4 {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
         for buffer in [&mut self.a, &mut self.u, &mut self.x_stage, &mut self.x_sum, &mut self.v_sum] {
-            fit(buffer, x);
+            resize_like(buffer, x);
         }
         self.u.copy_from(v);
         forces.accelerations(t, x, v, &mut self.a);
@@ -54,6 +54,6 @@ impl Engine for Rk4 {
         }
         x.copy_from(&self.x_sum);
         v.copy_from(&self.v_sum);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 4, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 4, globalised: 0 }
     }
 }

@@ -9,15 +9,15 @@
 //! work.
 
 use crate::integrators::settings::IntegratorSettings;
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::scene::IntegratorKind;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Rk45,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Rk45,
     name: "rk45",
     about: "Dormand-Prince 5(4), adaptive with error control",
     order: 5,
@@ -106,12 +106,12 @@ fn largest_error(slopes: &[Vectors; STAGES]) -> f64 {
     largest
 }
 
-impl Engine for Rk45 {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.x_stage, x);
-        fit(&mut self.v_stage, x);
-        self.u.iter_mut().chain(&mut self.a).for_each(|k| fit(k, x));
-        let mut done = Advance::default();
+impl Integrator for Rk45 {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.x_stage, x);
+        resize_like(&mut self.v_stage, x);
+        self.u.iter_mut().chain(&mut self.a).for_each(|k| resize_like(k, x));
+        let mut done = AdvanceReport::default();
         self.u[0].copy_from(v);
         forces.accelerations(t, x, v, &mut self.a[0]);
         done.evaluations += 1;
@@ -134,7 +134,7 @@ impl Engine for Rk45 {
         x.copy_from(&self.x_stage);
         v.copy_from(&self.v_stage);
         done.accepted = 1;
-        done.taken = h;
+        done.elapsed = h;
         done
     }
 
@@ -142,11 +142,11 @@ impl Engine for Rk45 {
         self.tolerance = tolerance;
     }
 
-    fn keep(&self, to: &mut Keeper) {
+    fn serialise(&self, to: &mut StateWriter) {
         to.optional(self.next);
     }
 
-    fn take(&mut self, from: &mut Taker, _masses: usize) -> Taken {
+    fn deserialise(&mut self, from: &mut StateReader, _masses: usize) -> ReadResult {
         self.next = from.optional()?;
         Ok(())
     }

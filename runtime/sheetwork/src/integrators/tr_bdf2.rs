@@ -14,17 +14,17 @@
 //! recomputed from forces.
 
 use crate::elements::Anchor;
-use crate::integrators::implicit::newton::{Work, solve};
+use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
 use crate::integrators::implicit::staged;
-use crate::integrators::implicit::staged::{Jump, Staged};
-use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
+use crate::integrators::implicit::{Complex, ImplicitProblem, StageProblem};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::scene::IntegratorKind;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::TrBdf2,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::TrBdf2,
     name: "tr-bdf2",
     about: "implicit, trapezoidal and BDF2 stages, order 2, stable at any step",
     order: 2,
@@ -61,11 +61,17 @@ struct TrBdf2 {
     /// moved by contact in the first.
     x_past: Vectors,
     v_past: Vectors,
-    work: Work,
+    work: NewtonWorkspace,
 }
 
 impl TrBdf2 {
-    fn second(&mut self, problem: &mut dyn Implicit, dt: f64, (x, v): (&Vectors, &Vectors), guess: &mut Vectors) {
+    fn second(
+        &mut self,
+        problem: &mut dyn ImplicitProblem,
+        dt: f64,
+        (x, v): (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
         let h = 0.5 * GAMMA * dt;
         let p = 1.0 / (GAMMA * (2.0 - GAMMA));
         let q = 1.0 - p;
@@ -75,7 +81,7 @@ impl TrBdf2 {
         self.v_past.scale_and_add(q, p, v);
         self.y.set_sum(&self.w, h, &self.v_past);
         let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_start }];
-        problem.begin(1.0 / h, &anchors, 0.0, x, v);
+        problem.begin_stage(1.0 / h, &anchors, 0.0, x, v);
     }
 }
 
@@ -97,7 +103,7 @@ pub(crate) fn velocity(x: &Vectors, w: &Vectors, h: f64, v: &mut Vectors) {
     }
 }
 
-impl Staged for TrBdf2 {
+impl StagedIntegrator for TrBdf2 {
     fn stages(&self) -> usize {
         2
     }
@@ -105,18 +111,18 @@ impl Staged for TrBdf2 {
     /// Computes the acceleration before the first step: from the forces where the sheet is almost
     /// free of stress, else from an implicit step, which filters frequencies that the integrator
     /// does not resolve.
-    fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
+    fn begin(&mut self, problem: &mut dyn ImplicitProblem, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
         let Self { a_mid, y, w, x_start, x_past, v_past, .. } = self;
         for buffer in [a_mid, y, w, x_start, x_past, v_past] {
-            fit(buffer, x);
+            resize_like(buffer, x);
         }
         if self.a.len() == x.len() {
             return 0;
         }
         self.a = Vectors::zeros(x.len());
-        problem.forget();
+        problem.reset_rates();
         let own = problem.accelerations(x, v, &mut self.a);
-        problem.hold(&mut self.a);
+        problem.zero_prescribed(&mut self.a);
         if own <= 1e-6 * self.a.max_squared().sqrt() {
             return 0;
         }
@@ -124,18 +130,18 @@ impl Staged for TrBdf2 {
         self.y.set_sum(x, h, v);
         self.x_start.copy_from(x);
         let mut end = self.y.clone();
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], 0.0, x, v);
-        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: x };
+        problem.begin_stage(1.0 / h, &[Anchor { weight: 1.0, x }], 0.0, x, v);
+        let stage = StageProblem { per_time: 1.0 / h, y: &self.y, w: x };
         let solved = solve(problem, &stage, &self.x_start, &mut end, &mut self.work);
-        problem.finish(&end);
+        problem.finish_stage(&end);
         acceleration(&end, &self.y, h, &mut self.a);
-        problem.hold(&mut self.a);
+        problem.zero_prescribed(&mut self.a);
         solved.solves
     }
 
     fn prepare(
         &mut self,
-        problem: &mut dyn Implicit,
+        problem: &mut dyn ImplicitProblem,
         k: usize,
         dt: f64,
         at: (&Vectors, &Vectors),
@@ -157,11 +163,11 @@ impl Staged for TrBdf2 {
         // The stored acceleration improves the guess: without it a stage needs half a linear solve
         // more.
         guess.add_scaled(2.0 * h * h, &self.a);
-        problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], h, x, v);
+        problem.begin_stage(self.per_time, &[Anchor { weight: 1.0, x }], h, x, v);
     }
 
-    fn stage(&self) -> Stage<'_> {
-        Stage { per_time: self.per_time, y: &self.y, w: &self.w }
+    fn stage(&self) -> StageProblem<'_> {
+        StageProblem { per_time: self.per_time, y: &self.y, w: &self.w }
     }
 
     fn length(&self, k: usize, dt: f64) -> f64 {
@@ -170,18 +176,18 @@ impl Staged for TrBdf2 {
 
     fn finish(
         &mut self,
-        problem: &mut dyn Implicit,
+        problem: &mut dyn ImplicitProblem,
         k: usize,
         dt: f64,
         solution: &Vectors,
-        jump: Option<&Jump>,
+        jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
         let h = 0.5 * GAMMA * dt;
-        problem.finish(solution);
+        problem.finish_stage(solution);
         let a = if k == 0 { &mut self.a_mid } else { &mut self.a };
         acceleration(solution, &self.y, h, a);
-        problem.hold(a);
+        problem.zero_prescribed(a);
         if k == 0 {
             // v + h a + h a_mid.
             v.add_scaled(h, &self.a);
@@ -204,29 +210,36 @@ impl Staged for TrBdf2 {
         }
     }
 
-    fn work(&mut self) -> &mut Work {
+    fn work(&mut self) -> &mut NewtonWorkspace {
         &mut self.work
     }
 }
 
-impl Engine for TrBdf2 {
-    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+impl Integrator for TrBdf2 {
+    fn advance(
+        &mut self,
+        forces: &mut dyn Forces,
+        _t: f64,
+        dt: f64,
+        x: &mut Vectors,
+        v: &mut Vectors,
+    ) -> AdvanceReport {
         staged::advance(self, forces, dt, x, v)
     }
 
-    fn staged(&mut self) -> Option<&mut dyn Staged> {
+    fn staged(&mut self) -> Option<&mut dyn StagedIntegrator> {
         Some(self)
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.a.axes_mut().into_iter().for_each(visit);
     }
 
-    fn keep(&self, to: &mut Keeper) {
+    fn serialise(&self, to: &mut StateWriter) {
         to.vector_list(&self.a);
     }
 
-    fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
+    fn deserialise(&mut self, from: &mut StateReader, masses: usize) -> ReadResult {
         from.vector_list(&mut self.a, masses)
     }
 

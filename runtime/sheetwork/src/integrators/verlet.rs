@@ -6,12 +6,12 @@
 //! stable for a = hω up to 2, energy error about a²/4. Each step recomputes the first acceleration,
 //! because contact and changed parameters between steps invalidate the previous one.
 
-use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
+use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 
-pub(crate) const INFO: EngineInfo = EngineInfo {
-    kind: EngineKind::Verlet,
+pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
+    kind: IntegratorKind::Verlet,
     name: "verlet",
     about: "velocity Verlet, order 2, symplectic",
     order: 2,
@@ -30,16 +30,16 @@ struct Verlet {
     predicted: Vectors,
 }
 
-impl Engine for Verlet {
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        fit(&mut self.a, x);
-        fit(&mut self.predicted, x);
+impl Integrator for Verlet {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport {
+        resize_like(&mut self.a, x);
+        resize_like(&mut self.predicted, x);
         forces.accelerations(t, x, v, &mut self.a);
         self.predicted.set_sum(v, dt, &self.a);
         v.add_scaled(0.5 * dt, &self.a);
         x.add_scaled(dt, v);
         forces.accelerations(t + dt, x, &self.predicted, &mut self.a);
         v.add_scaled(0.5 * dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2, guarded: 0 }
+        AdvanceReport { elapsed: dt, accepted: 1, rejected: 0, evaluations: 2, globalised: 0 }
     }
 }

@@ -4,11 +4,11 @@ use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 use serde::Serialize;
 
-use crate::contact::node::detection::Touch;
+use crate::contact::node::detection::TouchListener;
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
-use crate::serialize::{Keeper, Taken, Taker};
-use crate::sheet::{Opening, Sheet};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::{FractureOpening, Sheet};
 
 const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
 
@@ -40,12 +40,12 @@ pub enum EventKind {
     Crossing,
     /// Return to normal stepping after a time without detected instability.
     Recovered,
-    /// Buckling, snap-through or crumpling ([`crate::sheet::Buckle`]). Sent only when
-    /// [`crate::world::World::watch_buckling`] enables it.
+    /// Buckling, snap-through or crumpling ([`crate::sheet::Buckling`]). Sent only when
+    /// [`crate::world::World::set_buckling_detection`] enables it.
     Buckled,
     /// First fracture or melting of a sheet.
     Torn,
-    /// Change to another grid ([`crate::world::World::resample`], or a level of detail).
+    /// Change to another grid ([`crate::world::World::remap`], or a level of detail).
     Resampled,
 }
 
@@ -68,19 +68,19 @@ pub struct Event {
     pub energy_j: Option<f64>,
     /// Data of a fracture event.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub opening: Option<Opening>,
+    pub opening: Option<FractureOpening>,
     /// Numbers of nodes along length and width after a change of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<(u32, u32)>,
     /// Data of an instability event and its recovery action.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub alarm: Option<Alarm>,
+    pub alarm: Option<InstabilityReport>,
 }
 
 /// Recovery action for an unstable sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Handled {
+pub enum RecoveryAction {
     /// The sheet was stopped.
     Stopped,
     /// The sheet was frozen.
@@ -101,7 +101,7 @@ pub enum Handled {
 
 /// Data of the rejected step in which a sheet was detected as unstable. Infinity replaces NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Alarm {
+pub struct InstabilityReport {
     /// Energy at the start of the step, J; `None` when an implicit integrator did not store it.
     pub energy_before_j: Option<f64>,
     /// Energy at the end of the step, J.
@@ -117,25 +117,25 @@ pub struct Alarm {
     /// Length of the step, s.
     pub step_s: f64,
     /// Recovery action.
-    pub handled: Handled,
+    pub handled: RecoveryAction,
 }
 
-impl Alarm {
+impl InstabilityReport {
     /// Data of `sheet` at the end of a step of `step_s` (s) from `work.x_before`, under `gravity`
     /// (m/s²).
-    pub(crate) fn of(sheet: &mut Sheet, gravity: DVec3, step_s: f64) -> Self {
+    pub(crate) fn new(sheet: &mut Sheet, gravity: DVec3, step_s: f64) -> Self {
         let number = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
         let squared = |i: usize| number(sheet.v.get(i).length_squared());
-        let mass = (0..sheet.masses()).max_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(0);
+        let mass = (0..sheet.node_count()).max_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(0);
         let speed_m_s = squared(mass).sqrt();
         let energy_after_j = number(sheet.energy(gravity).total);
         let strain = sheet.largest_strain();
         // Implicit integrators store their initial state only with an instability policy.
-        let known = sheet.is_explicit() || sheet.guard.is_some();
-        let energy_before_j = (known && sheet.work.v_before.len() == sheet.masses()).then(|| {
-            sheet.swap_before();
+        let known = sheet.is_explicit() || sheet.recovery.is_some();
+        let energy_before_j = (known && sheet.work.v_before.len() == sheet.node_count()).then(|| {
+            sheet.swap_with_step_start();
             let energy = sheet.energy(gravity).total;
-            sheet.swap_before();
+            sheet.swap_with_step_start();
             number(energy)
         });
         let place_m = sheet.work.x_before.get(mass).to_array();
@@ -147,7 +147,7 @@ impl Alarm {
             place_m,
             strain,
             step_s,
-            handled: Handled::Stopped,
+            handled: RecoveryAction::Stopped,
         }
     }
 }
@@ -170,13 +170,13 @@ fn is_flat(sheet: &Sheet) -> bool {
     };
     let [origin, a, b] = corners.map(|m| sheet.x.get(m as usize));
     let normal = (a - origin).cross(b - origin).normalize_or_zero();
-    let bound = SETTINGS.flatness * sheet.spread;
+    let bound = SETTINGS.flatness * sheet.initial_diagonal;
     layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
 }
 
 /// Touched body, with the number of nodes in contact in this step.
 #[derive(Clone, Debug)]
-struct Touched {
+struct BodyTouch {
     collider: ColliderHandle,
     body: Option<RigidBodyHandle>,
     masses: u32,
@@ -188,27 +188,27 @@ struct Touched {
 
 /// Record of the bodies that a sheet has touched; one per sheet, updated every step.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Touches {
-    list: Vec<Touched>,
+pub(crate) struct ContactLog {
+    list: Vec<BodyTouch>,
     /// Events of the step; drained by the world.
     pub events: Vec<(f64, EventKind, Option<ColliderHandle>)>,
     /// Data of those events that carry an alarm, in their order.
-    pub alarms: Vec<Alarm>,
+    pub alarms: Vec<InstabilityReport>,
 }
 
 /// Writer of contacts to a sheet's record, which maps colliders to bodies.
-pub(crate) struct Recorder<'a> {
-    pub touches: &'a mut Touches,
+pub(crate) struct ContactRecorder<'a> {
+    pub touches: &'a mut ContactLog,
     pub view: &'a RigidView<'a>,
 }
 
-impl Touch for Recorder<'_> {
+impl TouchListener for ContactRecorder<'_> {
     fn touched(&mut self, collider: ColliderHandle, _mass: usize) {
         let body = self.view.colliders.get(collider).and_then(|c| c.parent());
         let list = &mut self.touches.list;
-        let same = |t: &Touched| t.collider == collider || (body.is_some() && t.body == body);
+        let same = |t: &BodyTouch| t.collider == collider || (body.is_some() && t.body == body);
         let index = list.iter().position(same).unwrap_or_else(|| {
-            let new = Touched { collider, body, masses: 0, last: 0.0, off: false, flat: false, known: false };
+            let new = BodyTouch { collider, body, masses: 0, last: 0.0, off: false, flat: false, known: false };
             list.push(new);
             list.len() - 1
         });
@@ -217,15 +217,15 @@ impl Touch for Recorder<'_> {
 }
 
 impl EventKind {
-    /// Whether events of this kind carry an [`Alarm`].
+    /// Whether events of this kind carry an [`InstabilityReport`].
     pub(crate) fn has_alarm(self) -> bool {
         matches!(self, Self::Unstable | Self::Contained)
     }
 }
 
-impl Touches {
+impl ContactLog {
     /// Record an event with its alarm data.
-    pub fn tell(&mut self, time: f64, kind: EventKind, alarm: Alarm) {
+    pub fn report_instability(&mut self, time: f64, kind: EventKind, alarm: InstabilityReport) {
         self.events.push((time, kind, None));
         self.alarms.push(alarm);
     }
@@ -246,7 +246,7 @@ impl Touches {
     }
 
     /// Serialise the record, after a step.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.count(self.list.len() as u64);
         for t in &self.list {
             let (collider, body) = (t.collider.into_raw_parts(), t.body.map(RigidBodyHandle::into_raw_parts));
@@ -261,18 +261,21 @@ impl Touches {
     }
 
     /// Deserialise the record.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         self.events.clear();
         self.alarms.clear();
         self.list.clear();
         for _ in 0..from.length(14)? {
             let has_body = from.flag()?;
-            let collider = ColliderHandle::from_raw_parts(from.small()?, from.small()?);
-            let body =
-                if has_body { Some(RigidBodyHandle::from_raw_parts(from.small()?, from.small()?)) } else { None };
-            let (masses, last) = (from.small()?, from.number()?);
+            let collider = ColliderHandle::from_raw_parts(from.count_u32()?, from.count_u32()?);
+            let body = if has_body {
+                Some(RigidBodyHandle::from_raw_parts(from.count_u32()?, from.count_u32()?))
+            } else {
+                None
+            };
+            let (masses, last) = (from.count_u32()?, from.number()?);
             let (off, flat, known) = (from.flag()?, from.flag()?, from.flag()?);
-            self.list.push(Touched { collider, body, masses, last, off, flat, known });
+            self.list.push(BodyTouch { collider, body, masses, last, off, flat, known });
         }
         Ok(())
     }
@@ -280,7 +283,7 @@ impl Touches {
     /// Turn the counts of this step into events.
     pub fn end(&mut self, time: f64, sheet: &Sheet) {
         let layer = sheet.layers.first().map_or(0, |l| l.len());
-        let here = |t: &Touched| t.known && time - t.last <= SETTINGS.separation_delay;
+        let here = |t: &BodyTouch| t.known && time - t.last <= SETTINGS.separation_delay;
         let alone = self.list.iter().filter(|t| here(t) || t.masses > 0).count() == 1;
         for t in &mut self.list {
             if t.masses > 0 {

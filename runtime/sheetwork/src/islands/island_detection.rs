@@ -4,79 +4,85 @@
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::Skin;
-use crate::collision::constraint::{Contact, Side};
-use crate::collision::narrow_phase::{BodyMotion, FindCounters, Finder, Pair, Problem, Scope, SheetMotion};
-use crate::contact::Group;
+use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::collision::narrow_phase::{
+    BodyStageMotion, CollisionDetector, ContactPair, DetectionCounters, DetectionInput, DetectionScope,
+    SheetStageMotion,
+};
+use crate::contact::IslandView;
 use crate::contact::adhesion::on_bodies;
-use crate::contact::detected::Found;
-use crate::contact::gap::mass_point;
-use crate::contact::outer_iteration::{Look, Margins};
-use crate::contact::solver_body::{Mover, frame};
-use crate::contact::step_bodies::Surroundings;
-use crate::islands::implicit_step::Find;
+use crate::contact::detected_contacts::DetectedContacts;
+use crate::contact::gap::node_side;
+use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
+use crate::contact::solver_body::{SolverBody, frame_of_body};
+use crate::contact::step_bodies::StepBodies;
+use crate::islands::implicit_step::ContactDetector;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
-use crate::profiler::{Phase, Watched};
+use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyContact, BodyState, RigidView};
-use crate::serialize::{Keeper, Taken, Taker};
-use crate::sheet::Crossing;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::Interpenetration;
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
 /// Contact cache keys of attachments and of contacts between bodies; keys of sheet contacts are
 /// smaller.
-const GLUE: u64 = u64::MAX;
-const BODIES: u64 = u64::MAX - 1;
+const ATTACHMENT_KEY: u64 = u64::MAX;
+const BODY_CONTACT_KEY: u64 = u64::MAX - 1;
 
 /// State of detection between steps.
 #[derive(Default)]
-pub(crate) struct NearWork {
-    finder: Finder,
+pub(crate) struct DetectionCache {
+    finder: CollisionDetector,
     /// Parts and bodies of the surroundings in reach, ascending, and the island's body of each
     /// part.
     parts: Vec<u32>,
     bodies: Vec<u32>,
     of_part: Vec<u32>,
-    sheet_motions: Vec<SheetMotion<'static>>,
-    body_motions: Vec<BodyMotion<'static>>,
+    sheet_motions: Vec<SheetStageMotion<'static>>,
+    body_motions: Vec<BodyStageMotion<'static>>,
     /// Positions of the nodes of a lone sheet after the contact solution, m.
     moved: Vectors,
     /// Sheets of the island that interpenetrate.
     crossing: Vec<u32>,
 }
 
-impl NearWork {
+impl DetectionCache {
     /// Counters of detection.
-    pub fn counters(&self) -> FindCounters {
+    pub fn counters(&self) -> DetectionCounters {
         self.finder.counters()
     }
 
     /// Serialise the state of detection for a snapshot.
-    pub fn keep(&self, to: &mut Keeper) {
-        self.finder.keep(to);
+    pub fn serialise(&self, to: &mut StateWriter) {
+        self.finder.serialise(to);
     }
 
     /// Whether the cache has data of sheet `index`.
-    pub fn knows(&self, index: u32) -> bool {
-        self.finder.knows(index)
+    pub fn has_cache_for(&self, index: u32) -> bool {
+        self.finder.has_sheet(index)
     }
 
     /// Deserialise the state of detection; `skin` returns the collision surface of a sheet by
     /// index.
-    pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
-        Ok(Self { finder: Finder::taken(from, skin)?, ..Self::default() })
+    pub fn deserialise<'s>(
+        from: &mut StateReader,
+        skin: impl Fn(u32) -> Option<&'s CollisionSurface>,
+    ) -> ReadResult<Self> {
+        Ok(Self { finder: CollisionDetector::deserialise(from, skin)?, ..Self::default() })
     }
 
     /// Set the features that are detected from the next step on.
-    pub fn limit(&mut self, scope: Scope) {
-        self.finder.limit(scope);
+    pub fn limit(&mut self, scope: DetectionScope) {
+        self.finder.set_scope(scope);
     }
 
     /// Whether a sheet may have self-contact in this step.
-    pub fn folds(&self) -> bool {
-        self.finder.folds()
+    pub fn has_self_contact(&self) -> bool {
+        self.finder.has_folded_sheet()
     }
 
     /// Bodies of the island, by index in the surroundings.
@@ -91,159 +97,182 @@ impl NearWork {
 }
 
 /// Contact detection of one island over one step.
-pub(crate) struct Near<'a> {
+pub(crate) struct IslandDetection<'a> {
     pub view: Option<&'a RigidView<'a>>,
-    pub surroundings: &'a Surroundings,
+    pub surroundings: &'a StepBodies,
     pub body_contacts: &'a [BodyContact],
     pub gravity: DVec3,
     pub sheets_meet: bool,
     /// Index in the world of the first sheet of the slice.
     pub first: u32,
-    pub work: &'a mut NearWork,
-    pub watch: &'a Watched,
+    pub work: &'a mut DetectionCache,
+    pub watch: &'a Profiler,
 }
 
-impl Near<'_> {
+impl IslandDetection<'_> {
     /// Find the parts near the island's box (m), which no object leaves by more than `reach` (m),
     /// and create the movers.
-    pub fn begin(&mut self, group: &mut Group, (low, high): (DVec3, DVec3), reach: f64) {
-        let NearWork { parts, bodies, of_part, .. } = &mut *self.work;
+    pub fn begin(&mut self, group: &mut IslandView, (low, high): (DVec3, DVec3), reach: f64) {
+        let DetectionCache { parts, bodies, of_part, .. } = &mut *self.work;
         parts.clear();
         bodies.clear();
         of_part.clear();
-        group.movers.clear();
+        group.solver_bodies.clear();
         let (low, high) = (low - reach, high + reach);
-        for (i, part) in self.surroundings.parts.iter().enumerate() {
+        for (i, part) in self.surroundings.colliders.iter().enumerate() {
             if part.low.cmple(high).all() && part.high.cmpge(low).all() {
                 parts.push(i as u32);
                 bodies.push(part.body);
             }
         }
         for member in group.members {
-            for (_, index, _) in group.sheets[*member as usize].pins.glued() {
+            for (_, index, _) in group.sheets[*member as usize].pins.dynamic_attachments() {
                 bodies.push(index as u32);
             }
         }
-        take_along(bodies, self.body_contacts, self.surroundings);
+        add_touching_bodies(bodies, self.body_contacts, self.surroundings);
         for index in bodies.iter() {
-            group.movers.push(Mover::new(self.surroundings.bodies[*index as usize].start));
+            group.solver_bodies.push(SolverBody::new(self.surroundings.bodies[*index as usize].start));
         }
-        group.lift = 0.0;
+        group.body_penetration = 0.0;
         for c in self.body_contacts.iter().filter(|c| c.distance < -SETTINGS.penetration_tolerance) {
             if [c.a, c.b].iter().any(|index| bodies.binary_search(&(*index as u32)).is_ok()) {
-                group.lift = group.lift.max(recovered(c));
+                group.body_penetration = group.body_penetration.max(depenetration_of(c));
             }
         }
-        group.leaning = leaning(bodies, self.body_contacts, self.surroundings);
+        group.stacked_bodies = count_leaning_bodies(bodies, self.body_contacts, self.surroundings);
         for part in parts.iter() {
-            let body = self.surroundings.parts[*part as usize].body;
+            let body = self.surroundings.colliders[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.ask(group, Look::First, Margins::NARROW, |finder, problem| finder.begin(problem, reach));
-        let in_doubt = |i: &u32| group.sheets[*i as usize].crossing != Crossing::No;
+        self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+            finder.run_broad_phase(problem, reach)
+        });
+        let in_doubt = |i: &u32| group.sheets[*i as usize].interpenetration != Interpenetration::None;
         if self.sheets_meet && group.members.iter().any(in_doubt) {
-            self.leave_out_crossing(group);
+            self.exclude_crossing_sheets(group);
         }
     }
 
     /// Disable contact between interpenetrating sheets, among those not known to be apart.
-    fn leave_out_crossing(&mut self, group: &mut Group) {
+    fn exclude_crossing_sheets(&mut self, group: &mut IslandView) {
         let mut crossing = std::mem::take(&mut self.work.crossing);
         crossing.clear();
-        let in_doubt = |local: u32| group.sheet(local).crossing != Crossing::No;
+        let in_doubt = |local: u32| group.sheet(local).interpenetration != Interpenetration::None;
         if group.members.len() > 1 {
-            self.ask(group, Look::First, Margins::NARROW, |finder, problem| {
-                finder.leave_out_crossing(problem, in_doubt, &mut crossing);
+            self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+                finder.exclude_crossing_pairs(problem, in_doubt, &mut crossing);
             });
         }
         for (local, member) in group.members.iter().enumerate() {
             let sheet = &mut group.sheets[*member as usize];
-            sheet.crossing = match sheet.crossing {
-                _ if !crossing.contains(&(local as u32)) => Crossing::No,
-                Crossing::Told => Crossing::Told,
-                _ => Crossing::Seen,
+            sheet.interpenetration = match sheet.interpenetration {
+                _ if !crossing.contains(&(local as u32)) => Interpenetration::None,
+                Interpenetration::Reported => Interpenetration::Reported,
+                _ => Interpenetration::Detected,
             };
         }
         self.work.crossing = crossing;
     }
 
     /// Whether contact is impossible in this step.
-    pub fn is_idle(&self, group: &Group) -> bool {
-        self.work.finder.is_idle() && !group.members.iter().any(|member| group.sheets[*member as usize].is_glued())
+    pub fn is_idle(&self, group: &IslandView) -> bool {
+        self.work.finder.is_idle()
+            && !group.members.iter().any(|member| group.sheets[*member as usize].has_dynamic_attachments())
     }
 
-    /// Call `ask` with the finder and the problem of `look`.
-    fn ask(&mut self, group: &Group, look: Look, margins: Margins, ask: impl FnOnce(&mut Finder, &Problem)) {
-        let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
-        let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
+    /// Call `run_detection` with the finder and the problem of `look`.
+    fn run_detection(
+        &mut self,
+        group: &IslandView,
+        look: DetectionMode,
+        margins: ContactMargins,
+        ask: impl FnOnce(&mut CollisionDetector, &DetectionInput),
+    ) {
+        let mut sheets: Vec<SheetStageMotion> = reuse_allocation(std::mem::take(&mut self.work.sheet_motions));
+        let mut bodies: Vec<BodyStageMotion> = reuse_allocation(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
         let mut moved = std::mem::take(&mut self.work.moved);
-        if look == Look::Moved
+        if look == DetectionMode::ContactMotion
             && let [only] = group.members
         {
-            let (work, unit) = (&group.sheets[*only as usize].work, &group.contacts[*only as usize].unit);
-            if moved.len() != work.stage.free.len() {
-                moved = Vectors::zeros(work.stage.free.len());
+            let (work, unit) = (&group.sheets[*only as usize].work, &group.contacts[*only as usize].work);
+            if moved.len() != work.stage.free_positions.len() {
+                moved = Vectors::zeros(work.stage.free_positions.len());
             }
-            moved.copy_from(&work.stage.free);
+            moved.copy_from(&work.stage.free_positions);
             if unit.is_touched() {
                 moved.add_scaled(1.0, &unit.jump.dx);
             }
         }
         finder.use_threads(group.parallel);
-        finder.look_for_crossings(look == Look::Crossed);
+        finder.set_detect_crossings(look == DetectionMode::SheetCrossing);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
             let Some(skin) = &group.contacts[*member as usize].surface else { continue };
             let stage = &sheet.work.stage;
-            let begun = stage.free.len() == sheet.masses();
-            let reached = matches!(look, Look::Again | Look::Reached);
+            let begun = stage.free_positions.len() == sheet.node_count();
+            let reached = matches!(look, DetectionMode::FromIterate | DetectionMode::BodyPenetration);
             let base = if reached && begun { &stage.iterate } else { &sheet.x };
             let end = match look {
-                Look::Reached | Look::Crossed => &stage.iterate,
-                Look::Moved => &moved,
-                _ if begun => &stage.free,
+                DetectionMode::BodyPenetration | DetectionMode::SheetCrossing => &stage.iterate,
+                DetectionMode::ContactMotion => &moved,
+                _ if begun => &stage.free_positions,
                 _ => &sheet.x,
             };
-            sheets.push(SheetMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
+            sheets.push(SheetStageMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
         }
-        let bodies_too = if look == Look::Crossed { 0 } else { self.work.parts.len() };
+        let bodies_too = if look == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
-            let of = &self.surroundings.parts[*part as usize];
-            let mover = &group.movers[*body as usize];
-            let base = if matches!(look, Look::First | Look::Moved) { frame(&mover.start) } else { mover.end_frame() };
-            let end = if matches!(look, Look::Reached | Look::Moved) { mover.end_frame() } else { frame(&mover.free) };
-            bodies.push(BodyMotion {
+            let of = &self.surroundings.colliders[*part as usize];
+            let mover = &group.solver_bodies[*body as usize];
+            let base = if matches!(look, DetectionMode::FromStart | DetectionMode::ContactMotion) {
+                frame_of_body(&mover.start)
+            } else {
+                mover.end_frame()
+            };
+            let end = if matches!(look, DetectionMode::BodyPenetration | DetectionMode::ContactMotion) {
+                mover.end_frame()
+            } else {
+                frame_of_body(&mover.free)
+            };
+            bodies.push(BodyStageMotion {
                 id: *part,
                 features: &of.features,
-                start: in_world(&frame(&mover.start), &of.frame),
+                start: in_world(&frame_of_body(&mover.start), &of.frame),
                 base: in_world(&base, &of.frame),
                 end: in_world(&end, &of.frame),
                 awake: true,
             });
         }
-        let between = (look != Look::Reached && self.sheets_meet).then_some(margins.sheets);
+        let between = (look != DetectionMode::BodyPenetration && self.sheets_meet).then_some(margins.sheets);
         let coefficients = |pair| self.coefficients(group, pair);
-        let problem =
-            Problem { sheets: &sheets, bodies: &bodies, margin: margins.bodies, between, surfaces: &coefficients };
-        self.watch.within(Phase::Detection, || ask(&mut finder, &problem));
+        let problem = DetectionInput {
+            sheets: &sheets,
+            bodies: &bodies,
+            margin: margins.bodies,
+            between,
+            surfaces: &coefficients,
+        };
+        self.watch.measure(Phase::Detection, || ask(&mut finder, &problem));
         self.work.finder = finder;
-        self.work.sheet_motions = reused(sheets);
-        self.work.body_motions = reused(bodies);
+        self.work.sheet_motions = reuse_allocation(sheets);
+        self.work.body_motions = reuse_allocation(bodies);
         self.work.moved = moved;
     }
 
-    fn coefficients(&self, group: &Group, pair: Pair) -> (f64, f64) {
+    fn coefficients(&self, group: &IslandView, pair: ContactPair) -> (f64, f64) {
         match pair {
-            Pair::SheetBody(sheet, part) => {
+            ContactPair::SheetBody(sheet, part) => {
                 let sheet = group.sheet(sheet);
-                let part = self.work.parts.get(part as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
+                let part =
+                    self.work.parts.get(part as usize).and_then(|p| self.surroundings.colliders.get(*p as usize));
                 let known = self.view.zip(part).and_then(|(view, part)| {
                     Some(view.coefficients(sheet.surface_coefficients(), part.handle, view.colliders.get(part.handle)?))
                 });
                 known.unwrap_or((sheet.friction, sheet.restitution))
             }
-            Pair::Sheets(a, b) => {
+            ContactPair::Sheets(a, b) => {
                 let (a, b) = (group.sheet(a), group.sheet(b));
                 let mean = (0.5 * (a.friction + b.friction), 0.5 * (a.restitution + b.restitution));
                 self.view.map_or(mean, |v| v.between(&a.material().name, &b.material().name, mean))
@@ -254,39 +283,42 @@ impl Near<'_> {
     /// Contact point on the island's body `mover`, with index `index`, at the end of the stage: the
     /// same body point as at the start of the step, or, on a ball that rolls, the body point that
     /// has moved to the same place.
-    fn point(&self, group: &Group, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> Side {
+    fn point(&self, group: &IslandView, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> ContactSide {
         let turned = || {
             let there = self.surroundings.bodies[index].start.rotation() * at_start;
-            group.movers[mover as usize].free.rotation().conjugate() * there
+            group.solver_bodies[mover as usize].free.rotation().conjugate() * there
         };
-        Side::Body { body: mover, local: if is_round { turned() } else { at_start } }
+        ContactSide::Body { body: mover, local: if is_round { turned() } else { at_start } }
     }
 
     /// Add contacts between bodies, and attachments.
-    fn join(&self, group: &Group, found: &mut Found) {
+    fn add_attachments_and_body_contacts(&self, group: &IslandView, found: &mut DetectedContacts) {
         let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
         for c in self.body_contacts {
             let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
-            found.contacts.push(Contact {
+            found.contacts.push(ContactConstraint {
                 a: self.point(group, (a, c.a), c.on_a, c.round[0]),
                 b: self.point(group, (b, c.b), c.on_b, c.round[1]),
                 normal: c.normal,
-                offset: c.distance.min(0.0) + recovered(c),
-                key: [BODIES - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
+                offset: c.distance.min(0.0) + depenetration_of(c),
+                key: [BODY_CONTACT_KEY - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
                 friction: c.friction,
                 restitution: c.restitution,
             });
         }
-        found.glue_from = found.contacts.len();
+        found.first_attachment = found.contacts.len();
         for (local, member) in group.members.iter().enumerate() {
-            for (mass, index, place) in group.sheets[*member as usize].pins.glued() {
+            for (mass, index, place) in group.sheets[*member as usize].pins.dynamic_attachments() {
                 let Some(body) = mover(index) else { continue };
-                found.contacts.push(Contact {
-                    a: mass_point(local as u32, mass),
-                    b: Side::Body { body, local: place },
+                found.contacts.push(ContactConstraint {
+                    a: node_side(local as u32, mass),
+                    b: ContactSide::Body { body, local: place },
                     normal: DVec3::Y,
                     offset: 0.0,
-                    key: [GLUE, (u64::from(self.first + member) << 32 | u64::from(mass)) ^ (index as u64) << 48],
+                    key: [
+                        ATTACHMENT_KEY,
+                        (u64::from(self.first + member) << 32 | u64::from(mass)) ^ (index as u64) << 48,
+                    ],
                     friction: 0.0,
                     restitution: 0.0,
                 });
@@ -295,94 +327,100 @@ impl Near<'_> {
     }
 }
 
-impl Find for Near<'_> {
-    fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64) {
-        let (span, weight) = (to - from, drift(group, to - from));
-        for (mover, index) in group.movers.iter_mut().zip(&self.work.bodies) {
+impl ContactDetector for IslandDetection<'_> {
+    fn begin_stage(&mut self, group: &mut IslandView, from: f64, to: f64) {
+        let (span, weight) = (to - from, gravity_weight(group, to - from));
+        for (mover, index) in group.solver_bodies.iter_mut().zip(&self.work.bodies) {
             let over = &self.surroundings.bodies[*index as usize];
-            if mover.start.gives() {
-                let mut free = mover.start.fly(span, self.gravity);
+            if mover.start.is_dynamic() {
+                let mut free = mover.start.free_flight(span, self.gravity);
                 if weight > 0.5 {
                     free = free.displaced(self.gravity * ((weight - 0.5) * span * span), DVec3::ZERO);
                 }
                 on_bodies(group.sheets, group.members, |body, force, at| {
                     if body == *index {
-                        free = pulled(&free, force, mover.start.place(at), (span, weight));
+                        free = apply_force(&free, force, mover.start.world_point(at), (span, weight));
                     }
                 });
                 mover.begin(free);
             } else {
-                mover.start = over.start.fly(from, DVec3::ZERO);
-                mover.begin(over.start.fly(to, DVec3::ZERO));
+                mover.start = over.start.free_flight(from, DVec3::ZERO);
+                mover.begin(over.start.free_flight(to, DVec3::ZERO));
             }
         }
     }
 
-    fn find(&mut self, group: &Group, look: Look, margins: Margins, found: &mut Found) {
+    fn detect_contacts(
+        &mut self,
+        group: &IslandView,
+        look: DetectionMode,
+        margins: ContactMargins,
+        found: &mut DetectedContacts,
+    ) {
         let mut contacts = std::mem::take(&mut found.contacts);
-        self.ask(group, look, margins, |finder, problem| finder.find(problem, &mut contacts));
-        found.cut = self.work.finder.has_cut();
+        self.run_detection(group, look, margins, |finder, problem| finder.detect_contacts(problem, &mut contacts));
+        found.sheets_intersect = self.work.finder.has_interpenetration();
         if !self.sheets_meet {
-            contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
+            contacts.retain(|c| !matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. })));
         }
         found.contacts = contacts;
-        found.parts.clear();
+        found.colliders.clear();
         for contact in &mut found.contacts {
             let mut part_of = u32::MAX;
             for side in [&mut contact.a, &mut contact.b] {
-                if let Side::Body { body, local } = side {
+                if let ContactSide::Body { body, local } = side {
                     part_of = *body;
                     let part =
-                        self.work.parts.get(*body as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
+                        self.work.parts.get(*body as usize).and_then(|p| self.surroundings.colliders.get(*p as usize));
                     if let Some(part) = part {
                         *local = part.frame.world(*local);
                     }
                     *body = self.work.of_part.get(*body as usize).copied().unwrap_or(0);
                 }
             }
-            found.parts.push(part_of);
+            found.colliders.push(part_of);
         }
         if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
-            found.leave_out_jammed(group);
+            found.remove_immovable(group);
             let body_of = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok();
-            found.leave_out_glued(|sheet, mass, body| {
-                let mut glued = group.sheet(sheet).pins.glued();
+            found.remove_attached(|sheet, mass, body| {
+                let mut glued = group.sheet(sheet).pins.dynamic_attachments();
                 glued.any(|(m, index, _)| m == mass && body_of(index) == Some(body as usize))
             });
         }
-        self.join(group, found);
+        self.add_attachments_and_body_contacts(group, found);
     }
 
-    fn spin(&self, group: &Group) -> f64 {
+    fn max_body_spin(&self, group: &IslandView) -> f64 {
         let spin = |part: u32| {
-            let of = self.surroundings.parts.get(self.work.part(part)? as usize)?;
-            let mover = group.movers.get(*self.work.of_part.get(part as usize)? as usize)?;
-            (mover.gives() && of.features.has_corners()).then(|| mover.start.spin().length())
+            let of = self.surroundings.colliders.get(self.work.part(part)? as usize)?;
+            let mover = group.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
+            (mover.is_dynamic() && of.features.has_corners()).then(|| mover.start.spin().length())
         };
         self.work.finder.near_bodies().filter_map(spin).fold(0.0, f64::max)
     }
 
-    fn end_stage(&mut self, group: &mut Group) {
-        group.movers.iter_mut().for_each(|mover| mover.start = mover.end());
+    fn end_stage(&mut self, group: &mut IslandView) {
+        group.solver_bodies.iter_mut().for_each(|mover| mover.start = mover.end());
     }
 }
 
 /// Penetration of two bodies that a step removes, m. A fast body can penetrate deeply before Rapier
 /// detects it; the penetration that Rapier itself allows is left.
-fn recovered(contact: &BodyContact) -> f64 {
+fn depenetration_of(contact: &BodyContact) -> f64 {
     SETTINGS.penetration_recovery * (-contact.distance - SETTINGS.penetration_tolerance).max(0.0)
 }
 
 /// Add the bodies that touch `bodies`, transitively through dynamic bodies, which pass forces on.
 /// Leaves the list ascending.
-fn take_along(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &Surroundings) {
+fn add_touching_bodies(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &StepBodies) {
     bodies.sort_unstable();
     bodies.dedup();
     let mut grown = true;
     while std::mem::take(&mut grown) {
         for c in contacts {
             for (from, to) in [(c.a, c.b), (c.b, c.a)] {
-                if surroundings.bodies[from].start.gives()
+                if surroundings.bodies[from].start.is_dynamic()
                     && bodies.binary_search(&(from as u32)).is_ok()
                     && let Err(at) = bodies.binary_search(&(to as u32))
                 {
@@ -395,8 +433,8 @@ fn take_along(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &Su
 }
 
 /// Number of dynamic bodies in `bodies` that touch another dynamic body.
-fn leaning(bodies: &[u32], contacts: &[BodyContact], surroundings: &Surroundings) -> usize {
-    let gives = |index: usize| surroundings.bodies[index].start.gives();
+fn count_leaning_bodies(bodies: &[u32], contacts: &[BodyContact], surroundings: &StepBodies) -> usize {
+    let gives = |index: usize| surroundings.bodies[index].start.is_dynamic();
     let leans = |index: usize| contacts.iter().any(|c| (c.a == index || c.b == index) && gives(c.a) && gives(c.b));
     bodies.iter().filter(|index| leans(**index as usize)).count()
 }
@@ -405,16 +443,16 @@ fn leaning(bodies: &[u32], contacts: &[BodyContact], surroundings: &Surroundings
 /// that of the sheets' implicit integrator: with another, a body on a sheet would exert different
 /// forces in the position solve and in the velocity solve. In the short steps of explicit
 /// integrators the difference is negligible.
-fn drift(group: &Group, span: f64) -> f64 {
+fn gravity_weight(group: &IslandView, span: f64) -> f64 {
     let lead = group.members.first().map(|i| &group.sheets[*i as usize]);
     lead.filter(|sheet| !sheet.is_explicit()).map_or(0.5, |sheet| sheet.drift(span))
 }
 
 /// State of a body after a force (N) at `at` (m) over `span` (s), with displacement weight `drift`.
-fn pulled(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f64)) -> BodyState {
+fn apply_force(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f64)) -> BodyState {
     let turn = free.inverse_inertia() * (at - free.centre()).cross(force);
     let moved = free.displaced(force * (drift * span * span * free.inverse_mass()), turn * (drift * span * span));
-    moved.kicked(force * span, at)
+    moved.with_impulse_at(force * span, at)
 }
 
 /// Frame `inner`, given in the axes of `outer`, in the world.
@@ -423,7 +461,7 @@ fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
 }
 
 /// Empty list that reuses the allocation of a list of another lifetime.
-fn reused<A, B>(mut list: Vec<A>) -> Vec<B> {
+fn reuse_allocation<A, B>(mut list: Vec<A>) -> Vec<B> {
     list.clear();
     list.into_iter().filter_map(|_| None).collect()
 }

@@ -9,28 +9,28 @@
 use crate::parallel::*;
 use glam::DVec3;
 
-use crate::collision::constraint::Side;
-use crate::collision::narrow_phase::FindCounters;
-use crate::contact::adhesion::stick;
-use crate::contact::solver_body::Mover;
-use crate::contact::stage::{ContactCounters, Scratch};
-use crate::contact::step_bodies::Surroundings;
-use crate::contact::{Group, SheetContact};
-use crate::islands::event::{EventKind, Recorder, Touches};
-use crate::islands::implicit_step::{Part, advance};
-use crate::islands::island_detection::{Near, NearWork};
+use crate::collision::constraint::ContactSide;
+use crate::collision::narrow_phase::DetectionCounters;
+use crate::contact::adhesion::update_bonds;
+use crate::contact::solver_body::SolverBody;
+use crate::contact::step_bodies::StepBodies;
+use crate::contact::workspace::{ContactCounters, ContactWorkspace};
+use crate::contact::{IslandView, SheetContact};
+use crate::islands::event::{ContactLog, ContactRecorder, EventKind};
+use crate::islands::implicit_step::{Substep, advance};
+use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::settings::{IslandSettings, StepSettings};
-use crate::islands::{Stage, give_up, instability, is_unstable, note_rest};
+use crate::islands::{StepContext, instability, is_unstable, stop_unstable, update_rest_time};
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::scene::sleep::SLEEP;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
-use crate::sheet::{Crossing, Sheet, Status};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::{Interpenetration, Sheet, Status};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 /// State of a dynamic body of the world after the step of its island.
-pub(crate) struct Claim {
+pub(crate) struct BodyUpdate {
     pub body: usize,
     pub end: BodyState,
     /// Distance of the furthest point from the centre of mass, m.
@@ -43,22 +43,22 @@ pub(crate) struct Claim {
 #[derive(Default)]
 pub(crate) struct IslandState {
     /// Workspace and caches of the contact solver.
-    pub contact: Scratch,
+    pub contact: ContactWorkspace,
     /// Caches of collision detection.
-    pub detection: NearWork,
+    pub detection: DetectionCache,
 }
 
 /// Sheets of a step with their contact states and event records.
 pub(crate) struct SteppedSheets<'a> {
     pub sheets: &'a mut [Sheet],
     pub contacts: &'a mut [SheetContact],
-    pub touches: &'a mut [Touches],
+    pub touches: &'a mut [ContactLog],
 }
 
 /// Builder and stepper of islands.
 #[derive(Default)]
-pub(crate) struct Groups {
-    surroundings: Surroundings,
+pub(crate) struct IslandManager {
+    surroundings: StepBodies,
     /// Parent of each sheet, then of each body, in the union-find forest; a root is its own parent.
     root: Vec<u32>,
     low: Vec<DVec3>,
@@ -71,47 +71,48 @@ pub(crate) struct Groups {
     /// Number of objects in the island of each root.
     sizes: Vec<u32>,
     members: Vec<u32>,
-    pub claims: Vec<Claim>,
+    pub body_updates: Vec<BodyUpdate>,
     /// State of the islands of the last steps, by the index of their first sheet.
     states: Vec<Option<Box<IslandState>>>,
 }
 
 /// Inputs that all islands share in a step.
-pub(crate) struct Shared<'a> {
-    pub stage: &'a Stage<'a>,
-    pub surroundings: &'a Surroundings,
+pub(crate) struct IslandContext<'a> {
+    pub stage: &'a StepContext<'a>,
+    pub surroundings: &'a StepBodies,
     pub body_contacts: &'a [BodyContact],
 }
 
-impl Groups {
+impl IslandManager {
     /// Step all sheets.
-    pub fn step(&mut self, all: SteppedSheets, stage: &Stage, rigid: Option<&RigidWorld>, parallel: bool) {
+    pub fn step(&mut self, all: SteppedSheets, stage: &StepContext, rigid: Option<&RigidWorld>, parallel: bool) {
         let SteppedSheets { sheets, contacts, touches } = all;
         self.states.resize_with(sheets.len(), || None);
-        self.claims.clear();
-        if is_still_life(sheets, stage, rigid) {
+        self.body_updates.clear();
+        if is_everything_resting(sheets, stage, rigid) {
             return;
         }
         match stage.view {
             Some(view) => {
-                stage.watch.within(Phase::Detection, || self.surroundings.update(view, rigid, stage.dt));
+                stage.watch.measure(Phase::Detection, || self.surroundings.update(view, rigid, stage.dt));
             }
             None => {
-                self.surroundings.parts.clear();
+                self.surroundings.colliders.clear();
                 self.surroundings.bodies.clear();
             }
         }
-        stop_broken(sheets, touches, stage);
-        instability::begin(sheets, touches, stage);
+        stop_non_finite(sheets, touches, stage);
+        instability::update_policies(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
-        stage.watch.within(Phase::Detection, || self.find(sheets, touches, stage, body_contacts));
-        let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
+        stage.watch.measure(Phase::Detection, || self.build_islands(sheets, touches, stage, body_contacts));
+        let shared = IslandContext { stage, surroundings: &self.surroundings, body_contacts };
         let (root, takes_part) = (&self.root, &self.takes_part);
         let (count, sizes) = (sheets.len(), &self.sizes);
         let alone = |i: usize| takes_part[i] && root[i] == i as u32 && sizes[i] == 1;
         let states = &mut self.states;
-        type One<'a> = (((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches), &'a mut Option<Box<IslandState>>);
-        let one = |(i, (((sheet, contact), touches), state)): (usize, One)| {
+        type LoneSheet<'a> =
+            (((&'a mut Sheet, &'a mut SheetContact), &'a mut ContactLog), &'a mut Option<Box<IslandState>>);
+        let one = |(i, (((sheet, contact), touches), state)): (usize, LoneSheet)| {
             if alone(i) {
                 let all = SteppedSheets {
                     sheets: std::slice::from_mut(sheet),
@@ -140,13 +141,19 @@ impl Groups {
             members.clear();
             members.extend((first..count).filter(with).map(|i| i as u32));
             let all = SteppedSheets { sheets: &mut *sheets, contacts: &mut *contacts, touches: &mut *touches };
-            shared.step(all, &mut states[first], (&members, 0), parallel, &mut self.claims);
+            shared.step(all, &mut states[first], (&members, 0), parallel, &mut self.body_updates);
         }
         self.members = members;
     }
 
     /// Build the islands, and wake sheets near moving objects.
-    fn find(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage, body_contacts: &[BodyContact]) {
+    fn build_islands(
+        &mut self,
+        sheets: &mut [Sheet],
+        touches: &mut [ContactLog],
+        stage: &StepContext,
+        body_contacts: &[BodyContact],
+    ) {
         let fall = stage.field.gravity.length() * stage.dt * stage.dt;
         self.low.clear();
         self.high.clear();
@@ -155,7 +162,7 @@ impl Groups {
         self.active.clear();
         for (index, sheet) in sheets.iter_mut().enumerate() {
             let moves = sheet.status == Status::Awake;
-            let (low, high) = if moves { sheet.surroundings() } else { sheet.resting_box() };
+            let (low, high) = if moves { sheet.moving_box() } else { sheet.resting_box() };
             self.low.push(low);
             self.high.push(high);
             self.takes_part.push(moves);
@@ -169,30 +176,30 @@ impl Groups {
             });
         }
         for (index, over) in self.surroundings.bodies.iter().enumerate() {
-            let parts = self.surroundings.parts.iter().filter(|p| p.body == index as u32);
+            let parts = self.surroundings.colliders.iter().filter(|p| p.body == index as u32);
             let (low, high) =
                 parts.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p.low), high.max(p.high)));
             self.low.push(low);
             self.high.push(high);
             let speed = over.start.velocity().length().max(over.end.velocity().length());
-            self.takes_part.push(over.start.gives());
-            if over.start.gives() {
+            self.takes_part.push(over.start.is_dynamic());
+            if over.start.is_dynamic() {
                 self.active.push((sheets.len() + index) as u32);
             }
             self.reach.push(if over.asleep { 0.0 } else { speed * stage.dt + fall });
         }
-        self.wake(sheets, touches, stage);
-        self.join(sheets, body_contacts, stage.sheets_meet);
+        self.wake_islands(sheets, touches, stage);
+        self.unite_islands(sheets, body_contacts, stage.sheets_meet);
     }
 
-    fn meet(&self, a: usize, b: usize) -> bool {
+    fn boxes_overlap(&self, a: usize, b: usize) -> bool {
         let room = self.reach[a] + self.reach[b];
         (self.low[a] - room).cmple(self.high[b]).all() && (self.low[b] - room).cmple(self.high[a]).all()
     }
 
     /// Wake sleeping sheets that are moved by a prescribed pin or an attached body, or are near a
     /// moving object.
-    fn wake(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
+    fn wake_islands(&mut self, sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
         let count = sheets.len();
         let mut woken = true;
         while woken {
@@ -201,11 +208,11 @@ impl Groups {
                 if sheets[i].status != Status::Asleep {
                     continue;
                 }
-                let led = sheets[i].pins.moving(stage.time, stage.time + stage.dt);
+                let led = sheets[i].pins.moves_between(stage.time, stage.time + stage.dt);
                 let moving = self.active.iter().map(|j| *j as usize).take_while(|j| *j < count);
-                let by_sheet = || moving.clone().any(|j| self.meet(i, j));
-                let body = |b: usize| self.surroundings.bodies[b].moves() && self.meet(i, count + b);
-                let held = || sheets[i].pins.glued().any(|(_, b, _)| self.surroundings.bodies[b].moves());
+                let by_sheet = || moving.clone().any(|j| self.boxes_overlap(i, j));
+                let body = |b: usize| self.surroundings.bodies[b].moves() && self.boxes_overlap(i, count + b);
+                let held = || sheets[i].pins.dynamic_attachments().any(|(_, b, _)| self.surroundings.bodies[b].moves());
                 if led || held() || by_sheet() || (0..self.surroundings.bodies.len()).any(body) {
                     sheets[i].wake();
                     touches[i].events.push((stage.time, EventKind::Woke, None));
@@ -220,7 +227,7 @@ impl Groups {
     }
 
     /// Unite objects that may touch or are attached.
-    fn join(&mut self, all: &[Sheet], body_contacts: &[BodyContact], sheets_meet: bool) {
+    fn unite_islands(&mut self, all: &[Sheet], body_contacts: &[BodyContact], sheets_meet: bool) {
         let (sheets, count) = (all.len(), self.low.len());
         self.root.clear();
         self.root.extend(0..count as u32);
@@ -236,7 +243,7 @@ impl Groups {
         }
         let active = std::mem::take(&mut self.active);
         for i in active.iter().map(|i| *i as usize).take_while(|i| *i < sheets) {
-            for (_, body, _) in all[i].pins.glued() {
+            for (_, body, _) in all[i].pins.dynamic_attachments() {
                 unite(&mut self.root, i, sheets + body);
             }
         }
@@ -247,7 +254,7 @@ impl Groups {
                 let others = if a < sheets { &active[k + 1..] } else { &[] };
                 for b in others.iter().map(|b| *b as usize) {
                     let new = self.root[a] != self.root[b];
-                    if new && (sheets_meet || b >= sheets) && self.meet(a, b) {
+                    if new && (sheets_meet || b >= sheets) && self.boxes_overlap(a, b) {
                         grown |= unite(&mut self.root, a, b);
                     }
                 }
@@ -270,9 +277,9 @@ impl Groups {
     }
 }
 
-impl Groups {
+impl IslandManager {
     /// Counters of collision detection of the island whose first sheet is `index`.
-    pub fn detection_counters(&self, index: usize) -> FindCounters {
+    pub fn detection_counters(&self, index: usize) -> DetectionCounters {
         self.state(index).map(|state| state.detection.counters()).unwrap_or_default()
     }
 
@@ -296,42 +303,42 @@ impl Groups {
     /// sheets.
     pub fn forget_sheet(&mut self, index: usize, contacts: &mut [SheetContact]) {
         for (i, contact) in contacts.iter_mut().enumerate() {
-            let knows = self.state(i).is_some_and(|state| state.detection.knows(index as u32));
+            let knows = self.state(i).is_some_and(|state| state.detection.has_cache_for(index as u32));
             if i == index || knows {
                 self.states.get_mut(i).iter_mut().for_each(|state| **state = None);
-                contact.unit.release();
+                contact.work.remove_contacts();
             }
         }
     }
 
     /// Serialise the states of the islands of `count` sheets.
-    pub fn keep(&self, count: usize, to: &mut Keeper) {
+    pub fn serialise(&self, count: usize, to: &mut StateWriter) {
         for index in 0..count {
             let state = self.state(index);
             to.flag(state.is_some());
-            state.iter().for_each(|state| state.contact.save(to));
+            state.iter().for_each(|state| state.contact.serialise(to));
             to.flag(state.is_some());
-            state.iter().for_each(|state| state.detection.keep(to));
+            state.iter().for_each(|state| state.detection.serialise(to));
         }
     }
 
-    /// Deserialise the output of [`Groups::keep`]; the contact states `contacts` have their
+    /// Deserialise the output of [`IslandManager::serialise`]; the contact states `contacts` have their
     /// collision surfaces.
-    pub fn take(&mut self, contacts: &mut [SheetContact], from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, contacts: &mut [SheetContact], from: &mut StateReader) -> ReadResult {
         self.states.resize_with(contacts.len(), || None);
         for (index, state) in self.states.iter_mut().enumerate() {
-            contacts[index].unit.release();
+            contacts[index].work.remove_contacts();
             if from.flag()? {
-                state.get_or_insert_default().contact.take(from)?;
+                state.get_or_insert_default().contact.deserialise(from)?;
             } else {
                 *state = None;
             }
             if from.flag()? != state.is_some() {
-                return Err(Cut);
+                return Err(CorruptState);
             }
             if let Some(state) = state {
                 let surface = |id: u32| contacts.get(id as usize).and_then(|c| c.surface.as_deref());
-                state.detection = NearWork::taken(from, surface)?;
+                state.detection = DetectionCache::deserialise(from, surface)?;
             }
         }
         Ok(())
@@ -339,14 +346,14 @@ impl Groups {
 }
 
 /// Whether no sheet is awake and nothing moves that could wake one.
-fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) -> bool {
-    let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moving(stage.time, stage.time + stage.dt);
-    let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.is_quiet() && !r.moving());
+fn is_everything_resting(sheets: &[Sheet], stage: &StepContext, rigid: Option<&RigidWorld>) -> bool {
+    let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moves_between(stage.time, stage.time + stage.dt);
+    let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.all_asleep() && !r.has_kinematic());
     quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
 }
 
 /// Apply the flexion and thickness limits after a step of `dt` (s).
-fn limit(sheet: &mut Sheet, dt: f64) {
+fn apply_limits(sheet: &mut Sheet, dt: f64) {
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
     }
@@ -356,12 +363,12 @@ fn limit(sheet: &mut Sheet, dt: f64) {
 }
 
 /// Stop sheets of implicit integrators with non-finite velocities.
-fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
+fn stop_non_finite(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
-            sheet.size_work();
+            sheet.resize_workspace();
             sheet.work.x_before.copy_from(&sheet.x);
-            give_up(sheet, touches, stage, stage.dt);
+            stop_unstable(sheet, touches, stage, stage.dt);
         }
     }
 }
@@ -373,7 +380,7 @@ fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
     a != b
 }
 
-impl Shared<'_> {
+impl IslandContext<'_> {
     /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
     /// world.
     fn step(
@@ -382,7 +389,7 @@ impl Shared<'_> {
         state: &mut Option<Box<IslandState>>,
         (members, first): (&[u32], u32),
         parallel: bool,
-        claims: &mut Vec<Claim>,
+        claims: &mut Vec<BodyUpdate>,
     ) {
         let stage = self.stage;
         let SteppedSheets { sheets, contacts, touches } = all;
@@ -395,25 +402,33 @@ impl Shared<'_> {
         }
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
-            sheet.size_work();
+            sheet.resize_workspace();
             touches[i].begin(stage.time);
             sheet.work.touching.fill(false);
-            sheet.work.met.clear();
+            sheet.work.touched_colliders.clear();
             sheet.work.x_before.copy_from(&sheet.x);
-            if sheet.guard.is_some() {
+            if sheet.recovery.is_some() {
                 sheet.work.v_before.copy_from(&sheet.v);
             }
         }
         if members.is_empty() {
             return;
         }
-        members.iter().for_each(|i| sheets[*i as usize].hold_on());
+        members.iter().for_each(|i| sheets[*i as usize].apply_bond_forces());
         let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut scratch.movers);
-        scratch.watch.clone_from(stage.watch);
+        let movers = std::mem::take(&mut scratch.solver_bodies);
+        scratch.profiler.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets, members);
-        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
-        let mut near = Near {
+        let mut group = IslandView {
+            sheets,
+            contacts,
+            members,
+            solver_bodies: movers,
+            parallel,
+            body_penetration: 0.0,
+            stacked_bodies: 0,
+        };
+        let mut near = IslandDetection {
             view: stage.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
@@ -424,62 +439,68 @@ impl Shared<'_> {
             watch: stage.watch,
         };
         near.begin(&mut group, around, reach);
-        let part = Part { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, halvings: 0 };
+        let part = Substep { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, bisections: 0 };
         let is_idle = near.is_idle(&group);
         if is_idle {
-            group.each(|sheet| {
+            group.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {
-                    sheet.pins.lead(stage.time, stage.dt, &sheet.x, &mut sheet.v);
+                    sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.x, &mut sheet.v);
                 }
                 sheet.advance(stage.field, stage.time, stage.dt);
             });
-            scratch.rest();
+            scratch.reset();
         } else {
             advance(&mut group, scratch, &mut near, part);
-            if scratch.gave_up && !scratch.told {
+            if scratch.used_fallback && !scratch.used_fallback_before {
                 members
                     .iter()
                     .for_each(|i| touches[*i as usize].events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
             }
         }
-        scratch.stuck = if scratch.gave_up { scratch.stuck + 1 } else { 0 };
-        if scratch.stuck >= SETTINGS.fallbacks_before_overlap_test {
-            scratch.stuck = 0;
-            group.each(Sheet::doubt_apart);
+        scratch.consecutive_fallbacks = if scratch.used_fallback { scratch.consecutive_fallbacks + 1 } else { 0 };
+        if scratch.consecutive_fallbacks >= SETTINGS.fallbacks_before_overlap_test {
+            scratch.consecutive_fallbacks = 0;
+            group.for_each_sheet(Sheet::invalidate_interpenetration);
         }
-        group.each(|sheet| limit(sheet, stage.dt));
-        let Group { sheets, movers, .. } = group;
-        self.note(sheets, members, scratch, work);
-        scratch.met.clear();
-        stick(sheets, members, scratch, self.surroundings, work.bodies());
-        members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
-        self.finish(sheets, touches, members);
+        group.for_each_sheet(|sheet| apply_limits(sheet, stage.dt));
+        let IslandView { sheets, solver_bodies: movers, .. } = group;
+        self.record_contacts(sheets, members, scratch, work);
+        scratch.closed_in_step.clear();
+        update_bonds(sheets, members, scratch, self.surroundings, work.bodies());
+        members.iter().for_each(|i| sheets[*i as usize].remove_bond_forces());
+        self.finish_sheets(sheets, touches, members);
         let first_claim = claims.len();
         // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
-            self.claim(&movers, work, scratch, claims);
+            self.update_bodies(&movers, work, scratch, claims);
         }
         if stage.sleep {
-            self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
+            self.sleep_if_resting(sheets, touches, members, &mut claims[first_claim..]);
         }
-        scratch.movers = movers;
+        scratch.solver_bodies = movers;
     }
 
     /// Record the contacts at the end of the step and the contacts with restitution during the
     /// step: touching nodes and touched bodies.
-    pub fn note(&self, sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, work: &NearWork) {
+    pub fn record_contacts(
+        &self,
+        sheets: &mut [Sheet],
+        members: &[u32],
+        scratch: &ContactWorkspace,
+        work: &DetectionCache,
+    ) {
         let handle_of =
-            |part: u32| work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
-        scratch.closed(|contact, part| {
+            |part: u32| work.part(part).and_then(|p| self.surroundings.colliders.get(p as usize)).map(|p| p.handle);
+        scratch.for_each_closed(|contact, part| {
             let handle = handle_of(part);
             for side in [contact.a, contact.b] {
-                if let Side::Sheet { sheet, point } = side {
+                if let ContactSide::Sheet { sheet, point } = side {
                     let sheet = &mut sheets[members[sheet as usize] as usize];
                     for (mass, _) in point.terms() {
                         let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
                         // Contacts of nodes with static bodies were recorded during free flight.
-                        if let Some(handle) = handle.filter(|_| !noted || !sheet.answers_by_mass()) {
-                            sheet.work.met.push((handle, mass));
+                        if let Some(handle) = handle.filter(|_| !noted || !sheet.solves_node_by_node()) {
+                            sheet.work.touched_colliders.push((handle, mass));
                         }
                     }
                 }
@@ -487,30 +508,36 @@ impl Shared<'_> {
         });
         for i in members {
             let work = &mut sheets[*i as usize].work;
-            work.met_at_end = work.met.len();
+            work.touched_at_end = work.touched_colliders.len();
         }
-        for [sheet, mass, part] in scratch.met.iter().copied() {
+        for [sheet, mass, part] in scratch.closed_in_step.iter().copied() {
             let work = &mut sheets[members[sheet as usize] as usize].work;
             let noted = std::mem::replace(&mut work.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
             // The list at the end of the step can lack a body from which the node rebounded.
-            let (at_end, added) = work.met.split_at(work.met_at_end);
+            let (at_end, added) = work.touched_colliders.split_at(work.touched_at_end);
             let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !added.contains(&(handle, mass));
             if !noted || is_new() {
-                work.met.push((handle, mass));
+                work.touched_colliders.push((handle, mass));
             }
         }
     }
 
     /// Append the new states of the dynamic bodies to `claims`.
-    pub fn claim(&self, movers: &[Mover], work: &NearWork, scratch: &Scratch, claims: &mut Vec<Claim>) {
+    pub fn update_bodies(
+        &self,
+        movers: &[SolverBody],
+        work: &DetectionCache,
+        scratch: &ContactWorkspace,
+        claims: &mut Vec<BodyUpdate>,
+    ) {
         for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
-            if let Some(own) = over.own.filter(|_| mover.gives()) {
+            if let Some(own) = over.world_index.filter(|_| mover.is_dynamic()) {
                 let pull = self.stage.field.gravity * self.stage.dt;
                 let resist = |radius| scratch.support_of(number as u32, movers).resist(&mover.start, radius, pull);
                 let end = over.ball.map_or(mover.start, resist);
-                claims.push(Claim { body: own as usize, end, extent: over.extent, sleeps: false });
+                claims.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
             }
         }
     }
@@ -521,7 +548,7 @@ impl Shared<'_> {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
         for sheet in members.iter().map(|i| &sheets[*i as usize]) {
-            let (low, high) = sheet.box_around();
+            let (low, high) = sheet.bounding_box();
             around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
         }
@@ -534,26 +561,26 @@ impl Shared<'_> {
     }
 
     /// Stop unstable sheets, place pins, and record touches and events.
-    pub fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
+    pub fn finish_sheets(&self, sheets: &mut [Sheet], touches: &mut [ContactLog], members: &[u32]) {
         let stage = self.stage;
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
-            if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.failed) {
-                give_up(sheet, &mut touches[i], stage, stage.dt);
+            if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.has_failed) {
+                stop_unstable(sheet, &mut touches[i], stage, stage.dt);
                 continue;
             }
-            if sheet.crossing == Crossing::Seen {
-                sheet.crossing = Crossing::Told;
+            if sheet.interpenetration == Interpenetration::Detected {
+                sheet.interpenetration = Interpenetration::Reported;
                 touches[i].events.push((stage.time, EventKind::Crossing, None));
             }
             if !sheet.pins.is_empty() {
-                sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
+                sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.x);
             }
-            sheet.counters.contacts += sheet.work.met.len() as u64;
+            sheet.counters.contacts += sheet.work.touched_colliders.len() as u64;
             if let Some(view) = stage.view {
-                let mut recorder = Recorder { touches: &mut touches[i], view };
-                for (handle, mass) in &sheet.work.met {
-                    crate::contact::node::detection::Touch::touched(&mut recorder, *handle, *mass as usize);
+                let mut recorder = ContactRecorder { touches: &mut touches[i], view };
+                for (handle, mass) in &sheet.work.touched_colliders {
+                    crate::contact::node::detection::TouchListener::touched(&mut recorder, *handle, *mass as usize);
                 }
             }
             touches[i].end(stage.time + stage.dt, sheet);
@@ -561,7 +588,13 @@ impl Shared<'_> {
     }
 
     /// Put the island to sleep when all its objects have been resting for the sleep delay.
-    pub fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
+    pub fn sleep_if_resting(
+        &self,
+        sheets: &mut [Sheet],
+        touches: &mut [ContactLog],
+        members: &[u32],
+        claims: &mut [BodyUpdate],
+    ) {
         let dt = self.stage.dt;
         let mut all = true;
         for i in members.iter().map(|i| *i as usize) {
@@ -572,9 +605,9 @@ impl Shared<'_> {
             // Sleeping requires a pin or a contact: a free sheet can drift slowly.
             let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
             let held = touched && !sheet.is_creeping();
-            all &= note_rest(sheet, held, (dt, dt));
+            all &= update_rest_time(sheet, held, (dt, dt));
         }
-        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
+        let slow = |c: &BodyUpdate| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
         if !all || !claims.iter().all(slow) {
             return;
         }

@@ -22,10 +22,10 @@ pub(crate) mod settings;
 
 use crate::contact::SheetContact;
 use crate::contact::node::detection::resolve_node_contact;
-use crate::islands::event::{Alarm, EventKind, Handled, Recorder, Touches};
+use crate::islands::event::{ContactLog, ContactRecorder, EventKind, InstabilityReport, RecoveryAction};
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::math::Vectors;
-use crate::profiler::{Phase, Watched};
+use crate::profiler::{Phase, Profiler};
 use crate::rigid::RigidView;
 use crate::scene::sleep::SLEEP;
 use crate::sheet::{Sheet, Status};
@@ -36,7 +36,7 @@ const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 
 /// Inputs of the step of a sheet.
 #[derive(Clone, Copy)]
-pub(crate) struct Stage<'a> {
+pub(crate) struct StepContext<'a> {
     pub field: Field,
     pub time: f64,
     pub dt: f64,
@@ -44,23 +44,28 @@ pub(crate) struct Stage<'a> {
     pub sleep: bool,
     /// Whether contact between sheets is enabled.
     pub sheets_meet: bool,
-    pub watch: &'a Watched,
+    pub watch: &'a Profiler,
 }
 
 /// Advance one sheet through `stage.dt` with contact of its nodes with static and kinematic bodies
-/// only. Used for sheets of explicit integrators and for sheets in their islands. [`land`] ends the
+/// only. Used for sheets of explicit integrators and for sheets in their islands. [`finish_step`] ends the
 /// step.
 ///
 /// Returns the length of the last substep, s.
-pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut Touches, stage: &Stage) -> f64 {
-    sheet.size_work();
+pub(crate) fn advance_free(
+    sheet: &mut Sheet,
+    contact: &mut SheetContact,
+    touches: &mut ContactLog,
+    stage: &StepContext,
+) -> f64 {
+    sheet.resize_workspace();
     touches.begin(stage.time);
     sheet.work.touching.fill(false);
-    sheet.keep_start();
+    sheet.save_start();
     let mut done = 0.0;
     let mut substeps = 0;
     let mut last = stage.dt;
-    let most = stage.dt / f64::from(sheet.parts_of_step(stage.dt)) * (1.0 + 1e-12);
+    let most = stage.dt / f64::from(sheet.substeps_of_step(stage.dt)) * (1.0 + 1e-12);
     // A rest below rounding error belongs to the last substep.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = (stage.dt - done).min(most);
@@ -69,7 +74,7 @@ pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut T
         done += last;
         substeps += 1;
         if substeps > SETTINGS.maximum_adaptive_substeps {
-            give_up(sheet, touches, stage, last);
+            stop_unstable(sheet, touches, stage, last);
             break;
         }
     }
@@ -78,9 +83,9 @@ pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut T
 
 /// End the step of a sheet that touched no dynamic body: place pins, record touches, test for
 /// sleep.
-pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
+pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
     if !sheet.pins.is_empty() {
-        sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
+        sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.x);
     }
     touches.end(stage.time + stage.dt, sheet);
     if stage.sleep {
@@ -91,38 +96,38 @@ pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last
 /// Take one step of the integrator and apply limits, instability detector and contact. Returns the
 /// time taken, s; `None` when the sheet is stopped for the rest of the step.
 fn substep(
-    (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut Touches),
-    stage: &Stage,
+    (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut ContactLog),
+    stage: &StepContext,
     done: f64,
     part: f64,
 ) -> Option<f64> {
     let time = stage.time + done;
     if !sheet.pins.is_empty() {
-        sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
+        sheet.pins.prescribe_velocities(time, part, &sheet.x, &mut sheet.v);
     }
     sheet.work.x_before.copy_from(&sheet.x);
     sheet.work.v_before.copy_from(&sheet.v);
-    let taken = match sheet.guard {
+    let taken = match sheet.recovery {
         // The implicit step checks its own energy.
         Some(_) if sheet.is_explicit() => instability::advance(sheet, touches, stage, time, part)?,
-        _ => sheet.advance(stage.field, time, part).taken,
+        _ => sheet.advance(stage.field, time, part).elapsed,
     };
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
     }
     if is_unstable(sheet) {
-        give_up(sheet, touches, stage, taken);
+        stop_unstable(sheet, touches, stage, taken);
         return None;
     }
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
-        stage.watch.within(Phase::Detection, || {
+        stage.watch.measure(Phase::Detection, || {
             resolve_node_contact(
                 sheet,
                 &mut contact.clearance,
                 view,
                 (taken, remaining),
-                &mut Recorder { touches, view },
+                &mut ContactRecorder { touches, view },
             );
         });
     }
@@ -135,43 +140,47 @@ fn substep(
 fn is_unstable(sheet: &Sheet) -> bool {
     // The comparisons treat NaN as unstable.
     let slow = sheet.v.max_squared() < SETTINGS.maximum_speed * SETTINGS.maximum_speed;
-    let most = SETTINGS.maximum_diagonal_ratio * sheet.spread;
-    let together = match sheet.opened() {
+    let most = SETTINGS.maximum_diagonal_ratio * sheet.initial_diagonal;
+    let together = match sheet.open_cell_set() {
         None => sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
         // Pieces of a fractured sheet may separate.
-        Some(_) => sheet.holds_together(most),
+        Some(_) => sheet.is_intact_within(most),
     };
-    sheet.work.stage.astray || !(slow && together)
+    sheet.work.stage.has_diverged || !(slow && together)
 }
 
 /// Stop a sheet that a step of `dt` (s) has made unstable: reset its positions to the start of the
 /// step and report the event.
-fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, dt: f64) {
-    let alarm = Alarm::of(sheet, stage.field.gravity, dt);
+fn stop_unstable(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, dt: f64) {
+    let alarm = InstabilityReport::new(sheet, stage.field.gravity, dt);
     sheet.x.copy_from(&sheet.work.x_before);
-    if sheet.guard.is_some() && sheet.x.max_squared().is_finite() {
+    if sheet.recovery.is_some() && sheet.x.max_squared().is_finite() {
         freeze(sheet, touches, stage.time, alarm);
         return;
     }
     sheet.v.clear();
     let (mass, place) = (alarm.mass, sheet.x.get(alarm.mass as usize));
     sheet.status = Status::Unstable { time: stage.time, mass, place, speed: alarm.speed_m_s };
-    touches.tell(stage.time, EventKind::Unstable, alarm);
+    touches.report_instability(stage.time, EventKind::Unstable, alarm);
 }
 
 /// Freeze a sheet until one of its parameters changes, and report the event.
-fn freeze(sheet: &mut Sheet, touches: &mut Touches, time: f64, alarm: Alarm) {
+fn freeze(sheet: &mut Sheet, touches: &mut ContactLog, time: f64, alarm: InstabilityReport) {
     sheet.v.clear();
     sheet.restart_engine();
     sheet.status = Status::Frozen { time };
-    touches.tell(time, EventKind::Contained, Alarm { handled: Handled::Frozen, ..alarm });
+    touches.report_instability(
+        time,
+        EventKind::Contained,
+        InstabilityReport { handled: RecoveryAction::Frozen, ..alarm },
+    );
 }
 
 /// Put a resting sheet to sleep after the sleep delay. `last` is the length of the last substep, s.
-fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
+fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
     // Sleeping requires a pin or a contact: a free sheet can drift slowly.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
-    if note_rest(sheet, held, (last, stage.dt)) {
+    if update_rest_time(sheet, held, (last, stage.dt)) {
         sheet.status = Status::Asleep;
         sheet.v.clear();
         touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
@@ -180,34 +189,38 @@ fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f6
 
 /// Update the time for which a sheet has been resting, after a step of `dt` (s) with a last substep
 /// of `last` (s). Resting requires `held`. Returns whether the sleep delay has passed.
-fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
-    if !held || !(is_still(sheet, last) || is_near(sheet)) {
-        sheet.quiet = 0.0;
+fn update_rest_time(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
+    if !held || !(is_speed_small(sheet, last) || is_displacement_small(sheet)) {
+        sheet.rest_time = 0.0;
         return false;
     }
-    if sheet.quiet == 0.0 {
-        sheet.still_at.clone_from(&sheet.work.x_before);
+    if sheet.rest_time == 0.0 {
+        sheet.rest_positions.clone_from(&sheet.work.x_before);
     }
-    sheet.quiet += dt;
-    sheet.quiet >= SLEEP.delay
+    sheet.rest_time += dt;
+    sheet.rest_time >= SLEEP.delay
 }
 
 /// Whether the displacement of every node since the start of the rest, or since the start of the
 /// step, is below the sleep displacement threshold.
-fn is_near(sheet: &Sheet) -> bool {
-    let before = if sheet.quiet > 0.0 { &sheet.still_at } else { &sheet.work.x_before };
-    before.len() == sheet.masses()
-        && furthest_within(&sheet.x, before, SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.spread))
+fn is_displacement_small(sheet: &Sheet) -> bool {
+    let before = if sheet.rest_time > 0.0 { &sheet.rest_positions } else { &sheet.work.x_before };
+    before.len() == sheet.node_count()
+        && is_displacement_below(
+            &sheet.x,
+            before,
+            SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.initial_diagonal),
+        )
 }
 
 /// Whether every node moved more slowly than
 /// [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed), measured by displacement.
 /// Next to nodes in contact, a multi-stage integrator can rest with a residual velocity that each
 /// step cancels.
-fn is_still(sheet: &Sheet, dt: f64) -> bool {
-    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP.speed * dt)
+fn is_speed_small(sheet: &Sheet, dt: f64) -> bool {
+    is_displacement_below(&sheet.x, &sheet.work.x_before, SLEEP.speed * dt)
 }
 
-fn furthest_within(now: &Vectors, before: &Vectors, most: f64) -> bool {
+fn is_displacement_below(now: &Vectors, before: &Vectors, most: f64) -> bool {
     (0..now.len()).all(|i| now.get(i).distance_squared(before.get(i)) < most * most)
 }

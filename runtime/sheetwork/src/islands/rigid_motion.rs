@@ -12,12 +12,12 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::collision::constraint::Side;
-use crate::contact::Group;
-use crate::contact::gap::{At, gap};
-use crate::contact::outer_iteration::{Look, Margins};
-use crate::contact::stage::Scratch;
-use crate::islands::implicit_step::{Find, Part};
+use crate::collision::constraint::ContactSide;
+use crate::contact::IslandView;
+use crate::contact::gap::{StagePose, gap};
+use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
+use crate::contact::workspace::ContactWorkspace;
+use crate::islands::implicit_step::{ContactDetector, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::Sheet;
@@ -26,7 +26,7 @@ const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
 const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// Sums over nodes and bodies that move as one rigid body, about `from` (m).
-struct Whole {
+struct RigidSum {
     from: DVec3,
     mass: f64,
     first: DVec3,
@@ -36,7 +36,7 @@ struct Whole {
     inertia: DMat3,
 }
 
-impl Whole {
+impl RigidSum {
     fn about(from: DVec3) -> Self {
         let (none, zero) = (DVec3::ZERO, DMat3::ZERO);
         Self { from, mass: 0.0, first: none, momentum: none, moment: none, second: zero, inertia: zero }
@@ -63,34 +63,34 @@ impl Whole {
         let second = self.second - DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z) * self.mass;
         let trace = second.x_axis.x + second.y_axis.y + second.z_axis.z;
         let inertia = self.inertia + DMat3::from_diagonal(DVec3::splat(trace)) - second;
-        let spread = MassProperties::of_inertia(self.mass, inertia);
+        let spread = MassProperties::from_inertia(self.mass, inertia);
         let still =
             BodyState::new(spread, self.from + arm, glam::DQuat::IDENTITY, self.momentum / self.mass, DVec3::ZERO);
-        still.pushed(DVec3::ZERO, self.moment - arm.cross(self.momentum))
+        still.with_impulse(DVec3::ZERO, self.moment - arm.cross(self.momentum))
     }
 }
 
 /// Rigid body with the momentum and angular momentum of `sheet`; `None` when the sheet has fixed or
 /// prescribed nodes.
-pub(crate) fn whole(sheet: &Sheet) -> Option<BodyState> {
-    whole_of([sheet].into_iter())
+pub(crate) fn rigid_equivalent(sheet: &Sheet) -> Option<BodyState> {
+    rigid_equivalent_of_sheets([sheet].into_iter())
 }
 
 /// Rigid body with the momentum and angular momentum of all sheets of `group`; `None` when one of
 /// them has fixed or prescribed nodes.
-pub(crate) fn whole_group(group: &Group) -> Option<BodyState> {
-    whole_of(group.members.iter().map(|i| &group.sheets[*i as usize]))
+pub(crate) fn rigid_equivalent_of_island(group: &IslandView) -> Option<BodyState> {
+    rigid_equivalent_of_sheets(group.members.iter().map(|i| &group.sheets[*i as usize]))
 }
 
-fn whole_of<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {
+fn rigid_equivalent_of_sheets<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {
     fn there(sheet: &Sheet) -> impl Iterator<Item = usize> {
-        (0..sheet.masses()).filter(|i| !sheet.is_gone(*i))
+        (0..sheet.node_count()).filter(|i| !sheet.is_detached(*i))
     }
-    if sheets.clone().any(|sheet| sheet.pins.holds() || there(sheet).any(|i| sheet.is_held(i))) {
+    if sheets.clone().any(|sheet| sheet.pins.fixes_nodes() || there(sheet).any(|i| sheet.is_held(i))) {
         return None;
     }
     let first = sheets.clone().find_map(|sheet| there(sheet).next().map(|i| sheet.x.get(i)))?;
-    let mut whole = Whole::about(first);
+    let mut whole = RigidSum::about(first);
     for sheet in sheets {
         there(sheet).for_each(|i| whole.add(sheet.mass[i], sheet.x.get(i), sheet.v.get(i)));
     }
@@ -98,40 +98,45 @@ fn whole_of<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyS
 }
 
 /// Whether all contacts near the sheets in this stage are with dynamic bodies or sheets.
-pub(crate) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
-    let gives = |side: &Side| match side {
-        Side::Body { body, .. } => group.movers[*body as usize].gives(),
-        Side::Sheet { .. } => true,
+pub(crate) fn is_free(group: &IslandView, scratch: &ContactWorkspace) -> bool {
+    let gives = |side: &ContactSide| match side {
+        ContactSide::Body { body, .. } => group.solver_bodies[*body as usize].is_dynamic(),
+        ContactSide::Sheet { .. } => true,
     };
-    scratch.found.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
+    scratch.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
 /// Move the sheets of `group` rigidly from the start to the end of `part`, together with the bodies
 /// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
 /// kinematic body is near: a sheet that lies on such a body must come to rest.
-pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
-    if !is_loose(group, scratch) {
+pub(crate) fn move_rigidly(
+    group: &mut IslandView,
+    scratch: &mut ContactWorkspace,
+    finder: &mut dyn ContactDetector,
+    part: &Substep,
+) -> bool {
+    if !is_free(group, scratch) {
         return false;
     }
-    group.each(|sheet| sheet.put_back());
-    let Some(own) = whole_group(group) else { return false };
-    scratch.swap_kept(&mut group.movers);
+    group.for_each_sheet(|sheet| sheet.restore_state());
+    let Some(own) = rigid_equivalent_of_island(group) else { return false };
+    scratch.swap_saved_bodies(&mut group.solver_bodies);
     finder.begin_stage(group, part.done, part.done + part.dt);
-    let Some((start, end)) = way(group, scratch, finder, part, &own) else {
-        scratch.swap_kept(&mut group.movers);
+    let Some((start, end)) = predict_rigid_motion(group, scratch, finder, part, &own) else {
+        scratch.swap_saved_bodies(&mut group.solver_bodies);
         return false;
     };
-    let kept = if scratch.along.contains(&true) { 0.0 } else { STEP.velocity_retention };
-    group.each(|sheet| {
-        for i in 0..sheet.masses() {
+    let kept = if scratch.moves_rigidly.contains(&true) { 0.0 } else { STEP.velocity_retention };
+    group.for_each_sheet(|sheet| {
+        for i in 0..sheet.node_count() {
             let (x, v) = (sheet.x.get(i), sheet.v.get(i));
-            let there = end.place(start.local(x));
+            let there = end.world_point(start.local_point(x));
             let within = end.rotation() * (v - own.velocity_at(x));
             sheet.x.set(i, there);
             sheet.v.set(i, end.velocity_at(there) + within * kept);
         }
         sheet.restart_engine();
-        sheet.trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
+        sheet.update_trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
     });
     finder.end_stage(group);
     true
@@ -140,34 +145,34 @@ pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn F
 /// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and at
 /// the end of `part`. Writes the node positions to the stages of the sheets and the motions to the
 /// movers. `None` when a static or kinematic body would be penetrated.
-fn way(
-    group: &mut Group,
-    scratch: &mut Scratch,
-    finder: &mut dyn Find,
-    part: &Part,
+fn predict_rigid_motion(
+    group: &mut IslandView,
+    scratch: &mut ContactWorkspace,
+    finder: &mut dyn ContactDetector,
+    part: &Substep,
     own: &BodyState,
 ) -> Option<(BodyState, BodyState)> {
-    scratch.along.fill(false);
-    for _ in 0..=group.movers.len() {
-        let mut all = Whole::about(own.centre());
+    scratch.moves_rigidly.fill(false);
+    for _ in 0..=group.solver_bodies.len() {
+        let mut all = RigidSum::about(own.centre());
         all.add_body(own);
-        let movers = || group.movers.iter().zip(&scratch.along);
+        let movers = || group.solver_bodies.iter().zip(&scratch.moves_rigidly);
         movers().filter(|(_, along)| **along).for_each(|(m, _)| all.add_body(&m.start));
         let start = all.body();
-        let end = start.fly(part.dt, part.field.gravity);
+        let end = start.free_flight(part.dt, part.field.gravity);
         let turn = end.rotation().to_scaled_axis();
-        for (mover, _) in group.movers.iter_mut().zip(&scratch.along).filter(|(_, along)| **along) {
-            let centre = end.place(start.local(mover.start.centre()));
+        for (mover, _) in group.solver_bodies.iter_mut().zip(&scratch.moves_rigidly).filter(|(_, along)| **along) {
+            let centre = end.world_point(start.local_point(mover.start.centre()));
             let moved = mover.start.displaced(centre - mover.start.centre(), turn);
             mover.begin(moved.with_velocity(end.velocity_at(centre), end.spin()));
         }
-        group.each(|sheet| {
-            for i in 0..sheet.masses() {
-                sheet.work.stage.free.set(i, end.place(start.local(sheet.x.get(i))));
+        group.for_each_sheet(|sheet| {
+            for i in 0..sheet.node_count() {
+                sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.x.get(i))));
             }
         });
-        finder.find(group, Look::First, Margins::NARROW, &mut scratch.seen);
-        if !take_along(group, scratch)? {
+        finder.detect_contacts(group, DetectionMode::FromStart, ContactMargins::DEFAULT, &mut scratch.rechecked);
+        if !add_met_bodies(group, scratch)? {
             return Some((start, end));
         }
     }
@@ -176,22 +181,24 @@ fn way(
 
 /// Mark the movers that the rigid body would penetrate. Returns whether new ones were marked;
 /// `None` when one of them is static or kinematic.
-fn take_along(group: &Group, scratch: &mut Scratch) -> Option<bool> {
-    let Scratch { along, seen, .. } = scratch;
+fn add_met_bodies(group: &IslandView, scratch: &mut ContactWorkspace) -> Option<bool> {
+    let ContactWorkspace { moves_rigidly: along, rechecked: seen, .. } = scratch;
     let mut more = false;
     for (i, contact) in seen.contacts.iter().enumerate() {
-        let meets =
-            || gap(group, contact, At::Free) < gap(group, contact, At::Start).min(0.0) - SETTINGS.penetration_rounding;
-        let goes = |side: &Side| match side {
-            Side::Body { body, .. } => along[*body as usize],
-            Side::Sheet { .. } => true,
+        let meets = || {
+            gap(group, contact, StagePose::Free)
+                < gap(group, contact, StagePose::Start).min(0.0) - SETTINGS.penetration_rounding
         };
-        if goes(&contact.a) == goes(&contact.b) || i < seen.glue_from && !meets() {
+        let goes = |side: &ContactSide| match side {
+            ContactSide::Body { body, .. } => along[*body as usize],
+            ContactSide::Sheet { .. } => true,
+        };
+        if goes(&contact.a) == goes(&contact.b) || i < seen.first_attachment && !meets() {
             continue;
         }
         for side in [contact.a, contact.b] {
-            if let Side::Body { body, .. } = side {
-                if !group.movers[body as usize].gives() {
+            if let ContactSide::Body { body, .. } = side {
+                if !group.solver_bodies[body as usize].is_dynamic() {
                     return None;
                 }
                 more |= !std::mem::replace(&mut along[body as usize], true);
@@ -206,11 +213,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_whole_has_the_momentum_of_its_parts_and_less_energy() {
-        let spread = MassProperties::of_inertia(0.3, DMat3::from_diagonal(DVec3::new(1.0, 2.0, 2.5)) * 1e-4);
+    fn the_rigid_equivalent_conserves_momentum_and_loses_energy() {
+        let spread = MassProperties::from_inertia(0.3, DMat3::from_diagonal(DVec3::new(1.0, 2.0, 2.5)) * 1e-4);
         let turned = glam::DQuat::from_rotation_x(0.8);
         let body = BodyState::new(spread, DVec3::new(0.1, 0.2, 0.0), turned, DVec3::NEG_Y, DVec3::new(3.0, 0.0, 9.0));
-        let mut all = Whole::about(DVec3::new(5.0, 0.0, 1.0));
+        let mut all = RigidSum::about(DVec3::new(5.0, 0.0, 1.0));
         all.add_body(&body);
         let (mut momentum, mut moment, mut energy) =
             (body.momentum(), body.angular_momentum(DVec3::ZERO), body.kinetic_energy());
@@ -222,7 +229,7 @@ mod tests {
             moment += x.cross(v) * mass;
             energy += 0.5 * mass * v.length_squared();
         }
-        for whole in [all.body(), all.body().fly(0.3, DVec3::ZERO)] {
+        for whole in [all.body(), all.body().free_flight(0.3, DVec3::ZERO)] {
             assert!(whole.momentum().distance(momentum) < 1e-12 * momentum.length());
             assert!(whole.angular_momentum(DVec3::ZERO).distance(moment) < 1e-9 * moment.length());
             assert!(whole.kinetic_energy() < energy);
@@ -230,8 +237,8 @@ mod tests {
     }
 
     #[test]
-    fn masses_on_a_line_are_a_body_too() {
-        let mut line = Whole::about(DVec3::ZERO);
+    fn collinear_nodes_have_a_rigid_equivalent() {
+        let mut line = RigidSum::about(DVec3::ZERO);
         (0..5).for_each(|i| line.add(0.1, DVec3::X * f64::from(i), DVec3::Y * f64::from(i)));
         let body = line.body();
         assert!(body.velocity().distance(DVec3::Y * 2.0) < 1e-12 && body.spin().distance(DVec3::Z) < 1e-9, "{body:?}");

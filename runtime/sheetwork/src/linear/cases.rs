@@ -3,9 +3,9 @@
 use crate::linear::Pattern;
 
 /// Deterministic pseudo-random numbers in [-1, 1) (xorshift64*, Vigna 2016).
-pub struct Noise(u64);
+pub struct PseudoRandom(u64);
 
-impl Noise {
+impl PseudoRandom {
     /// One sequence per seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
@@ -22,13 +22,13 @@ impl Noise {
 
 /// A pattern and the places (u, v) of its nodes.
 #[derive(Clone, Debug)]
-pub struct Case {
+pub struct FactorCase {
     pub name: String,
     pub pattern: Pattern,
     pub places: Vec<[f64; 2]>,
 }
 
-impl Case {
+impl FactorCase {
     /// A case of nodes at `places` with couplings `pairs`.
     pub fn new(name: impl Into<String>, places: Vec<[f64; 2]>, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
         Self { name: name.into(), pattern: Pattern::new(places.len(), pairs), places }
@@ -37,7 +37,7 @@ impl Case {
     /// Values of a positive definite matrix: |G x_i + G' x_j|² for each pair, with random G, G' and
     /// a random stiffness over four decades, and `mass` on the diagonal.
     pub fn values(&self, seed: u64, mass: f64) -> Vec<f64> {
-        let mut noise = Noise::new(seed);
+        let mut noise = PseudoRandom::new(seed);
         let mut values = vec![0.0; 9 * self.pattern.blocks()];
         for (slot, row, column) in self.pattern.iter() {
             let stiffness = 10f64.powf(2.0 + 2.0 * noise.next());
@@ -92,7 +92,7 @@ impl Case {
 
     /// A random right-hand side.
     pub fn load(&self, seed: u64) -> Vec<f64> {
-        let mut noise = Noise::new(seed);
+        let mut noise = PseudoRandom::new(seed);
         (0..3 * self.pattern.size()).map(|_| noise.next()).collect()
     }
 }
@@ -134,7 +134,7 @@ pub fn dense_solve(mut a: Vec<f64>, b: &[f64]) -> Option<Vec<f64>> {
 
 /// A grid of `nx` x `nz` nodes in `layers` coincident layers; each node is coupled with the nodes
 /// at the offsets `reach`.
-fn grid(name: String, [nx, nz]: [usize; 2], layers: usize, cell: [f64; 2], reach: &[(i32, i32)]) -> Case {
+fn grid(name: String, [nx, nz]: [usize; 2], layers: usize, cell: [f64; 2], reach: &[(i32, i32)]) -> FactorCase {
     let index = |i: i32, j: i32, layer: usize| {
         let inside = (0..nx as i32).contains(&i) && (0..nz as i32).contains(&j);
         inside.then(|| ((i as usize * nz + j as usize) * layers + layer) as u32)
@@ -149,24 +149,24 @@ fn grid(name: String, [nx, nz]: [usize; 2], layers: usize, cell: [f64; 2], reach
             joined.extend(partners.zip(std::iter::repeat(index(i, j, layer).unwrap_or(0))));
         }
     }
-    Case::new(name, places, joined)
+    FactorCase::new(name, places, joined)
 }
 
 /// Stencil of the staggered shell: a diamond of 13 points.
-pub fn shell(nx: usize, nz: usize) -> Case {
+pub fn shell(nx: usize, nz: usize) -> FactorCase {
     let diamond = [(0, 1), (1, 0), (1, 1), (1, -1), (2, 0), (0, 2)];
     grid(format!("shell {nx}x{nz}"), [nx, nz], 1, [0.0125, 0.0125], &diamond)
 }
 
 /// A lattice of two layers; every node is coupled with all its neighbours.
-pub fn two_layers(nx: usize, nz: usize) -> Case {
+pub fn two_layers(nx: usize, nz: usize) -> FactorCase {
     grid(format!("two layers {nx}x{nz}"), [nx, nz], 2, [0.01, 0.025], &[(0, 0), (0, 1), (1, 0), (1, 1), (1, -1)])
 }
 
 /// A square of triangles with random corners and a round hole; nodes of neighbouring triangles are
 /// coupled too.
-pub fn triangles(n: usize, seed: u64) -> Case {
-    let mut noise = Noise::new(seed);
+pub fn triangles(n: usize, seed: u64) -> FactorCase {
+    let mut noise = PseudoRandom::new(seed);
     let step = 1.0 / (n - 1) as f64;
     let mut index = vec![None; n * n];
     let mut places = Vec::new();
@@ -187,11 +187,11 @@ pub fn triangles(n: usize, seed: u64) -> Case {
         .iter()
         .flat_map(|s| s.iter().flatten().flat_map(move |&a| s.iter().flatten().map(move |&b| (a, b))))
         .collect();
-    Case::new(format!("triangles {n}"), places, pairs)
+    FactorCase::new(format!("triangles {n}"), places, pairs)
 }
 
 /// Several overlapping pieces, isolated nodes, and many coincident nodes.
-pub fn scattered() -> Case {
+pub fn scattered() -> FactorCase {
     let mut places = Vec::new();
     let mut joined = Vec::new();
     for (copy, piece) in [shell(9, 9), shell(5, 12), triangles(8, 3)].into_iter().enumerate() {
@@ -206,27 +206,27 @@ pub fn scattered() -> Case {
         joined.extend((1..4).filter(|d| i + d < 60).map(|d| (first + i, first + i + d)));
     }
     places.push([f64::NAN, f64::INFINITY]);
-    Case::new("scattered", places, joined)
+    FactorCase::new("scattered", places, joined)
 }
 
 /// `n` nodes in a row, each coupled with the next.
-pub fn chain(n: usize) -> Case {
+pub fn chain(n: usize) -> FactorCase {
     let pairs = (1..n as u32).map(|i| (i - 1, i));
-    Case::new(format!("chain {n}"), (0..n).map(|i| [i as f64, 0.0]).collect(), pairs)
+    FactorCase::new(format!("chain {n}"), (0..n).map(|i| [i as f64, 0.0]).collect(), pairs)
 }
 
 /// `n` nodes at random places, some pairs of them coupled.
-pub fn random(n: usize, partners: f64, seed: u64) -> Case {
-    let mut noise = Noise::new(seed);
+pub fn random(n: usize, partners: f64, seed: u64) -> FactorCase {
+    let mut noise = PseudoRandom::new(seed);
     let places = (0..n).map(|_| [noise.next(), noise.next()]).collect();
     let all = (0..n as u32).flat_map(|i| (0..i).map(move |j| (i, j)));
     let chosen: Vec<_> = all.filter(|_| noise.next() < 2.0 * partners / n as f64 - 1.0).collect();
-    Case::new(format!("random {n}"), places, chosen)
+    FactorCase::new(format!("random {n}"), places, chosen)
 }
 
 /// One case of each kind, small enough for a dense factor.
-pub fn all() -> Vec<Case> {
-    let mut cases: Vec<Case> = (0..4).map(chain).collect();
+pub fn all() -> Vec<FactorCase> {
+    let mut cases: Vec<FactorCase> = (0..4).map(chain).collect();
     cases.extend([chain(47), shell(11, 11), shell(4, 31), shell(17, 14), two_layers(7, 9), two_layers(11, 11)]);
     cases.extend([triangles(6, 1), triangles(13, 2), scattered(), random(60, 1.0, 5), random(80, 6.0, 6)]);
     cases

@@ -31,21 +31,21 @@ use std::ops::Range;
 use crate::linear::Pattern;
 
 /// Maximum number of nodes of a part that is not divided; a backend may join small fronts.
-const LEAF: usize = 6;
+const MAXIMUM_LEAF_SIZE: usize = 6;
 /// Maximum size of a separator as a fraction of the part: a larger one saves no work.
-const SEPARATOR_SHARE: f64 = 0.7;
+const MAXIMUM_SEPARATOR_FRACTION: f64 = 0.7;
 /// Number of coordinates: u, v, u + v, u - v, w.
 const AXES: usize = 5;
 /// Index of w.
 const W: usize = AXES - 1;
 /// Minimum number of layers of a pile, and maximum number of nodes per layer: larger layers are
 /// divided.
-const LAYERS: u32 = 4;
-const LAYER: usize = 48;
+const MINIMUM_PILE_LAYERS: u32 = 4;
+const MAXIMUM_LAYER_SIZE: usize = 48;
 
 /// The fronts in the order of elimination, children before parents, every subtree contiguous.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Tree {
+pub(crate) struct EliminationTree {
     /// The nodes in the order of elimination.
     pub order: Vec<u32>,
     /// Fronts, as ranges of `order`.
@@ -55,12 +55,12 @@ pub(crate) struct Tree {
 }
 
 /// Coupled partners of every node.
-struct Graph {
+struct AdjacencyGraph {
     starts: Vec<u32>,
     partners: Vec<u32>,
 }
 
-impl Graph {
+impl AdjacencyGraph {
     fn new(pattern: &Pattern) -> Self {
         let n = pattern.size();
         let off_diagonal = || pattern.iter().filter(|(_, r, c)| r != c);
@@ -91,7 +91,7 @@ impl Graph {
 
 /// A division of a set of nodes.
 #[derive(Clone, Copy)]
-struct Cut {
+struct SeparatorCut {
     axis: usize,
     /// Nodes of a lower level are on one side, the rest on the other.
     level: u32,
@@ -102,7 +102,7 @@ struct Cut {
 
 /// Nested dissection of one pattern.
 struct Dissection {
-    graph: Graph,
+    graph: AdjacencyGraph,
     /// Rank of every node's coordinate along u, v, u + v, u - v and w, and a buffer for graph
     /// distances.
     levels: [Vec<u32>; AXES + 1],
@@ -110,25 +110,25 @@ struct Dissection {
     part: Vec<u32>,
     /// Running sums over levels.
     counts: [Vec<i32>; 3],
-    tree: Tree,
+    tree: EliminationTree,
 }
 
 /// Dissects the nodes of `pattern` at `places` (u, v) and, unless empty, at `depths` (w).
-pub(crate) fn dissect(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) -> Tree {
-    let graph = Graph::new(pattern);
+pub(crate) fn dissect(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) -> EliminationTree {
+    let graph = AdjacencyGraph::new(pattern);
     let n = pattern.size();
     let [u, v] = [0, 1].map(|k| scaled(&graph, places, k));
     let combine = |f: fn(f64, f64) -> f64| ranks(u.iter().zip(&v).map(|(&u, &v)| f(u, v)).collect());
     let w = if depths.is_empty() { vec![0; n] } else { ranks(depths.to_vec()) };
     let levels = [ranks(u.clone()), ranks(v.clone()), combine(|u, v| u + v), combine(|u, v| u - v), w, vec![0; n]];
     let counts = [0; 3].map(|_| vec![0; n + 2]);
-    let mut dissection = Dissection { graph, levels, part: vec![1; n], counts, tree: Tree::default() };
+    let mut dissection = Dissection { graph, levels, part: vec![1; n], counts, tree: EliminationTree::default() };
     dissection.run();
     dissection.tree
 }
 
 /// Coordinate `k` in units of the mean distance of coupled nodes along it.
-fn scaled(graph: &Graph, places: &[[f64; 2]], k: usize) -> Vec<f64> {
+fn scaled(graph: &AdjacencyGraph, places: &[[f64; 2]], k: usize) -> Vec<f64> {
     let mut sum = 0.0;
     for (i, place) in places.iter().enumerate() {
         sum += graph.of(i as u32).iter().map(|&j| (places[j as usize][k] - place[k]).abs()).sum::<f64>();
@@ -163,11 +163,11 @@ impl Dissection {
         let mut part = 0;
         while let Some((set, parent)) = open.pop() {
             part += 1;
-            self.enter(&set, part);
+            self.assign_part(&set, part);
             for component in self.components(&set, part) {
                 part += 1;
-                self.enter(&component, part);
-                if let Some(layers) = self.layers(&component) {
+                self.assign_part(&component, part);
+                if let Some(layers) = self.pile_layers(&component) {
                     self.add_pile(layers, parent, &mut fronts);
                     continue;
                 }
@@ -178,29 +178,32 @@ impl Dissection {
                         fronts.push((separator, parent));
                         open.extend([(below, own), (above, own)]);
                     }
-                    None => fronts.push((self.along(component, 0), parent)),
+                    None => fronts.push((self.sorted_along(component, 0), parent)),
                 }
             }
         }
-        self.tree = Tree::from_roots_down(fronts);
+        self.tree = EliminationTree::from_roots_down(fronts);
     }
 
     /// Layers of a part along w from the lowest; `None` if it is not a pile.
-    fn layers(&self, set: &[u32]) -> Option<Vec<Vec<u32>>> {
+    fn pile_layers(&self, set: &[u32]) -> Option<Vec<Vec<u32>>> {
         let level = |i: u32| self.levels[W][i as usize];
         let (first, last) = set.iter().map(|&i| level(i)).fold((u32::MAX, 0), |(a, b), l| (a.min(l), b.max(l)));
         let count = (last - first + 1) as usize;
         let own = self.part[set[0] as usize];
         let inside = |j: &&u32| self.part[**j as usize] == own;
         let next = |i: u32| self.graph.of(i).iter().filter(inside).all(|&j| level(j).abs_diff(level(i)) <= 1);
-        if last - first < LAYERS - 1 || count * LAYER < set.len() || !set.iter().all(|&i| next(i)) {
+        if last - first < MINIMUM_PILE_LAYERS - 1
+            || count * MAXIMUM_LAYER_SIZE < set.len()
+            || !set.iter().all(|&i| next(i))
+        {
             return None;
         }
         let mut layers = vec![Vec::new(); count];
         for &i in set {
             layers[(level(i) - first) as usize].push(i);
         }
-        layers.iter().all(|layer| layer.len() <= LAYER).then_some(layers)
+        layers.iter().all(|layer| layer.len() <= MAXIMUM_LAYER_SIZE).then_some(layers)
     }
 
     /// Adds the fronts of a pile: the middle layer, and from it towards both ends each layer as
@@ -210,7 +213,7 @@ impl Dissection {
         let root = fronts.len() as u32;
         let mut lower = Vec::new();
         for (k, layer) in layers.into_iter().enumerate() {
-            let front = self.along(layer, W);
+            let front = self.sorted_along(layer, W);
             match k {
                 k if k < middle => lower.push(front),
                 k if k == middle => fronts.push((front, parent)),
@@ -224,7 +227,7 @@ impl Dissection {
     }
 
     /// Assigns the nodes of `set` to a part.
-    fn enter(&mut self, set: &[u32], part: u32) {
+    fn assign_part(&mut self, set: &[u32], part: u32) {
         for &i in set {
             self.part[i as usize] = part;
         }
@@ -265,11 +268,11 @@ impl Dissection {
     }
 
     /// The best cut of a connected part; `None` if no cut saves work.
-    fn best_cut(&mut self, set: &[u32]) -> Option<Cut> {
-        if set.len() <= LEAF {
+    fn best_cut(&mut self, set: &[u32]) -> Option<SeparatorCut> {
+        if set.len() <= MAXIMUM_LEAF_SIZE {
             return None;
         }
-        let mut best: Option<Cut> = None;
+        let mut best: Option<SeparatorCut> = None;
         for axis in 0..AXES {
             let cut = self.best_along(set, axis);
             best = [best, cut].into_iter().flatten().reduce(|a, b| if b.score < a.score { b } else { a });
@@ -277,15 +280,15 @@ impl Dissection {
         best.or_else(|| {
             let part = self.part[set[0] as usize];
             let far = self.spread(set[0], part).last().copied().unwrap_or(set[0]);
-            self.enter(set, part);
+            self.assign_part(set, part);
             self.spread(far, part);
-            self.enter(set, part);
+            self.assign_part(set, part);
             self.best_along(set, AXES)
         })
     }
 
     /// The best cut along one axis.
-    fn best_along(&mut self, set: &[u32], axis: usize) -> Option<Cut> {
+    fn best_along(&mut self, set: &[u32], axis: usize) -> Option<SeparatorCut> {
         let Self { graph, levels, part, counts: [below, from_upper, from_lower], .. } = self;
         let levels = &levels[axis];
         let own = part[set[0] as usize];
@@ -310,7 +313,7 @@ impl Dissection {
             from_lower[at(highest) + 1] -= 1;
         }
         let total = set.len() as i32;
-        let mut best: Option<Cut> = None;
+        let mut best: Option<SeparatorCut> = None;
         let mut sums = [0; 3];
         for l in first + 1..=last {
             for (sum, count) in sums.iter_mut().zip([&*below, &*from_upper, &*from_lower]) {
@@ -324,13 +327,13 @@ impl Dissection {
             for (lower, separator) in [(false, sums[1]), (true, sums[2])] {
                 let under = sums[0] - if lower { separator } else { 0 };
                 let over = total - separator - under;
-                if under <= 0 || over <= 0 || f64::from(separator) >= SEPARATOR_SHARE * f64::from(total) {
+                if under <= 0 || over <= 0 || f64::from(separator) >= MAXIMUM_SEPARATOR_FRACTION * f64::from(total) {
                     continue;
                 }
                 let share = f64::from(under.max(over)) / f64::from(under + over);
                 let score = f64::from(separator) * (1.0 + 4.0 * (share - 0.5).powi(2));
                 if best.is_none_or(|b| score < b.score) {
-                    best = Some(Cut { axis, level: l, lower, score });
+                    best = Some(SeparatorCut { axis, level: l, lower, score });
                 }
             }
         }
@@ -338,7 +341,7 @@ impl Dissection {
     }
 
     /// Applies a cut: separator, nodes below and nodes above.
-    fn apply(&self, set: Vec<u32>, cut: Cut) -> [Vec<u32>; 3] {
+    fn apply(&self, set: Vec<u32>, cut: SeparatorCut) -> [Vec<u32>; 3] {
         let levels = &self.levels[cut.axis];
         let is_lower = |i: u32| levels[i as usize] < cut.level;
         let own = self.part[set[0] as usize];
@@ -353,18 +356,18 @@ impl Dissection {
             sides[side].push(i);
         }
         let [separator, below, above] = sides;
-        [self.along(separator, cut.axis), below, above]
+        [self.sorted_along(separator, cut.axis), below, above]
     }
 
     /// Nodes in order along a cut, so that partners of a node are close to each other in the front.
-    fn along(&self, mut set: Vec<u32>, cut_axis: usize) -> Vec<u32> {
+    fn sorted_along(&self, mut set: Vec<u32>, cut_axis: usize) -> Vec<u32> {
         let [across, along] = [[0, 1], [1, 0], [2, 3], [3, 2], [0, 1], [0, 1]][cut_axis].map(|axis| &self.levels[axis]);
         set.sort_by_key(|&i| (along[i as usize], across[i as usize], i));
         set
     }
 }
 
-impl Tree {
+impl EliminationTree {
     /// The position of every node in the elimination.
     pub fn places(&self) -> Vec<u32> {
         let mut places = vec![0; self.order.len()];
@@ -392,11 +395,11 @@ impl Tree {
 mod tests {
     use super::*;
     use crate::linear::cases;
-    use crate::linear::cases::Case;
+    use crate::linear::cases::FactorCase;
 
     /// Checks that every node appears once, and that coupled nodes lie in one front or in fronts of
     /// which one is an ancestor of the other.
-    fn check(case: &Case, tree: &Tree) {
+    fn check(case: &FactorCase, tree: &EliminationTree) {
         let n = case.pattern.size();
         let mut seen = vec![usize::MAX; n];
         for (front, masses) in tree.fronts.iter().enumerate() {
@@ -454,7 +457,7 @@ mod tests {
         });
         let places: Vec<[f64; 2]> = (0..layers * size).map(|i| [(i % size) as f64, 0.0]).collect();
         let depths: Vec<f64> = (0..layers * size).map(|i| (i / size) as f64).collect();
-        let case = Case::new("pile", places, pairs);
+        let case = FactorCase::new("pile", places, pairs);
         let tree = dissect(&case.pattern, &case.places, &depths);
         check(&case, &tree);
         assert!(tree.fronts.iter().all(|f| f.len() == size));
@@ -464,11 +467,11 @@ mod tests {
     }
 
     #[test]
-    fn masses_at_one_place_are_parted_by_their_distance_in_the_graph() {
+    fn coincident_nodes_are_divided_by_graph_distance() {
         let mut case = cases::chain(300);
         case.places.fill([1.0, 2.0]);
         let tree = dissect(&case.pattern, &case.places, &[]);
-        assert!(tree.fronts.iter().all(|f| f.len() <= LEAF));
+        assert!(tree.fronts.iter().all(|f| f.len() <= MAXIMUM_LEAF_SIZE));
         check(&case, &tree);
     }
 }

@@ -16,8 +16,8 @@ use ::faer::sparse::linalg::cholesky::{
 use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use ::faer::{Conj, MatMut, Par, Side, Spec};
 
-use crate::linear::dissection::Tree;
-use crate::linear::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
+use crate::linear::dissection::EliminationTree;
+use crate::linear::{Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads};
 
 /// A factor by faer.
 pub(crate) struct FaerFactor {
@@ -32,10 +32,10 @@ pub(crate) struct FaerFactor {
     entries: Vec<f64>,
     symbolic: SymbolicCholesky<usize>,
     factor: Vec<f64>,
-    factorised: bool,
+    is_factorised: bool,
     /// L D Lᵀ instead of L Lᵀ, for indefinite matrices; without pivoting it fails if a leading
     /// minor is singular.
-    indefinite: bool,
+    is_indefinite: bool,
     scratch: MemBuffer,
     solution: Vec<f64>,
     flops: f64,
@@ -47,7 +47,7 @@ impl FaerFactor {
     ///
     /// # Panics
     /// If memory runs out.
-    pub fn new(pattern: &Pattern, tree: &Tree, indefinite: bool) -> Self {
+    pub fn new(pattern: &Pattern, tree: &EliminationTree, indefinite: bool) -> Self {
         let n = 3 * pattern.size();
         let place = tree.places();
         let (lower, source) = permuted_lower(pattern, &place);
@@ -73,8 +73,8 @@ impl FaerFactor {
             place,
             entries: vec![0.0; source.len()],
             factor: vec![0.0; symbolic.len_val()],
-            factorised: false,
-            indefinite,
+            is_factorised: false,
+            is_indefinite: indefinite,
             solution: vec![0.0; n],
             lower,
             source,
@@ -131,12 +131,12 @@ fn cost(symbolic: &SymbolicCholesky<usize>) -> (f64, usize) {
 }
 
 impl Factor for FaerFactor {
-    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive> {
-        self.factorised = false;
+    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositiveDefinite> {
+        self.is_factorised = false;
         for (entry, &source) in self.entries.iter_mut().zip(&self.source) {
             *entry = values[source as usize];
         }
-        if self.indefinite {
+        if self.is_indefinite {
             let done = self.symbolic.factorize_numeric_ldlt(
                 &mut self.factor,
                 SparseColMatRef::new(self.lower.as_ref(), &self.entries),
@@ -146,8 +146,8 @@ impl Factor for FaerFactor {
                 MemStack::new(&mut self.scratch),
                 Spec::default(),
             );
-            self.factorised = done.is_ok();
-            return done.map(|_| ()).map_err(|_| NotPositive);
+            self.is_factorised = done.is_ok();
+            return done.map(|_| ()).map_err(|_| NotPositiveDefinite);
         }
         let done = self.symbolic.factorize_numeric_llt(
             &mut self.factor,
@@ -158,13 +158,13 @@ impl Factor for FaerFactor {
             MemStack::new(&mut self.scratch),
             Spec::default(),
         );
-        self.factorised = done.is_ok();
-        done.map(|_| ()).map_err(|_| NotPositive)
+        self.is_factorised = done.is_ok();
+        done.map(|_| ()).map_err(|_| NotPositiveDefinite)
     }
 
     fn solve(&mut self, b: &mut [f64]) {
         assert_eq!(b.len(), self.solution.len(), "3 entries a block row");
-        if !self.factorised {
+        if !self.is_factorised {
             b.fill(f64::NAN);
             return;
         }
@@ -174,7 +174,7 @@ impl Factor for FaerFactor {
         let n = self.solution.len();
         let right = MatMut::from_column_major_slice_mut(&mut self.solution, n, 1);
         let scratch = MemStack::new(&mut self.scratch);
-        if self.indefinite {
+        if self.is_indefinite {
             LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, scratch);
         } else {
             LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, scratch);
@@ -184,10 +184,10 @@ impl Factor for FaerFactor {
         }
     }
 
-    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+    fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
         let n = self.solution.len();
         for load in loads.iter() {
-            self.solution.fill(if self.factorised { 0.0 } else { f64::NAN });
+            self.solution.fill(if self.is_factorised { 0.0 } else { f64::NAN });
             for &(mass, value) in load {
                 let at = 3 * self.place[mass as usize] as usize;
                 for (x, v) in self.solution[at..at + 3].iter_mut().zip(value) {
@@ -208,7 +208,7 @@ impl Factor for FaerFactor {
     }
 
     fn name(&self) -> &'static str {
-        if self.indefinite { "faer, indefinite" } else { "faer" }
+        if self.is_indefinite { "faer, indefinite" } else { "faer" }
     }
 
     fn flops(&self) -> f64 {

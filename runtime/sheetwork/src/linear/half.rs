@@ -13,12 +13,12 @@ use multiversion::multiversion;
 
 /// Right-hand sides with few entries.
 #[derive(Clone, Debug, Default)]
-pub struct Loads {
+pub struct SparseLoads {
     ends: Vec<usize>,
     entries: Vec<(u32, [f64; 3])>,
 }
 
-impl Loads {
+impl SparseLoads {
     /// Removes all right-hand sides; the capacity stays.
     pub fn clear(&mut self) {
         self.ends.clear();

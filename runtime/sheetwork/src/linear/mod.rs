@@ -7,7 +7,7 @@
 //! allocation. Units are those of the caller: values of A in N/m give displacements in m for forces
 //! in N.
 //!
-//! The bits of a result depend on the backend and on its instruction set ([`Path`]; faer chooses
+//! The bits of a result depend on the backend and on its instruction set ([`InstructionSet`]; faer chooses
 //! its own), and on nothing else of the machine.
 //!
 //! Source: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
@@ -22,18 +22,18 @@ pub(crate) mod pattern;
 #[cfg(test)]
 mod tests;
 
-pub use crate::linear::half::{HalfSolutions, Loads};
-pub use crate::linear::multifrontal::Path;
+pub use crate::linear::half::{HalfSolutions, SparseLoads};
+pub use crate::linear::multifrontal::InstructionSet;
 pub use crate::linear::pattern::Pattern;
 
-use crate::linear::dissection::Tree;
+use crate::linear::dissection::EliminationTree;
 use crate::linear::faer::FaerFactor;
 use crate::linear::multifrontal::{Instructions, MultifrontalFactor};
 
 /// The matrix has no Cholesky factor: a pivot is zero, negative or not finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is not positive definite")]
-pub struct NotPositive;
+pub struct NotPositiveDefinite;
 
 /// The Cholesky factor of matrices with one pattern, with its memory.
 pub trait Factor: Send + Sync {
@@ -45,7 +45,7 @@ pub trait Factor: Send + Sync {
     ///
     /// # Panics
     /// If `values` does not have 9 numbers per block.
-    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive>;
+    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositiveDefinite>;
 
     /// Solves A x = b in place with the last factor: `b` has 3 entries (x, y, z) per block row.
     /// Without a factor `b` becomes NaN.
@@ -63,7 +63,7 @@ pub trait Factor: Send + Sync {
     ///
     /// # Panics
     /// As [`Factor::factorize`] and [`Factor::solve`].
-    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
+    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositiveDefinite> {
         self.factorize(values)?;
         self.solve(b);
         Ok(())
@@ -74,11 +74,11 @@ pub trait Factor: Send + Sync {
     ///
     /// # Panics
     /// If a load names a block row out of range.
-    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions);
+    fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions);
 
     /// Enables threads of the calling thread's pool in factorisations; off by default. The bits of
     /// the result do not depend on it.
-    fn use_threads(&mut self, parallel: bool) {
+    fn set_parallel(&mut self, parallel: bool) {
         let _ = parallel;
     }
 
@@ -108,9 +108,9 @@ pub enum Backend {
 impl Default for Backend {
     /// The faster backend by `benches/factor.rs`: multifrontal on processors with AVX2 and FMA.
     fn default() -> Self {
-        match Path::best() {
-            Path::Portable => Self::Faer,
-            Path::Avx2 | Path::Avx512 => Self::Multifrontal,
+        match InstructionSet::best() {
+            InstructionSet::Portable => Self::Faer,
+            InstructionSet::Avx2 | InstructionSet::Avx512 => Self::Multifrontal,
         }
     }
 }
@@ -136,7 +136,7 @@ pub fn analyse_joined(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64], ba
     with_tree(pattern, &dissection::dissect(pattern, places, depths), backend)
 }
 
-fn with_tree(pattern: &Pattern, tree: &Tree, backend: Backend) -> Box<dyn Factor> {
+fn with_tree(pattern: &Pattern, tree: &EliminationTree, backend: Backend) -> Box<dyn Factor> {
     match backend {
         Backend::Faer => Box::new(FaerFactor::new(pattern, tree, false)),
         Backend::Indefinite => Box::new(FaerFactor::new(pattern, tree, true)),
@@ -149,12 +149,12 @@ fn with_tree(pattern: &Pattern, tree: &Tree, backend: Backend) -> Box<dyn Factor
 ///
 /// # Panics
 /// If there is not one place per block row.
-pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: Path) -> Option<Box<dyn Factor>> {
+pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: InstructionSet) -> Option<Box<dyn Factor>> {
     let instructions = path.instructions()?;
     Some(Box::new(MultifrontalFactor::new(pattern, &order(pattern, places), instructions)))
 }
 
-fn order(pattern: &Pattern, places: &[[f64; 2]]) -> Tree {
+fn order(pattern: &Pattern, places: &[[f64; 2]]) -> EliminationTree {
     assert_eq!(places.len(), pattern.size(), "one place a block row");
     dissection::dissect(pattern, places, &[])
 }

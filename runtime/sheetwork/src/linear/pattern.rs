@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_at_all() {
+    fn an_empty_pattern_has_no_blocks() {
         let pattern = Pattern::new(0, []);
         assert_eq!((pattern.size(), pattern.blocks()), (0, 0));
     }

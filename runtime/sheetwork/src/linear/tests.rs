@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use proptest::prelude::*;
 
 use crate::linear::cases;
-use crate::linear::cases::{Case, dense_solve};
+use crate::linear::cases::{FactorCase, dense_solve};
 use crate::linear::*;
 
 /// Two threads for factorisations.
@@ -20,8 +20,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// All available factors for a case.
-fn factors(case: &Case) -> Vec<Box<dyn Factor>> {
-    let ours = Path::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path));
+fn factors(case: &FactorCase) -> Vec<Box<dyn Factor>> {
+    let ours = InstructionSet::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path));
     std::iter::once(analyse(&case.pattern, &case.places, Backend::Faer)).chain(ours).collect()
 }
 
@@ -33,14 +33,14 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(case: &Case, seed: u64) -> Self {
+    fn new(case: &FactorCase, seed: u64) -> Self {
         let [values, load] = [case.values(seed, 1.0), case.load(seed)];
         let solution = dense_solve(case.dense(&values), &load).expect("positive definite");
         Self { values, load, solution }
     }
 
     /// Factorises, solves, and compares the solution with the dense one.
-    fn check(&self, case: &Case, factor: &mut dyn Factor) {
+    fn check(&self, case: &FactorCase, factor: &mut dyn Factor) {
         let who = format!("{} on {}", factor.name(), case.name);
         assert_eq!(factor.factorize(&self.values), Ok(()), "{who}");
         let mut x = self.load.clone();
@@ -56,9 +56,9 @@ impl Problem {
         assert_eq!(x, again, "{who}: with and after the factorisation");
         let mut on_two = self.load.clone();
         THREADS.install(|| {
-            factor.use_threads(true);
+            factor.set_parallel(true);
             assert_eq!(factor.factorize(&self.values), Ok(()), "{who}: on two threads");
-            factor.use_threads(false);
+            factor.set_parallel(false);
         });
         factor.solve(&mut on_two);
         assert_eq!(x, on_two, "{who}: on one thread and on two");
@@ -89,7 +89,7 @@ proptest! {
     ) {
         let n = masses.len() as u32;
         let places = masses.iter().map(|&(u, v)| [f64::from(u), f64::from(v)]).collect();
-        let case = Case::new("any", places, joined.into_iter().filter(|_| n > 0).map(|(a, b)| (a % n, b % n)));
+        let case = FactorCase::new("any", places, joined.into_iter().filter(|_| n > 0).map(|(a, b)| (a % n, b % n)));
         let problem = Problem::new(&case, seed);
         for mut factor in factors(&case) {
             problem.check(&case, &mut *factor);
@@ -98,7 +98,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_not_positive_is_refused_and_the_next_one_is_not() {
+fn indefinite_matrices_are_refused_and_later_ones_factorise() {
     for case in [cases::chain(1), cases::chain(3), cases::shell(11, 11), cases::two_layers(5, 5), cases::scattered()] {
         let problem = Problem::new(&case, 2);
         for mut factor in factors(&case) {
@@ -111,11 +111,15 @@ fn what_is_not_positive_is_refused_and_the_next_one_is_not() {
                 if value == 0.0 {
                     bad[9 * slot..9 * slot + 9].fill(0.0);
                 }
-                assert_eq!(factor.factorize(&bad), Err(NotPositive), "{who}: {value} in block {slot}");
+                assert_eq!(factor.factorize(&bad), Err(NotPositiveDefinite), "{who}: {value} in block {slot}");
                 THREADS.install(|| {
-                    factor.use_threads(true);
-                    assert_eq!(factor.factorize(&bad), Err(NotPositive), "{who}: {value} in block {slot}, two threads");
-                    factor.use_threads(false);
+                    factor.set_parallel(true);
+                    assert_eq!(
+                        factor.factorize(&bad),
+                        Err(NotPositiveDefinite),
+                        "{who}: {value} in block {slot}, two threads"
+                    );
+                    factor.set_parallel(false);
                 });
                 let mut x = case.load(1);
                 factor.solve(&mut x);
@@ -145,7 +149,7 @@ fn the_same_values_give_the_same_bits() {
 fn half_solutions_give_products_of_the_inverse() {
     for case in [cases::chain(1), cases::shell(11, 11), cases::triangles(13, 2), cases::scattered()] {
         let n = case.pattern.size() as u32;
-        let mut loads = Loads::default();
+        let mut loads = SparseLoads::default();
         for i in 0..6 {
             let row = |k: u32| (i * 7919 + k * 31) % n;
             loads.push((0..1 + i % 4).map(|k| (row(k), [0.3, f64::from(k) - 1.0, f64::from(i)])));
@@ -189,7 +193,7 @@ fn blocks_of_half_solutions_have_the_bits_of_their_products() {
                 (row, [0, 1, 2].map(|k| f64::from(u32::from(k == axis)) * 0.7 + f64::from(k * i) * 0.1))
             })
         };
-        let mut loads = Loads::default();
+        let mut loads = SparseLoads::default();
         (0..5).for_each(|i| (0..3).for_each(|axis| loads.push(load(i, axis))));
         for mut factor in factors(&case) {
             let who = format!("{} on {}", factor.name(), case.name);

@@ -3,7 +3,7 @@
 /// Stiffness of a sheet per width, and its retardation time. Components are (uu, vv, uv) with
 /// engineering shear and twist (γ = 2 ε_uv, 2 κ_uv); u is along the sheet's length.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
+pub struct ElementLaw {
     /// Membrane stiffness, N/m.
     pub membrane: [[f64; 3]; 3],
     /// Bending stiffness, N m.

@@ -22,13 +22,13 @@ impl RigidFrame {
     }
 
     /// Frame from a single-precision pose.
-    pub fn of(pose: &Pose) -> Self {
+    pub fn from_pose(pose: &Pose) -> Self {
         Self::from_parts(pose.translation.as_dvec3(), pose.rotation.as_dquat())
     }
 
     /// Position in the body's frame of the world point `p`, m.
     #[inline]
-    pub fn local(&self, p: DVec3) -> DVec3 {
+    pub fn local_point(&self, p: DVec3) -> DVec3 {
         self.rotation.transpose() * (p - self.origin)
     }
 
@@ -56,10 +56,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_and_back_is_where_it_was() {
+    fn local_and_world_are_inverse() {
         let frame = RigidFrame::from_parts(DVec3::new(1.0, -2.0, 3.0), DQuat::from_rotation_y(0.7));
         let p = DVec3::new(0.3, 0.2, -0.1);
-        assert!(frame.local(frame.world(p)).distance(p) < 1e-15);
+        assert!(frame.local_point(frame.world(p)).distance(p) < 1e-15);
         assert!(frame.local_direction(frame.direction(p)).distance(p) < 1e-15);
         // A quarter turn about y maps x to -z.
         let quarter = RigidFrame::from_parts(DVec3::ZERO, DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2));

@@ -41,7 +41,7 @@ impl Pack {
 
     /// Each lane, or zero where it is negative or NaN.
     #[inline(always)]
-    pub fn positive(self) -> Self {
+    pub fn positive_part(self) -> Self {
         let mut lanes = self.0;
         for x in &mut lanes {
             *x = if *x > 0.0 { *x } else { 0.0 };

@@ -8,11 +8,11 @@
 use glam::DVec3;
 
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Lattice, LatticeSpec, Link};
+use crate::mesh::structure::{Lattice, LatticeSpec, LatticeSpring};
 
 /// Layer of a lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Layer {
+pub struct LatticeLayer {
     /// Index of the first node.
     pub first: u32,
     /// Nodes in a row (along x).
@@ -23,7 +23,7 @@ pub struct Layer {
     pub triangular: bool,
 }
 
-impl Layer {
+impl LatticeLayer {
     /// Index of the node in column `i` of row `j`.
     pub fn at(&self, i: u32, j: u32) -> u32 {
         self.first + j * self.nx + i
@@ -65,12 +65,12 @@ impl Layer {
 }
 
 /// Builder of a lattice: lays out the nodes, then collects springs family by family.
-pub struct Builder {
+pub struct LatticeBuilder {
     lattice: Lattice,
     cross_over: bool,
 }
 
-impl Builder {
+impl LatticeBuilder {
     pub(crate) fn new(spec: &LatticeSpec) -> Self {
         let triangular = spec.structure.info().triangular;
         let (nx, count, nz) = spec.grid;
@@ -84,7 +84,7 @@ impl Builder {
             let small = index % 2 == 1;
             let (lx, lz) = if small { (nx - 1, nz - 1) } else { (nx, nz) };
             let shift = if small { middle } else { (0.0, 0.0) };
-            let layer = Layer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular };
+            let layer = LatticeLayer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular };
             for j in 0..lz {
                 for i in 0..lx {
                     let stagger = if j % 2 == 1 { half * dx } else { 0.0 };
@@ -119,7 +119,7 @@ impl Builder {
             for i in (0..nx).filter(|i| (0..nx).contains(&(i + di))) {
                 let a = layer.at(i as u32, j as u32);
                 let b = layer.at((i + di) as u32, (j + dj) as u32);
-                self.lattice.links.push(Link { a, b, class, layer: index as u32 });
+                self.lattice.links.push(LatticeSpring { a, b, class, layer: index as u32 });
             }
         }
     }
@@ -161,7 +161,7 @@ impl Builder {
             for (di, dj) in cell {
                 for i in 0..from.nx {
                     let (a, b) = (to.at(i + di, j + dj), from.at(i, j));
-                    self.lattice.links.push(Link { a, b, class: SpringClass::Inter, layer });
+                    self.lattice.links.push(LatticeSpring { a, b, class: SpringClass::Inter, layer });
                 }
             }
         }

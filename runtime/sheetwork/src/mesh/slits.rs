@@ -6,7 +6,7 @@
 //! grows only if the sheet can fracture.
 
 /// Minimum length of a line in a cell that opens it, cells.
-const LEAST: f64 = 1e-3;
+const MIN_CROSSED_LENGTH: f64 = 1e-3;
 
 /// Line from (u, v) to (u, v), each 0 to 1.
 pub type Slit = ((f64, f64), (f64, f64));
@@ -27,7 +27,7 @@ pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> 
     breaks.sort_by(f64::total_cmp);
     let mut cells: Vec<usize> = Vec::new();
     for pair in breaks.windows(2) {
-        if (pair[1] - pair[0]) * length < LEAST {
+        if (pair[1] - pair[0]) * length < MIN_CROSSED_LENGTH {
             continue;
         }
         let s = 0.5 * (pair[0] + pair[1]);

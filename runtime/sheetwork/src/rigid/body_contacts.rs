@@ -6,8 +6,8 @@
 use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, PhysicsWorld};
 
-use crate::rigid::Motion;
-use crate::rigid::view::Owners;
+use crate::rigid::RigidMotion;
+use crate::rigid::view::ColliderOwners;
 
 /// A contact point of two bodies, at least one of them dynamic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,12 +36,17 @@ pub struct BodyContact {
 
 /// Append the contacts that Rapier detected in its last substep, for pairs not yet in `list`. The
 /// motions still hold the start of that substep.
-pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion], list: &mut Vec<BodyContact>) {
+pub(crate) fn collect(
+    inner: &PhysicsWorld,
+    owners: &ColliderOwners,
+    motions: &[RigidMotion],
+    list: &mut Vec<BodyContact>,
+) {
     let known = list.len();
     for pair in inner.narrow_phase.contact_pairs() {
-        let (Some(b), Some(a)) = (owners.of(pair.collider1), owners.of(pair.collider2)) else { continue };
+        let (Some(b), Some(a)) = (owners.body_of(pair.collider1), owners.body_of(pair.collider2)) else { continue };
         let (Some(of_a), Some(of_b)) = (motions.get(a), motions.get(b)) else { continue };
-        if !of_a.start.gives() && !of_b.start.gives() {
+        if !of_a.start.is_dynamic() && !of_b.start.is_dynamic() {
             continue;
         }
         if list[..known].iter().any(|c| (c.a, c.b) == (a, b) || (c.b, c.a) == (a, b)) {
@@ -51,14 +56,14 @@ pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
         let round = [pair.collider2, pair.collider1].map(is_ball);
         for manifold in pair.solver_manifolds() {
             let normal = manifold.data.normal.as_dvec3().normalize_or_zero();
-            let is_near = manifold.points.iter().any(|point| point.dist <= owners.reach);
+            let is_near = manifold.points.iter().any(|point| point.dist <= owners.contact_distance);
             if normal == DVec3::ZERO || !is_near {
                 continue;
             }
             for point in &manifold.points {
                 let on_b = at_start(of_b, point.local_p1.as_dvec3(), round[1]);
                 let on_a = at_start(of_a, point.local_p2.as_dvec3(), round[0]);
-                let distance = (of_a.start.place(on_a) - of_b.start.place(on_b)).dot(normal);
+                let distance = (of_a.start.world_point(on_a) - of_b.start.world_point(on_b)).dot(normal);
                 list.push(BodyContact {
                     a,
                     b,
@@ -69,7 +74,7 @@ pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
                     distance,
                     friction: f64::from(manifold.data.friction),
                     restitution: f64::from(manifold.data.restitution),
-                    key: [name(pair.collider2, point.fid2.0), name(pair.collider1, point.fid1.0)],
+                    key: [feature_key(pair.collider2, point.fid2.0), feature_key(pair.collider1, point.fid1.0)],
                 });
             }
         }
@@ -79,15 +84,15 @@ pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
 
 /// Point of a ball that has, at the start of the step, the world direction that `at` had at the
 /// start of the last substep; for other bodies `at` itself.
-fn at_start(motion: &Motion, at: DVec3, is_round: bool) -> DVec3 {
-    if !is_round || motion.from.rotation() == motion.start.rotation() {
+fn at_start(motion: &RigidMotion, at: DVec3, is_round: bool) -> DVec3 {
+    if !is_round || motion.substep_start.rotation() == motion.start.rotation() {
         return at;
     }
-    motion.start.rotation().conjugate() * (motion.from.rotation() * at)
+    motion.start.rotation().conjugate() * (motion.substep_start.rotation() * at)
 }
 
 /// [u64; 2] of a feature of a collider.
-pub(crate) fn name(collider: ColliderHandle, feature: u32) -> u64 {
+pub(crate) fn feature_key(collider: ColliderHandle, feature: u32) -> u64 {
     u64::from(collider.into_raw_parts().0) << 32 | u64::from(feature)
 }
 

@@ -16,33 +16,34 @@ const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A contact point of an impact.
 #[derive(Clone, Copy, Default)]
-struct Point {
+struct ImpactPoint {
     /// Position in the frame of the body, m.
     local: DVec3,
     /// Unit normal from the obstacle to the body.
     normal: DVec3,
     /// Velocity of the obstacle at the point, m/s.
-    wall: DVec3,
+    obstacle_velocity: DVec3,
     /// Gap, m, and approach speed, m/s.
     gap: f64,
     approach: f64,
     friction: f64,
     restitution: f64,
     /// Accumulated normal and friction impulses, N s.
-    push: f64,
-    rub: DVec3,
+    normal_impulse: f64,
+    friction_impulse: DVec3,
 }
 
 impl RigidWorld {
     /// State of body `index` at the end of a substep of `part` s in which only static and kinematic
     /// bodies pushed it, after an impact; `None` if no point bounces.
-    pub(crate) fn bounced(&self, index: usize, part: f64, g: DVec3) -> Option<BodyState> {
-        let from = self.motions[index].from;
-        let mut points = [Point::default(); SETTINGS.maximum_points];
+    pub(crate) fn state_after_impact(&self, index: usize, part: f64, g: DVec3) -> Option<BodyState> {
+        let from = self.motions[index].substep_start;
+        let mut points = [ImpactPoint::default(); SETTINGS.maximum_points];
         let mut count = 0;
-        self.each_strike(index, |point| {
+        self.for_each_impact_point(index, |point| {
             // Points in contact already are included with those that strike.
-            let reached = (point.approach * part).max(SETTINGS.touch_fraction * f64::from(self.owners.reach));
+            let reached =
+                (point.approach * part).max(SETTINGS.touch_fraction * f64::from(self.owners.contact_distance));
             if point.gap <= reached && count < SETTINGS.maximum_points {
                 points[count] = point;
                 count += 1;
@@ -54,33 +55,44 @@ impl RigidWorld {
         }
         let strike = points.iter().filter(|p| p.approach > RIGID.restitution_speed);
         let time = strike.map(|p| p.gap.max(0.0) / p.approach).fold(part, f64::min);
-        let there = from.fly(time, g);
-        let after = left(&there, points);
-        (after.kinetic_energy() <= there.kinetic_energy() * (1.0 + 1e-9)).then(|| after.fly(part - time, g))
+        let there = from.free_flight(time, g);
+        let after = solve_impact(&there, points);
+        (after.kinetic_energy() <= there.kinetic_energy() * (1.0 + 1e-9)).then(|| after.free_flight(part - time, g))
     }
 
     /// Call `with` for each contact of body `index` with a static or kinematic body that Rapier
     /// detected at the start of the substep.
-    fn each_strike(&self, index: usize, mut with: impl FnMut(Point)) {
-        let from = &self.motions[index].from;
+    fn for_each_impact_point(&self, index: usize, mut with: impl FnMut(ImpactPoint)) {
+        let from = &self.motions[index].substep_start;
         for pair in self.bodies[index].colliders.iter().flat_map(|c| self.inner.narrow_phase.contact_pairs_with(*c)) {
-            let (Some(first), Some(second)) = (self.owners.of(pair.collider1), self.owners.of(pair.collider2)) else {
+            let (Some(first), Some(second)) =
+                (self.owners.body_of(pair.collider1), self.owners.body_of(pair.collider2))
+            else {
                 continue;
             };
             let over = &self.motions[if first == index { second } else { first }];
             let side = if first == index { -1.0 } else { 1.0 };
             for manifold in pair.solver_manifolds() {
                 let normal = manifold.data.normal.as_dvec3().normalize_or_zero() * side;
-                for point in manifold.points.iter().filter(|p| p.dist <= self.owners.reach) {
+                for point in manifold.points.iter().filter(|p| p.dist <= self.owners.contact_distance) {
                     let local = if first == index { point.local_p1 } else { point.local_p2 }.as_dvec3();
-                    let place = from.place(local);
+                    let place = from.world_point(local);
                     let wall = over.start.velocity_at(place);
                     let approach = -(from.velocity_at(place) - wall).dot(normal);
                     if normal != DVec3::ZERO {
                         let friction = f64::from(manifold.data.friction);
                         let restitution = f64::from(manifold.data.restitution);
                         let gap = f64::from(point.dist);
-                        with(Point { local, normal, wall, gap, approach, friction, restitution, ..Point::default() });
+                        with(ImpactPoint {
+                            local,
+                            normal,
+                            obstacle_velocity: wall,
+                            gap,
+                            approach,
+                            friction,
+                            restitution,
+                            ..ImpactPoint::default()
+                        });
                     }
                 }
             }
@@ -89,29 +101,31 @@ impl RigidWorld {
 }
 
 /// State of the body `at` after the simultaneous impact at all `points`.
-fn left(at: &BodyState, points: &mut [Point]) -> BodyState {
+fn solve_impact(at: &BodyState, points: &mut [ImpactPoint]) -> BodyState {
     let mut state = *at;
     for point in points.iter_mut() {
-        point.approach = (point.wall - at.velocity_at(at.place(point.local))).dot(point.normal);
+        point.approach = (point.obstacle_velocity - at.velocity_at(at.world_point(point.local))).dot(point.normal);
     }
     for _ in 0..SETTINGS.maximum_sweeps {
         for point in points.iter_mut() {
-            let place = at.place(point.local);
+            let place = at.world_point(point.local);
             let mobility = at.mobility(place, place);
             let e = if point.approach > RIGID.restitution_speed { point.restitution } else { 0.0 };
-            let speed = (state.velocity_at(place) - point.wall).dot(point.normal);
-            let push = (point.push + (e * point.approach - speed) / point.normal.dot(mobility * point.normal)).max(0.0);
-            state = state.kicked(point.normal * (push - point.push), place);
-            point.push = push;
-            let slip = (state.velocity_at(place) - point.wall).reject_from_normalized(point.normal);
+            let speed = (state.velocity_at(place) - point.obstacle_velocity).dot(point.normal);
+            let push = (point.normal_impulse
+                + (e * point.approach - speed) / point.normal.dot(mobility * point.normal))
+            .max(0.0);
+            state = state.with_impulse_at(point.normal * (push - point.normal_impulse), place);
+            point.normal_impulse = push;
+            let slip = (state.velocity_at(place) - point.obstacle_velocity).reject_from_normalized(point.normal);
             let along = slip.normalize_or_zero();
             if along == DVec3::ZERO {
                 continue;
             }
-            let wanted = point.rub - slip / along.dot(mobility * along);
+            let wanted = point.friction_impulse - slip / along.dot(mobility * along);
             let rub = wanted.clamp_length_max(point.friction * push);
-            state = state.kicked(rub - point.rub, place);
-            point.rub = rub;
+            state = state.with_impulse_at(rub - point.friction_impulse, place);
+            point.friction_impulse = rub;
         }
     }
     state

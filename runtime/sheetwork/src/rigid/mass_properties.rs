@@ -39,7 +39,7 @@ impl MassProperties {
 
     /// Mass properties of a body of density 1 kg/m³ with this shape and its `polyhedra` (empty for
     /// balls and half spaces). `None` if the volume is zero or infinite.
-    pub fn of_unit_density(shape: &Shape, polyhedra: &[Polyhedron]) -> Option<Self> {
+    pub fn from_shape(shape: &Shape, polyhedra: &[Polyhedron]) -> Option<Self> {
         let centred = |mass: f64, principal| Self { mass, centre: DVec3::ZERO, principal, axes: DQuat::IDENTITY };
         let found = match shape {
             Shape::HalfSpace => return None,
@@ -51,7 +51,7 @@ impl MassProperties {
                 let (mass, squares) = (size.x * size.y * size.z, *size * *size);
                 centred(mass, (DVec3::splat(squares.element_sum()) - squares) * (mass / 12.0))
             }
-            Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) => Self::of_polyhedra(polyhedra)?,
+            Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) => Self::from_polyhedra(polyhedra)?,
         };
         (found.mass > 0.0 && found.principal.min_element() > 0.0).then_some(found)
     }
@@ -63,13 +63,13 @@ impl MassProperties {
 
     /// Mass properties of a body with the centre of mass at its origin and the inertia `inertia`
     /// (kg m²). A vanishing principal inertia, as of nodes on a line, is replaced by a minimal one.
-    pub fn of_inertia(mass: f64, inertia: DMat3) -> Self {
+    pub fn from_inertia(mass: f64, inertia: DMat3) -> Self {
         let (principal, axes) = principal_axes(inertia);
         let least = f64::EPSILON * principal.max_element().max(f64::MIN_POSITIVE / f64::EPSILON);
         Self { mass, centre: DVec3::ZERO, principal: principal.max(DVec3::splat(least)), axes }
     }
 
-    fn of_polyhedra(polyhedra: &[Polyhedron]) -> Option<Self> {
+    fn from_polyhedra(polyhedra: &[Polyhedron]) -> Option<Self> {
         // The reference point is a vertex of the body: a distant origin would cause cancellation.
         let from = polyhedra.iter().find_map(|p| p.vertices.first().copied())?;
         let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
@@ -148,12 +148,12 @@ mod tests {
     #[test]
     fn a_box_as_a_polyhedron_turned_and_far_away_has_the_inertia_of_a_box() {
         let size = DVec3::new(0.063, 0.088, 0.002);
-        let wanted = MassProperties::of_unit_density(&Shape::Box(size), &[]).expect("a body").with_mass(0.7);
+        let wanted = MassProperties::from_shape(&Shape::Box(size), &[]).expect("a body").with_mass(0.7);
         let place = Placement { position: DVec3::new(30.0, -20.0, 50.0), rotation: DVec3::new(31.0, 47.0, -12.0) };
         let mut turned = Polyhedron::cuboid(size);
         turned.vertices.iter_mut().for_each(|p| *p = place.apply(*p));
         let shape = Shape::Polyhedron(turned.clone());
-        let found = MassProperties::of_unit_density(&shape, &[turned]).expect("a body").with_mass(0.7);
+        let found = MassProperties::from_shape(&shape, &[turned]).expect("a body").with_mass(0.7);
         assert!(close(found.centre, place.position, 1e-12));
         assert!(close(sorted(found.principal), sorted(wanted.principal), 1e-9), "{found:?} {wanted:?}");
         // Inertia tensor in the body frame, independent of the order and signs of the principal
@@ -180,7 +180,7 @@ mod tests {
             vertices: corners.to_vec(),
             faces: vec![vec![0, 2, 1], vec![0, 1, 3], vec![0, 3, 2], vec![1, 2, 3]],
         };
-        let found = MassProperties::of_unit_density(&Shape::Polyhedron(body.clone()), &[body]).expect("a body");
+        let found = MassProperties::from_shape(&Shape::Polyhedron(body.clone()), &[body]).expect("a body");
         let volume = a * a * a / 6.0;
         assert!((found.mass - volume).abs() < 1e-15 * volume.max(1.0));
         assert!(close(found.centre, DVec3::splat(a / 4.0), 1e-13));
@@ -193,7 +193,7 @@ mod tests {
         // Half ball of radius r: V = 2/3 π r³, centre 3/8 r above its base, inertia about the
         // centre 83/320 m r² across and 2/5 m r² along the axis.
         let dome = Polyhedron::hemisphere(1.0, 48, 192);
-        let found = MassProperties::of_unit_density(&Shape::Polyhedron(dome.clone()), &[dome]).expect("a body");
+        let found = MassProperties::from_shape(&Shape::Polyhedron(dome.clone()), &[dome]).expect("a body");
         let volume = 2.0 / 3.0 * std::f64::consts::PI;
         assert!((found.mass / volume - 1.0).abs() < 2e-3);
         assert!((found.centre.y - 0.375).abs() < 1e-3, "{found:?}");
@@ -202,9 +202,9 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_volume_or_no_end_has_no_mass() {
-        assert!(MassProperties::of_unit_density(&Shape::HalfSpace, &[]).is_none());
+    fn shapes_without_finite_volume_have_no_mass_properties() {
+        assert!(MassProperties::from_shape(&Shape::HalfSpace, &[]).is_none());
         let flat = Polyhedron { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], faces: vec![vec![0, 1, 2]] };
-        assert!(MassProperties::of_unit_density(&Shape::Polyhedron(flat.clone()), &[flat]).is_none());
+        assert!(MassProperties::from_shape(&Shape::Polyhedron(flat.clone()), &[flat]).is_none());
     }
 }

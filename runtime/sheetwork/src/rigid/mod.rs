@@ -29,17 +29,17 @@ pub use crate::rigid::state::BodyState;
 pub use crate::rigid::view::RigidView;
 
 use crate::error::{InputError, check_range};
-use crate::rigid::rolling_ball::Rolling;
+use crate::rigid::rolling_ball::RollingBallSolver;
 use crate::rigid::shape::{is_convex, polyhedra_of, shapes_of};
-use crate::rigid::step::Motion;
-use crate::rigid::view::Owners;
+use crate::rigid::step::RigidMotion;
+use crate::rigid::view::ColliderOwners;
 use crate::scene::{BodySpec, ContactDefaults, PathKey, Placement, Polyhedron, Room, Scene, Shape, body_name, path_at};
 
 pub(crate) use crate::rigid::view::CONVEX;
 
 /// Description of a body of the scene, for display.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub struct RigidBodyInfo {
     /// Name, unique among the bodies.
     pub name: String,
     /// Shape.
@@ -57,29 +57,29 @@ pub struct Body {
 
 /// Kind of motion of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
-    Standing,
+pub(crate) enum MotionKind {
+    Static,
     /// Kinematic, along the path of the scene.
     Path,
     /// Kinematic, by program: pose at the end of the next step, if one is set.
-    Sent(Option<(DVec3, DQuat)>),
+    Target(Option<(DVec3, DQuat)>),
     /// Dynamic: gravity and contact.
-    Free,
+    Dynamic,
 }
 
 /// Rigid bodies of a scene, in a Rapier world of their own.
 pub struct RigidWorld {
     inner: PhysicsWorld,
-    bodies: Vec<Body>,
-    motions: Vec<Motion>,
-    owners: Owners,
+    bodies: Vec<RigidBodyInfo>,
+    motions: Vec<RigidMotion>,
+    owners: ColliderOwners,
     /// Whether any body is kinematic.
-    moving: bool,
+    has_kinematic: bool,
     sleep: bool,
     contacts: Vec<BodyContact>,
     /// Union-find roots of the islands of touching bodies; buffer of the sleep test.
-    groups: Vec<usize>,
-    rolling: Rolling,
+    island_roots: Vec<usize>,
+    rolling: RollingBallSolver,
 }
 
 impl RigidWorld {
@@ -92,12 +92,12 @@ impl RigidWorld {
             inner: PhysicsWorld::new(),
             bodies: Vec::new(),
             motions: Vec::new(),
-            owners: Owners::new(scene.contact.clone()),
-            moving: false,
+            owners: ColliderOwners::new(scene.contact.clone()),
+            has_kinematic: false,
             sleep: true,
             contacts: Vec::new(),
-            groups: Vec::new(),
-            rolling: Rolling::default(),
+            island_roots: Vec::new(),
+            rolling: RollingBallSolver::default(),
         };
         world.inner.gravity = Vector::ZERO;
         for (index, spec) in scene.bodies.iter().enumerate() {
@@ -114,7 +114,7 @@ impl RigidWorld {
         if let Some(room) = &scene.room {
             world.add_room(scene, room)?;
         }
-        world.settle();
+        world.update_broad_phase();
         Ok(world)
     }
 
@@ -140,8 +140,8 @@ impl RigidWorld {
     pub fn add(&mut self, scene: &Scene, spec: &BodySpec, index: usize) -> Result<(), InputError> {
         let polyhedra = polyhedra_of(scene, &spec.shape)?;
         let shapes = shapes_of(&spec.shape, &polyhedra, spec.is_dynamic())?;
-        let motion = motion_of(spec, &polyhedra)?;
-        let handle = self.inner.insert_body(builder(&motion));
+        let motion = initial_motion(spec, &polyhedra)?;
+        let handle = self.inner.insert_body(rapier_builder(&motion));
         let friction = spec.friction.unwrap_or(scene.contact.friction) as f32;
         let restitution = spec.restitution.unwrap_or(scene.contact.restitution) as f32;
         let mut colliders = Vec::new();
@@ -154,12 +154,12 @@ impl RigidWorld {
             colliders.push(self.inner.insert_collider(collider.density(0.0).active_hooks(hooks), Some(handle)));
         }
         if motion.is_free() {
-            self.tune(2.0 * motion.extent);
+            self.tune_rapier(2.0 * motion.extent);
         }
-        self.moving |= motion.kind == Kind::Path;
+        self.has_kinematic |= motion.kind == MotionKind::Path;
         self.owners.push(&colliders, spec.material.as_deref());
         self.motions.push(motion);
-        self.bodies.push(Body {
+        self.bodies.push(RigidBodyInfo {
             name: body_name(&spec.name, index),
             shape: spec.shape.clone(),
             polyhedra,
@@ -169,14 +169,14 @@ impl RigidWorld {
             handle,
             colliders,
         });
-        self.settle();
+        self.update_broad_phase();
         Ok(())
     }
 
     /// Adjust Rapier's length unit and speed limit to the smallest dynamic body. `size` is the
     /// diameter of a body to be added, m.
-    fn tune(&mut self, size: f64) {
-        let first = !self.motions.iter().any(Motion::is_free);
+    fn tune_rapier(&mut self, size: f64) {
+        let first = !self.motions.iter().any(RigidMotion::is_free);
         let p = &mut self.inner.integration_parameters;
         let before = if first { 1.0 } else { p.length_unit };
         p.length_unit = before.min(size.clamp(1e-3, 1.0) as Real);
@@ -184,7 +184,7 @@ impl RigidWorld {
         // Contacts are recomputed in each step. Friction uses Rapier's default model: the model
         // with friction at each contact point decelerates a sliding box by 10 % too little.
         p.contact_recycling = false;
-        self.owners.reach = p.prediction_distance();
+        self.owners.contact_distance = p.prediction_distance();
     }
 
     /// Set the contact coefficients and material pairs from the next step on, and wake all bodies.
@@ -194,7 +194,7 @@ impl RigidWorld {
     }
 
     /// Bodies in the order of the scene, then floor and back wall.
-    pub fn bodies(&self) -> &[Body] {
+    pub fn bodies(&self) -> &[RigidBodyInfo] {
         &self.bodies
     }
 
@@ -233,41 +233,41 @@ impl RigidWorld {
         }
         self.contacts.clear();
         self.wake_all();
-        self.settle();
+        self.update_broad_phase();
         true
     }
 
     /// Set the pose (position in m) that the body called `name` reaches at the end of the next
     /// step. The body is kinematic from then on and leaves its path. Return false if there is none.
-    pub fn send(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+    pub fn set_target(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
         let Some(index) = self.index_of(name) else { return false };
         let (body, motion) = (&mut self.bodies[index], &mut self.motions[index]);
         let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return false };
         let here = rigid.position();
         let there = here.translation == position.as_vec3() && here.rotation == rotation.as_quat();
-        if there && motion.kind == Kind::Standing {
+        if there && motion.kind == MotionKind::Static {
             return true;
         }
         body.path.clear();
         if motion.is_free() {
-            motion.end = BodyState::standing(motion.end.origin(), motion.end.rotation());
+            motion.end = BodyState::fixed_at(motion.end.origin(), motion.end.rotation());
             motion.asleep = false;
         }
-        motion.kind = Kind::Sent(Some((position, rotation)));
+        motion.kind = MotionKind::Target(Some((position, rotation)));
         rigid.set_body_type(RigidBodyType::KinematicPositionBased, true);
-        self.moving = true;
+        self.has_kinematic = true;
         true
     }
 
     /// Update Rapier's broad phase by a step without gravity, short enough that no body moves
     /// visibly.
-    fn settle(&mut self) {
+    fn update_broad_phase(&mut self) {
         self.inner.gravity = Vector::ZERO;
         self.inner.integration_parameters.dt = 1e-6;
         self.inner.step();
         for index in 0..self.motions.len() {
             if self.motions[index].is_free() {
-                self.write(index);
+                self.write_to_rapier(index);
             }
         }
     }
@@ -294,50 +294,50 @@ impl RigidWorld {
     }
 
     /// Whether all dynamic bodies sleep.
-    pub fn is_quiet(&self) -> bool {
+    pub fn all_asleep(&self) -> bool {
         self.motions.iter().all(|m| m.asleep || !m.is_free())
     }
 
     /// Name of the body that owns a collider.
     pub fn name_of(&self, collider: ColliderHandle) -> Option<&str> {
-        self.owners.of(collider).and_then(|b| self.bodies.get(b)).map(|b| b.name.as_str())
+        self.owners.body_of(collider).and_then(|b| self.bodies.get(b)).map(|b| b.name.as_str())
     }
 
     /// Whether any body is kinematic, by a path or a program.
-    pub fn moving(&self) -> bool {
-        self.moving
+    pub fn has_kinematic(&self) -> bool {
+        self.has_kinematic
     }
 
     /// View of bodies and colliders for a step of the sheets.
     pub fn view(&self) -> RigidView<'_> {
-        RigidView::of_own(&self.inner, &self.owners)
+        RigidView::from_world(&self.inner, &self.owners)
     }
 }
 
 /// Initial pose and motion of a body.
-fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputError> {
-    let (origin, rotation) = pose_of(&spec.placement, &spec.path, 0.0);
-    let mut motion = Motion {
-        kind: if spec.path.is_empty() { Kind::Standing } else { Kind::Path },
-        start: BodyState::standing(origin, rotation),
-        from: BodyState::standing(origin, rotation),
-        end: BodyState::standing(origin, rotation),
+fn initial_motion(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<RigidMotion, InputError> {
+    let (origin, rotation) = path_pose(&spec.placement, &spec.path, 0.0);
+    let mut motion = RigidMotion {
+        kind: if spec.path.is_empty() { MotionKind::Static } else { MotionKind::Path },
+        start: BodyState::fixed_at(origin, rotation),
+        substep_start: BodyState::fixed_at(origin, rotation),
+        end: BodyState::fixed_at(origin, rotation),
         asleep: false,
-        quiet: 0.0,
-        claimed: false,
-        pushed: false,
+        rest_time: 0.0,
+        set_by_contact: false,
+        had_impulse: false,
         extent: 0.0,
     };
     if spec.is_dynamic() {
-        let spread = MassProperties::of_unit_density(&spec.shape, polyhedra)
+        let spread = MassProperties::from_shape(&spec.shape, polyhedra)
             .ok_or_else(|| InputError::new("shape", "has no volume: a body that moves freely needs one"))?;
         let mass = spec.mass.or(spec.density.map(|d| d * spread.mass)).unwrap_or_default();
         check_range("density", mass, 1e-9, 1e9, "kg")
             .map_err(|e| InputError::new(e.field, format!("makes a mass that is not allowed: {}", e.problem)))?;
         let spread = spread.with_mass(mass);
-        motion.kind = Kind::Free;
+        motion.kind = MotionKind::Dynamic;
         motion.end = BodyState::new(spread, origin, rotation, spec.velocity, spec.spin);
-        (motion.start, motion.from) = (motion.end, motion.end);
+        (motion.start, motion.substep_start) = (motion.end, motion.end);
         motion.extent = match spec.shape {
             Shape::Ball(radius) => radius,
             _ => polyhedra.iter().flat_map(|p| &p.vertices).map(|p| p.distance(spread.centre)).fold(0.0, f64::max),
@@ -347,12 +347,12 @@ fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputE
 }
 
 /// Rapier's body for this motion.
-fn builder(motion: &Motion) -> RigidBodyBuilder {
+fn rapier_builder(motion: &RigidMotion) -> RigidBodyBuilder {
     let (origin, rotation) = (motion.end.origin().as_vec3(), motion.end.rotation().as_quat());
     let builder = match motion.kind {
-        Kind::Standing => RigidBodyBuilder::fixed(),
-        Kind::Path | Kind::Sent(_) => RigidBodyBuilder::kinematic_position_based(),
-        Kind::Free => {
+        MotionKind::Static => RigidBodyBuilder::fixed(),
+        MotionKind::Path | MotionKind::Target(_) => RigidBodyBuilder::kinematic_position_based(),
+        MotionKind::Dynamic => {
             let m = motion.end.mass_properties();
             RigidBodyBuilder::dynamic()
                 .additional_mass_properties(rapier3d::prelude::MassProperties::with_principal_inertia_frame(
@@ -372,7 +372,7 @@ fn builder(motion: &Motion) -> RigidBodyBuilder {
 }
 
 /// Pose on a path at `time` (s): position (m) and rotation.
-fn pose_of(placement: &Placement, path: &[PathKey], time: f64) -> (DVec3, DQuat) {
+fn path_pose(placement: &Placement, path: &[PathKey], time: f64) -> (DVec3, DQuat) {
     let (offset, turn) = path_at(path, time);
     let turn = Placement { position: DVec3::ZERO, rotation: turn };
     (placement.position + offset, turn.quaternion() * placement.quaternion())

@@ -24,7 +24,7 @@ const SETTINGS: RollingBallSettings = RigidSettings::DEFAULT.rolling_ball;
 const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A static or kinematic collider near the ball.
-pub(crate) struct Wall {
+pub(crate) struct Obstacle {
     pub body: usize,
     pub collider: ColliderHandle,
     pub friction: f64,
@@ -32,14 +32,14 @@ pub(crate) struct Wall {
     /// Whether the collider lies behind the plane through its point nearest to any exterior point.
     pub convex: bool,
     /// State of its body at the start of the step.
-    pub over: BodyState,
+    pub body_state: BodyState,
 }
 
 /// Gap between a ball and an obstacle.
 #[derive(Clone, Copy)]
-pub(crate) struct Gap {
+pub(crate) struct ObstacleGap {
     /// Index of the obstacle.
-    pub wall: usize,
+    pub obstacle: usize,
     /// Unit normal from the obstacle to the ball.
     pub normal: DVec3,
     /// Gap, m; negative for penetration.
@@ -52,35 +52,35 @@ pub(crate) struct Gap {
 
 /// Solver for the motion of a ball, with buffers reused between steps.
 #[derive(Default)]
-pub(crate) struct Rolling {
-    pub walls: Vec<Wall>,
-    touching: Vec<Gap>,
+pub(crate) struct RollingBallSolver {
+    pub obstacles: Vec<Obstacle>,
+    touching: Vec<ObstacleGap>,
     /// First gap of each obstacle that was touched.
-    pub touched: Vec<Gap>,
+    pub touched: Vec<ObstacleGap>,
 }
 
 /// Radius, mass and inverse inertia of a ball.
 #[derive(Clone, Copy)]
-struct Ball {
+struct RollingBall {
     radius: f64,
     mass: f64,
     inverse_inertia: DMat3,
 }
 
-impl Ball {
+impl RollingBall {
     /// Velocity of the contact point relative to the obstacle, m/s.
-    fn slip(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3)) -> DVec3 {
+    fn slip(&self, gap: &ObstacleGap, (velocity, spin): (DVec3, DVec3)) -> DVec3 {
         velocity + spin.cross(gap.normal * -self.radius) - gap.velocity
     }
 
     /// Velocity and angular velocity after an impulse (N s) at the contact point.
-    fn kicked(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3), impulse: DVec3) -> (DVec3, DVec3) {
+    fn kicked(&self, gap: &ObstacleGap, (velocity, spin): (DVec3, DVec3), impulse: DVec3) -> (DVec3, DVec3) {
         let twist = (gap.normal * -self.radius).cross(impulse);
         (velocity + impulse / self.mass, spin + self.inverse_inertia * twist)
     }
 
     /// Friction impulse (N s) that ends the slip, limited to the friction bound `most`.
-    fn friction(&self, gap: &Gap, motion: (DVec3, DVec3), before: DVec3, most: f64) -> DVec3 {
+    fn friction(&self, gap: &ObstacleGap, motion: (DVec3, DVec3), before: DVec3, most: f64) -> DVec3 {
         let slip = self.slip(gap, motion).reject_from_normalized(gap.normal);
         let arm = gap.normal.any_orthonormal_vector();
         let spun = (self.inverse_inertia * (gap.normal * -self.radius).cross(arm)).cross(gap.normal * -self.radius);
@@ -89,10 +89,10 @@ impl Ball {
     }
 }
 
-impl Rolling {
+impl RollingBallSolver {
     /// Advance the ball `start` of radius `radius` (m) by `span` s in the gravity `g` (m/s²), from
     /// `begun` s after the start of the step. `None` without contact.
-    pub fn roll(
+    pub fn advance(
         &mut self,
         colliders: &ColliderSet,
         start: &BodyState,
@@ -101,20 +101,21 @@ impl Rolling {
         g: DVec3,
     ) -> Option<BodyState> {
         self.touched.clear();
-        let ball = Ball { radius, mass: start.mass(), inverse_inertia: start.inverse_inertia() };
+        let ball = RollingBall { radius, mass: start.mass(), inverse_inertia: start.inverse_inertia() };
         let mut state = *start;
         let mut done = 0.0;
         for stretch in 0..SETTINGS.maximum_segments {
-            state = self.part_from_walls(colliders, &ball, &state, begun + done);
-            let motion = self.bounce(&ball, (state.velocity(), state.spin()), stretch + 1 < SETTINGS.maximum_segments);
+            state = self.resolve_penetration(colliders, &ball, &state, begun + done);
+            let motion =
+                self.resolve_impacts(&ball, (state.velocity(), state.spin()), stretch + 1 < SETTINGS.maximum_segments);
             let left = span - done;
-            let mut end = self.carried(&ball, motion, g * left);
+            let mut end = self.apply_gravity(&ball, motion, g * left);
             let acceleration = (end.0 - motion.0) / left;
             let path = (state.centre(), motion.0, acceleration);
-            let arrival = self.arrival(colliders, &ball, path, (begun + done, left));
+            let arrival = self.time_of_impact(colliders, &ball, path, (begun + done, left));
             let taken = arrival.unwrap_or(left);
             if arrival.is_some() {
-                end = self.carried(&ball, motion, g * taken);
+                end = self.apply_gravity(&ball, motion, g * taken);
             }
             let (velocity, spin) = ((motion.0 + end.0) * 0.5, (motion.1 + end.1) * 0.5);
             state = state.displaced(velocity * taken, spin * taken).with_velocity(end.0, end.1);
@@ -123,16 +124,22 @@ impl Rolling {
                 break;
             }
         }
-        state = self.part_from_walls(colliders, &ball, &state, begun + span);
+        state = self.resolve_penetration(colliders, &ball, &state, begun + span);
         (!self.touched.is_empty()).then_some(state)
     }
 
     /// Collect the obstacles touched at `time` (s after the start of the step), and remove
     /// penetration.
-    fn part_from_walls(&mut self, colliders: &ColliderSet, ball: &Ball, state: &BodyState, time: f64) -> BodyState {
+    fn resolve_penetration(
+        &mut self,
+        colliders: &ColliderSet,
+        ball: &RollingBall,
+        state: &BodyState,
+        time: f64,
+    ) -> BodyState {
         self.touching.clear();
         let mut state = *state;
-        for wall in 0..self.walls.len() {
+        for wall in 0..self.obstacles.len() {
             let Some(gap) = self.gap(colliders, ball, wall, state.centre(), time) else { continue };
             if gap.size >= SETTINGS.touch_distance {
                 continue;
@@ -143,7 +150,7 @@ impl Rolling {
                 state = state.displaced(gap.normal * out, DVec3::ZERO);
             }
             self.touching.push(gap);
-            if !self.touched.iter().any(|g| g.wall == wall) {
+            if !self.touched.iter().any(|g| g.obstacle == wall) {
                 self.touched.push(gap);
             }
         }
@@ -152,7 +159,7 @@ impl Rolling {
 
     /// Velocities after the impacts with all approaching contacts; restitution acts only if
     /// `may_bounce`.
-    fn bounce(&self, ball: &Ball, mut motion: (DVec3, DVec3), may_bounce: bool) -> (DVec3, DVec3) {
+    fn resolve_impacts(&self, ball: &RollingBall, mut motion: (DVec3, DVec3), may_bounce: bool) -> (DVec3, DVec3) {
         for _ in 0..SETTINGS.maximum_sweeps {
             let mut struck = false;
             for gap in &self.touching {
@@ -161,7 +168,7 @@ impl Rolling {
                     continue;
                 }
                 struck = true;
-                let wall = &self.walls[gap.wall];
+                let wall = &self.obstacles[gap.obstacle];
                 let bounces = may_bounce && approach > RIGID.restitution_speed;
                 let push = ball.mass * approach * if bounces { 1.0 + wall.restitution } else { 1.0 };
                 let friction = ball.friction(gap, motion, DVec3::ZERO, wall.friction * push);
@@ -176,15 +183,15 @@ impl Rolling {
 
     /// Velocities after gravity has added `pull` (m/s), with the support, friction and rolling
     /// resistance of the touched obstacles.
-    fn carried(&self, ball: &Ball, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
-        let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < SETTINGS.support_speed;
+    fn apply_gravity(&self, ball: &RollingBall, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
+        let below = |gap: &&ObstacleGap| ball.slip(gap, motion).dot(gap.normal) < SETTINGS.support_speed;
         let mut support = Support::default();
         for gap in self.touching.iter().filter(below) {
-            let wall = &self.walls[gap.wall];
-            support.add(gap.normal, wall.friction, wall.over.spin());
+            let wall = &self.obstacles[gap.obstacle];
+            support.add(gap.normal, wall.friction, wall.body_state.spin());
         }
         // Rolling resistance precedes friction, which then restores rolling without slip.
-        let spin = support.slowed(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
+        let spin = support.resisted_spin(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
         let mut now = (motion.0 + pull, spin);
         let mut held = [(0.0, DVec3::ZERO); 8];
         for _ in 0..SETTINGS.maximum_sweeps {
@@ -192,7 +199,7 @@ impl Rolling {
                 let more = (*push - ball.mass * ball.slip(gap, now).dot(gap.normal)).max(0.0) - *push;
                 *push += more;
                 now = ball.kicked(gap, now, gap.normal * more);
-                let whole = ball.friction(gap, now, *friction, self.walls[gap.wall].friction * *push);
+                let whole = ball.friction(gap, now, *friction, self.obstacles[gap.obstacle].friction * *push);
                 now = ball.kicked(gap, now, whole - *friction);
                 *friction = whole;
             }
@@ -205,26 +212,26 @@ impl Rolling {
 
     /// Time until the first impact within `left` s of `now` (s after the start of the step), on the
     /// path with the given position (m), velocity and acceleration.
-    fn arrival(
+    fn time_of_impact(
         &self,
         colliders: &ColliderSet,
-        ball: &Ball,
+        ball: &RollingBall,
         path: (DVec3, DVec3, DVec3),
         (now, left): (f64, f64),
     ) -> Option<f64> {
         let mut first = None;
-        for wall in 0..self.walls.len() {
+        for wall in 0..self.obstacles.len() {
             let within = first.unwrap_or(left);
-            first = self.meets(colliders, ball, wall, path, (now, within)).or(first);
+            first = self.time_of_impact_with(colliders, ball, wall, path, (now, within)).or(first);
         }
         first
     }
 
     /// Time until the impact with one obstacle.
-    fn meets(
+    fn time_of_impact_with(
         &self,
         colliders: &ColliderSet,
-        ball: &Ball,
+        ball: &RollingBall,
         wall: usize,
         (place, velocity, acceleration): (DVec3, DVec3, DVec3),
         (now, left): (f64, f64),
@@ -246,8 +253,8 @@ impl Rolling {
             {
                 return None;
             }
-            time += if self.walls[wall].convex || gap.size < SETTINGS.touch_distance {
-                falls_to(room, along, bend)?
+            time += if self.obstacles[wall].convex || gap.size < SETTINGS.touch_distance {
+                fall_time(room, along, bend)?
             } else {
                 room / (speed.length() + acceleration.length() * (left - time))
             };
@@ -260,11 +267,18 @@ impl Rolling {
 
     /// Gap between a ball centred at `centre` (m) and an obstacle; `None` if no outward direction
     /// is defined.
-    fn gap(&self, colliders: &ColliderSet, ball: &Ball, wall: usize, centre: DVec3, time: f64) -> Option<Gap> {
-        let of = self.walls.get(wall)?;
+    fn gap(
+        &self,
+        colliders: &ColliderSet,
+        ball: &RollingBall,
+        wall: usize,
+        centre: DVec3,
+        time: f64,
+    ) -> Option<ObstacleGap> {
+        let of = self.obstacles.get(wall)?;
         let shape = colliders.get(of.collider)?.shape();
-        let over = if of.over.moves() { of.over.fly(time, DVec3::ZERO) } else { of.over };
-        let local = over.local(centre);
+        let over = if of.body_state.is_moving() { of.body_state.free_flight(time, DVec3::ZERO) } else { of.body_state };
+        let local = over.local_point(centre);
         let (normal, distance) = if shape.as_halfspace().is_some() {
             (DVec3::Y, local.y)
         } else {
@@ -275,14 +289,20 @@ impl Rolling {
             (out, way.dot(out) + (local - rounded.as_dvec3()).dot(out))
         };
         let place = local - normal * distance;
-        let velocity = over.velocity_at(over.place(place));
-        Some(Gap { wall, normal: over.rotation() * normal, size: distance - ball.radius, place, velocity })
+        let velocity = over.velocity_at(over.world_point(place));
+        Some(ObstacleGap {
+            obstacle: wall,
+            normal: over.rotation() * normal,
+            size: distance - ball.radius,
+            place,
+            velocity,
+        })
     }
 }
 
 /// Time (s) in which a point `room` (m) above a plane, with the upward velocity `speed` (m/s) and
 /// the acceleration `bend` (m/s²), reaches the plane; `None` if never.
-fn falls_to(room: f64, speed: f64, bend: f64) -> Option<f64> {
+fn fall_time(room: f64, speed: f64, bend: f64) -> Option<f64> {
     let square = speed * speed - 2.0 * bend * room;
     if square < 0.0 {
         return None;

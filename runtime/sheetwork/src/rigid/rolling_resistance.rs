@@ -43,13 +43,18 @@ impl Support {
     /// State of a ball of radius `radius` (m) after the resistance during which gravity adds `pull`
     /// (m/s).
     pub fn resist(&self, ball: &BodyState, radius: f64, pull: DVec3) -> BodyState {
-        let spin = self.slowed(ball.spin(), (ball.mass(), radius, &ball.inverse_inertia()), pull);
+        let spin = self.resisted_spin(ball.spin(), (ball.mass(), radius, &ball.inverse_inertia()), pull);
         ball.with_velocity(ball.velocity(), spin)
     }
 
     /// Angular velocity (rad/s) of a ball of this mass (kg), radius (m) and I⁻¹ after the
     /// resistance during which gravity adds `pull` (m/s).
-    pub fn slowed(&self, spin: DVec3, (mass, radius, inverse_inertia): (f64, f64, &DMat3), pull: DVec3) -> DVec3 {
+    pub fn resisted_spin(
+        &self,
+        spin: DVec3,
+        (mass, radius, inverse_inertia): (f64, f64, &DMat3),
+        pull: DVec3,
+    ) -> DVec3 {
         let Some(normal) = self.normal.try_normalize() else { return spin };
         let pressed = (-pull.dot(normal)).max(0.0) * mass;
         let count = f64::from(self.count);

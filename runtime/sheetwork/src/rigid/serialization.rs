@@ -6,18 +6,18 @@
 
 use rapier3d::prelude::PhysicsWorld;
 
-use crate::rigid::step::Motion;
-use crate::rigid::{BodyState, Kind, RigidWorld};
+use crate::rigid::step::RigidMotion;
+use crate::rigid::{BodyState, MotionKind, RigidWorld};
 use crate::scene::Scene;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 impl RigidWorld {
     /// Serialise the rigid world.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.count(self.motions.len() as u64);
-        self.motions.iter().for_each(|motion| keep_motion(motion, to));
-        [self.moving, self.moves()].into_iter().for_each(|f| to.flag(f));
-        if self.moves() {
+        self.motions.iter().for_each(|motion| serialise_motion(motion, to));
+        [self.has_kinematic, self.has_moving_bodies()].into_iter().for_each(|f| to.flag(f));
+        if self.has_moving_bodies() {
             // An error of serialisation leaves an empty byte sequence, which deserialisation
             // rejects.
             let sets = postcard::to_extend(&self.inner, Vec::new()).unwrap_or_default();
@@ -26,78 +26,89 @@ impl RigidWorld {
     }
 
     /// Deserialise the rigid world in place; `scene` is the one from which it was built.
-    pub(crate) fn take(&mut self, from: &mut Taker, scene: &Scene) -> Taken {
+    pub(crate) fn deserialise(&mut self, from: &mut StateReader, scene: &Scene) -> ReadResult {
         if from.count()? != self.motions.len() as u64 {
-            return Err(Cut);
+            return Err(CorruptState);
         }
-        let motions = (0..self.motions.len()).map(|_| take_motion(from)).collect::<Taken<Vec<Motion>>>()?;
+        let motions =
+            (0..self.motions.len()).map(|_| deserialise_motion(from)).collect::<ReadResult<Vec<RigidMotion>>>()?;
         let (moving, has_sets) = (from.flag()?, from.flag()?);
         if has_sets {
-            let inner: PhysicsWorld = postcard::from_bytes(from.blob()?).map_err(|_| Cut)?;
-            let known = |b: &crate::rigid::Body| {
+            let inner: PhysicsWorld = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
+            let known = |b: &crate::rigid::RigidBodyInfo| {
                 inner.bodies.get(b.handle).is_some() && b.colliders.iter().all(|c| inner.colliders.get(*c).is_some())
             };
             let counts = (inner.bodies.len(), inner.colliders.len());
             if counts != (self.inner.bodies.len(), self.inner.colliders.len()) || !self.bodies.iter().all(known) {
-                return Err(Cut);
+                return Err(CorruptState);
             }
             self.inner = inner;
-        } else if self.moves() {
+        } else if self.has_moving_bodies() {
             let sleep = self.sleep;
-            *self = Self::build(scene).map_err(|_| Cut)?;
+            *self = Self::build(scene).map_err(|_| CorruptState)?;
             self.sleep = sleep;
             if motions.len() != self.motions.len() {
-                return Err(Cut);
+                return Err(CorruptState);
             }
         }
         for (index, (motion, body)) in motions.iter().zip(&mut self.bodies).enumerate() {
             // A body moved by a program has no path.
-            if motion.kind == Kind::Path && body.path.is_empty() {
+            if motion.kind == MotionKind::Path && body.path.is_empty() {
                 body.path = scene.bodies.get(index).map(|b| b.path.clone()).unwrap_or_default();
-            } else if matches!(motion.kind, Kind::Sent(_)) {
+            } else if matches!(motion.kind, MotionKind::Target(_)) {
                 body.path.clear();
             }
         }
-        (self.motions, self.moving) = (motions, moving);
+        (self.motions, self.has_kinematic) = (motions, moving);
         self.contacts.clear();
         Ok(())
     }
 
     /// Whether any body is kinematic or dynamic, so that Rapier's sets differ from those as built.
-    fn moves(&self) -> bool {
-        self.moving || self.motions.iter().any(|m| m.kind != Kind::Standing)
+    fn has_moving_bodies(&self) -> bool {
+        self.has_kinematic || self.motions.iter().any(|m| m.kind != MotionKind::Static)
     }
 }
 
-fn keep_motion(motion: &Motion, to: &mut Keeper) {
+fn serialise_motion(motion: &RigidMotion, to: &mut StateWriter) {
     let kind = match &motion.kind {
-        Kind::Standing => 0,
-        Kind::Path => 1,
-        Kind::Sent(None) => 2,
-        Kind::Sent(Some(_)) => 3,
-        Kind::Free => 4,
+        MotionKind::Static => 0,
+        MotionKind::Path => 1,
+        MotionKind::Target(None) => 2,
+        MotionKind::Target(Some(_)) => 3,
+        MotionKind::Dynamic => 4,
     };
     to.byte(kind);
-    if let Kind::Sent(Some((place, rotation))) = motion.kind {
+    if let MotionKind::Target(Some((place, rotation))) = motion.kind {
         to.vector(place);
         to.rotation(rotation);
     }
-    motion.start.keep(to);
-    motion.end.keep(to);
-    [motion.asleep, motion.claimed, motion.pushed].into_iter().for_each(|f| to.flag(f));
-    to.numbers(&[motion.quiet, motion.extent]);
+    motion.start.serialise(to);
+    motion.end.serialise(to);
+    [motion.asleep, motion.set_by_contact, motion.had_impulse].into_iter().for_each(|f| to.flag(f));
+    to.numbers(&[motion.rest_time, motion.extent]);
 }
 
-fn take_motion(from: &mut Taker) -> Taken<Motion> {
+fn deserialise_motion(from: &mut StateReader) -> ReadResult<RigidMotion> {
     let kind = match from.byte()? {
-        0 => Kind::Standing,
-        1 => Kind::Path,
-        2 => Kind::Sent(None),
-        3 => Kind::Sent(Some((from.vector()?, from.rotation()?))),
-        4 => Kind::Free,
-        _ => return Err(Cut),
+        0 => MotionKind::Static,
+        1 => MotionKind::Path,
+        2 => MotionKind::Target(None),
+        3 => MotionKind::Target(Some((from.vector()?, from.rotation()?))),
+        4 => MotionKind::Dynamic,
+        _ => return Err(CorruptState),
     };
-    let (start, end) = (BodyState::taken(from)?, BodyState::taken(from)?);
+    let (start, end) = (BodyState::deserialise(from)?, BodyState::deserialise(from)?);
     let (asleep, claimed, pushed) = (from.flag()?, from.flag()?, from.flag()?);
-    Ok(Motion { kind, start, from: start, end, asleep, quiet: from.number()?, claimed, pushed, extent: from.number()? })
+    Ok(RigidMotion {
+        kind,
+        start,
+        substep_start: start,
+        end,
+        asleep,
+        rest_time: from.number()?,
+        set_by_contact: claimed,
+        had_impulse: pushed,
+        extent: from.number()?,
+    })
 }

@@ -31,14 +31,18 @@ pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedro
     }
 }
 
-/// Parry's shapes, one per polyhedron; `free` states that the body is dynamic.
-pub(crate) fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron], free: bool) -> Result<Vec<SharedShape>, InputError> {
+/// Parry's shapes, one per polyhedron; `is_dynamic` states that the body is dynamic.
+pub(crate) fn shapes_of(
+    shape: &Shape,
+    polyhedra: &[Polyhedron],
+    is_dynamic: bool,
+) -> Result<Vec<SharedShape>, InputError> {
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
         Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
-        Shape::Box(size) if free => Ok(vec![cuboid(*size)]),
+        Shape::Box(size) if is_dynamic => Ok(vec![cuboid(*size)]),
         Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => {
-            polyhedra.iter().map(|p| solid_of(p, free)).collect()
+            polyhedra.iter().map(|p| solid_of(p, is_dynamic)).collect()
         }
     }
 }
@@ -48,10 +52,10 @@ fn cuboid(size: DVec3) -> SharedShape {
     SharedShape::cuboid(half.x, half.y, half.z)
 }
 
-fn solid_of(polyhedron: &Polyhedron, free: bool) -> Result<SharedShape, InputError> {
+fn solid_of(polyhedron: &Polyhedron, is_dynamic: bool) -> Result<SharedShape, InputError> {
     let vertices: Vec<Vector> = polyhedron.vertices.iter().map(|p| p.as_vec3()).collect();
     let triangles = polyhedron.triangulate();
-    let convex = (free && is_convex(polyhedron)).then(|| SharedShape::convex_mesh(vertices.clone(), &triangles));
+    let convex = (is_dynamic && is_convex(polyhedron)).then(|| SharedShape::convex_mesh(vertices.clone(), &triangles));
     if let Some(convex) = convex.flatten() {
         return Ok(convex);
     }

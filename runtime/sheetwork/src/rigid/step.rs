@@ -19,38 +19,38 @@ use rapier3d::prelude::*;
 
 use crate::rigid::body_contacts;
 use crate::rigid::body_contacts::BodyContact;
-use crate::rigid::rolling_ball::{Rolling, Wall};
+use crate::rigid::rolling_ball::{Obstacle, RollingBallSolver};
 use crate::rigid::rolling_resistance::Support;
 use crate::rigid::settings::{RigidSettings, RigidSubstepSettings};
 use crate::rigid::state::BodyState;
-use crate::rigid::{Kind, RigidWorld, pose_of, substeps};
+use crate::rigid::{MotionKind, RigidWorld, path_pose, substeps};
 use crate::scene::sleep::SLEEP;
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 const SUBSTEPS: RigidSubstepSettings = RigidSettings::DEFAULT.substeps;
 
 /// Motion of a body in a step.
-pub(crate) struct Motion {
-    pub kind: Kind,
+pub(crate) struct RigidMotion {
+    pub kind: MotionKind,
     /// States at the start and at the end of the last step.
     pub start: BodyState,
     pub end: BodyState,
     /// State at the start of the last substep.
-    pub from: BodyState,
+    pub substep_start: BodyState,
     pub asleep: bool,
     /// Time for which the body has rested, s.
-    pub quiet: f64,
+    pub rest_time: f64,
     /// Whether the contact solver of the sheets has set the state in the last step.
-    pub claimed: bool,
+    pub set_by_contact: bool,
     /// Whether a contact impulse acted in the last step.
-    pub pushed: bool,
+    pub had_impulse: bool,
     /// Distance of the farthest point from the centre of mass, m.
     pub extent: f64,
 }
 
-impl Motion {
+impl RigidMotion {
     pub fn is_free(&self) -> bool {
-        matches!(self.kind, Kind::Free)
+        matches!(self.kind, MotionKind::Dynamic)
     }
 
     /// Upper bound of the speed of any point of the body at the start of the step, m/s.
@@ -64,42 +64,42 @@ impl RigidWorld {
     pub fn step(&mut self, t: f64, dt: f64, g: DVec3) {
         for motion in &mut self.motions {
             motion.start = motion.end;
-            (motion.claimed, motion.pushed) = (false, false);
+            (motion.set_by_contact, motion.had_impulse) = (false, false);
         }
         let awake = self.motions.iter().any(|m| m.is_free() && !m.asleep);
         self.contacts.clear();
-        if !(self.moving || awake) {
+        if !(self.has_kinematic || awake) {
             return;
         }
-        self.lead(t, dt);
+        self.update_kinematic_bodies(t, dt);
         self.inner.gravity = g.as_vec3();
-        let has_free = self.motions.iter().any(Motion::is_free);
+        let has_free = self.motions.iter().any(RigidMotion::is_free);
         let (mut done, mut number) = (0.0, 0);
         while done < dt {
-            let part = if has_free { self.next_part((done, dt), number, g) } else { dt };
-            self.take_part((done, part, dt), g);
+            let part = if has_free { self.next_substep((done, dt), number, g) } else { dt };
+            self.advance_substep((done, part, dt), g);
             done = if part < dt - done { done + part } else { dt };
             number += 1;
         }
         if has_free {
-            self.look_ahead(0.0);
-            (0..self.motions.len()).for_each(|index| self.note_rest(index, dt));
+            self.set_prediction_distance(0.0);
+            (0..self.motions.len()).for_each(|index| self.update_rest_time(index, dt));
             if self.sleep {
-                self.fall_asleep(dt);
+                self.sleep_resting_islands(dt);
             }
         }
     }
 
     /// Advance all bodies by a substep of `part` s that begins `done` s after the start of a step
     /// of `dt` s.
-    fn take_part(&mut self, (done, part, dt): (f64, f64, f64), g: DVec3) {
+    fn advance_substep(&mut self, (done, part, dt): (f64, f64, f64), g: DVec3) {
         let is_last = part >= dt - done;
         for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
             match motion.kind {
-                Kind::Standing => {}
-                Kind::Free => motion.from = motion.end,
-                Kind::Path | Kind::Sent(_) => {
-                    let to = if is_last { motion.end } else { motion.start.fly(done + part, DVec3::ZERO) };
+                MotionKind::Static => {}
+                MotionKind::Dynamic => motion.substep_start = motion.end,
+                MotionKind::Path | MotionKind::Target(_) => {
+                    let to = if is_last { motion.end } else { motion.start.free_flight(done + part, DVec3::ZERO) };
                     if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
                         let pose = Pose::from_parts(to.origin().as_vec3(), to.rotation().as_quat());
                         rigid.set_next_kinematic_position(pose);
@@ -115,60 +115,61 @@ impl RigidWorld {
         body_contacts::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
         for index in 0..self.motions.len() {
             if self.motions[index].is_free() {
-                self.adopt(index, (done, part, dt), g);
+                self.read_back(index, (done, part, dt), g);
             }
         }
     }
 
     /// Set the velocities with which kinematic bodies reach their poses at `t + dt`.
-    fn lead(&mut self, t: f64, dt: f64) {
+    fn update_kinematic_bodies(&mut self, t: f64, dt: f64) {
         for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
             let to = match &mut motion.kind {
-                Kind::Standing | Kind::Free => continue,
-                Kind::Path => pose_of(&body.placement, &body.path, t + dt),
-                Kind::Sent(to) => to.take().unwrap_or((motion.end.origin(), motion.end.rotation())),
+                MotionKind::Static | MotionKind::Dynamic => continue,
+                MotionKind::Path => path_pose(&body.placement, &body.path, t + dt),
+                MotionKind::Target(to) => to.take().unwrap_or((motion.end.origin(), motion.end.rotation())),
             };
-            (motion.start, motion.end) = motion.end.led(to.0, to.1, dt);
+            (motion.start, motion.end) = motion.end.kinematic(to.0, to.1, dt);
         }
     }
 
     /// Read back the motion of the dynamic body `index` in a substep of `part` s that begins `done`
     /// s after the start of a step of `dt` s.
-    fn adopt(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
-        let push = self.push_on(index);
-        let disturbed = self.motions[index].asleep && self.is_disturbed(index);
+    fn read_back(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
+        let push = self.has_contact_impulse(index);
+        let disturbed = self.motions[index].asleep && self.is_woken(index);
         let motion = &mut self.motions[index];
         if motion.asleep && !disturbed {
-            motion.pushed |= push;
-            self.write(index);
+            motion.had_impulse |= push;
+            self.write_to_rapier(index);
             return;
         }
         motion.asleep = false;
-        let flown = motion.from.fly(part, g);
-        let alone = self.is_among_walls(index);
+        let flown = motion.substep_start.free_flight(part, g);
+        let alone = self.touches_no_dynamic_body(index);
         let (end, pushed) = match self.radius(index).filter(|_| alone) {
             Some(radius) => {
-                let rolled = self.roll(index, radius, (done, part), g);
+                let rolled = self.roll_ball(index, radius, (done, part), g);
                 (rolled.unwrap_or(flown), rolled.is_some())
             }
             None => {
                 let strikes = push && alone && part <= dt * SUBSTEPS.impact_fraction;
-                let bounced = if strikes { self.bounced(index, part, g) } else { None };
-                let end = bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown);
+                let bounced = if strikes { self.state_after_impact(index, part, g) } else { None };
+                let end = bounced.or_else(|| self.rapier_state(index, part, g, push)).unwrap_or(flown);
                 let ball = self.radius(index).filter(|_| push);
-                (ball.map_or(end, |radius| self.support_of(index).resist(&end, radius, g * part)), push)
+                (ball.map_or(end, |radius| self.support(index).resist(&end, radius, g * part)), push)
             }
         };
         let motion = &mut self.motions[index];
-        motion.pushed |= pushed;
+        motion.had_impulse |= pushed;
         motion.end = end;
-        self.write(index);
+        self.write_to_rapier(index);
     }
 
     /// Sum of the contacts on which body `index` lies.
-    fn support_of(&self, index: usize) -> Support {
+    fn support(&self, index: usize) -> Support {
         let mut support = Support::default();
-        for c in self.contacts.iter().filter(|c| (c.a == index || c.b == index) && c.distance < self.reach_of_rest()) {
+        for c in self.contacts.iter().filter(|c| (c.a == index || c.b == index) && c.distance < self.contact_distance())
+        {
             let (normal, other) = if c.a == index { (c.normal, c.b) } else { (-c.normal, c.a) };
             support.add(normal, c.friction, self.motions[other].start.spin());
         }
@@ -177,9 +178,9 @@ impl RigidWorld {
 
     /// Rapier's result for body `index` after a substep in which contact impulses did (`pushed`) or
     /// did not act; `None` for a free flight.
-    fn moved(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
+    fn rapier_state(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
         let rigid = self.inner.bodies.get(self.bodies[index].handle)?;
-        let from = &self.motions[index].from;
+        let from = &self.motions[index].substep_start;
         let (origin, rotation) = f64_pose(rigid);
         if pushed {
             let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
@@ -193,51 +194,51 @@ impl RigidWorld {
         let size = there.abs().max_element() + self.motions[index].extent + centre.distance(from.centre());
         // Rapier's continuous collision detection has stopped the body short of an obstacle.
         let stopped = there.distance(centre) > 1e-5 * size;
-        let flown = from.fly(part, g);
+        let flown = from.free_flight(part, g);
         stopped.then(|| flown.displaced(there - flown.centre(), DVec3::ZERO))
     }
 
     /// Whether no dynamic body is near body `index`.
-    fn is_among_walls(&self, index: usize) -> bool {
+    fn touches_no_dynamic_body(&self, index: usize) -> bool {
         let mut of = self.contacts.iter().filter(|c| c.a == index || c.b == index);
         of.all(|c| !(self.motions[c.a].is_free() && self.motions[c.b].is_free()))
     }
 
     /// Advance ball `index` by a substep among static and kinematic bodies; `None` without contact.
-    fn roll(&mut self, index: usize, radius: f64, (done, part): (f64, f64), g: DVec3) -> Option<BodyState> {
+    fn roll_ball(&mut self, index: usize, radius: f64, (done, part): (f64, f64), g: DVec3) -> Option<BodyState> {
         let mut rolling = std::mem::take(&mut self.rolling);
-        rolling.walls.clear();
-        let from = self.motions[index].from;
+        rolling.obstacles.clear();
+        let from = self.motions[index].substep_start;
         let own = self.bodies[index].colliders.first().copied();
         let way = (from.velocity().length() + g.length() * part) * part;
         let ours = own.and_then(|handle| self.inner.colliders.get(handle));
-        for (body, collider) in self.walls_near(index, way) {
+        for (body, collider) in self.obstacles_near(index, way) {
             let Some((a, b)) = ours.zip(self.inner.colliders.get(collider)) else { continue };
             let mean = |a: f32, b: f32| 0.5 * (f64::from(a) + f64::from(b));
             let combined = (mean(a.friction(), b.friction()), mean(a.restitution(), b.restitution()));
             let name = |index: usize| self.bodies[index].material.as_deref().unwrap_or_default();
             let (friction, restitution) = self.owners.contact.between((name(index), name(body)), combined);
             let (convex, over) = (substeps::is_convex(b), self.motions[body].start);
-            rolling.walls.push(Wall { body, collider, friction, restitution, convex, over });
+            rolling.obstacles.push(Obstacle { body, collider, friction, restitution, convex, body_state: over });
         }
-        let end = rolling.roll(&self.inner.colliders, &from, radius, (done, part), g);
+        let end = rolling.advance(&self.inner.colliders, &from, radius, (done, part), g);
         if let Some(own) = own.filter(|_| end.is_some()) {
-            self.note_touched(index, own, radius, &rolling);
+            self.record_contacts(index, own, radius, &rolling);
         }
         self.rolling = rolling;
         end
     }
 
     /// Add the contacts of ball `index` that Rapier has not detected.
-    fn note_touched(&mut self, index: usize, own: ColliderHandle, radius: f64, rolling: &Rolling) {
+    fn record_contacts(&mut self, index: usize, own: ColliderHandle, radius: f64, rolling: &RollingBallSolver) {
         let start = self.motions[index].start;
         for gap in &rolling.touched {
-            let wall = &rolling.walls[gap.wall];
+            let wall = &rolling.obstacles[gap.obstacle];
             let is_known = |c: &BodyContact| (c.a == index && c.b == wall.body) || (c.b == index && c.a == wall.body);
             if self.contacts.iter().any(is_known) {
                 continue;
             }
-            let (on_a, on_b) = (start.local(start.centre() - gap.normal * radius), gap.place);
+            let (on_a, on_b) = (start.local_point(start.centre() - gap.normal * radius), gap.place);
             let is_ball = self.inner.colliders.get(wall.collider).is_some_and(|c| c.shape().as_ball().is_some());
             self.contacts.push(BodyContact {
                 a: index,
@@ -246,17 +247,17 @@ impl RigidWorld {
                 on_b,
                 round: [true, is_ball],
                 normal: gap.normal,
-                distance: (start.place(on_a) - wall.over.place(on_b)).dot(gap.normal),
+                distance: (start.world_point(on_a) - wall.body_state.world_point(on_b)).dot(gap.normal),
                 friction: wall.friction,
                 restitution: wall.restitution,
-                key: [body_contacts::name(own, 0), body_contacts::name(wall.collider, 0)],
+                key: [body_contacts::feature_key(own, 0), body_contacts::feature_key(wall.collider, 0)],
             });
             body_contacts::sort(&mut self.contacts);
         }
     }
 
     /// Update the rest time of body `index` after a step of `dt` s.
-    fn note_rest(&mut self, index: usize, dt: f64) {
+    fn update_rest_time(&mut self, index: usize, dt: f64) {
         let motion = &mut self.motions[index];
         if !motion.is_free() || motion.asleep {
             return;
@@ -266,11 +267,11 @@ impl RigidWorld {
         let turned = (end.rotation() * start.rotation().conjugate()).to_scaled_axis().length();
         let turned = turned.min(std::f64::consts::TAU - turned);
         let still = gone + turned * motion.extent < SLEEP.speed * dt;
-        motion.quiet = if still { motion.quiet + dt } else { 0.0 };
+        motion.rest_time = if still { motion.rest_time + dt } else { 0.0 };
     }
 
     /// Whether a contact impulse of Rapier acted on body `index` in the last step.
-    fn push_on(&self, index: usize) -> bool {
+    fn has_contact_impulse(&self, index: usize) -> bool {
         let colliders = self.bodies[index].colliders.iter();
         colliders
             .flat_map(|c| self.inner.narrow_phase.contact_pairs_with(*c))
@@ -278,42 +279,46 @@ impl RigidWorld {
     }
 
     /// Whether a moving body touches the sleeping body `index`.
-    fn is_disturbed(&self, index: usize) -> bool {
+    fn is_woken(&self, index: usize) -> bool {
         self.contacts.iter().filter(|c| c.a == index || c.b == index).any(|c| {
             let other = &self.motions[if c.a == index { c.b } else { c.a }];
-            let touches = c.distance < self.reach_of_rest();
+            let touches = c.distance < self.contact_distance();
             match other.kind {
-                Kind::Standing => false,
-                Kind::Free => !other.asleep && touches && other.speed() > SETTINGS.wake_speed,
-                Kind::Path | Kind::Sent(_) => touches && other.start.moves(),
+                MotionKind::Static => false,
+                MotionKind::Dynamic => !other.asleep && touches && other.speed() > SETTINGS.wake_speed,
+                MotionKind::Path | MotionKind::Target(_) => touches && other.start.is_moving(),
             }
         })
     }
 
     /// Distance (m) below which two bodies count as touching.
-    pub(crate) fn reach_of_rest(&self) -> f64 {
-        f64::from(self.owners.reach)
+    pub(crate) fn contact_distance(&self) -> f64 {
+        f64::from(self.owners.contact_distance)
     }
 
     /// Put to sleep the islands of touching bodies that all rest and lie on a body at rest.
-    fn fall_asleep(&mut self, dt: f64) {
-        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP.delay - 0.5 * dt;
+    fn sleep_resting_islands(&mut self, dt: f64) {
+        let ready =
+            |m: &RigidMotion| m.is_free() && !m.asleep && !m.set_by_contact && m.rest_time >= SLEEP.delay - 0.5 * dt;
         if !self.motions.iter().any(ready) {
             return;
         }
-        self.groups.clear();
-        self.groups.extend(0..self.motions.len());
+        self.island_roots.clear();
+        self.island_roots.extend(0..self.motions.len());
         for c in &self.contacts {
             if self.motions[c.a].is_free() && self.motions[c.b].is_free() {
-                let (a, b) = (root(&self.groups, c.a), root(&self.groups, c.b));
-                self.groups[a.max(b)] = a.min(b);
+                let (a, b) = (island_root(&self.island_roots, c.a), island_root(&self.island_roots, c.b));
+                self.island_roots[a.max(b)] = a.min(b);
             }
         }
         for first in 0..self.motions.len() {
-            if self.motions[first].is_free() && root(&self.groups, first) == first && self.may_sleep(first, ready) {
+            if self.motions[first].is_free()
+                && island_root(&self.island_roots, first) == first
+                && self.can_sleep(first, ready)
+            {
                 for index in first..self.motions.len() {
-                    if root(&self.groups, index) == first {
-                        self.freeze(index);
+                    if island_root(&self.island_roots, index) == first {
+                        self.put_to_sleep(index);
                     }
                 }
             }
@@ -321,35 +326,35 @@ impl RigidWorld {
     }
 
     /// Whether the island with the root `first` may sleep.
-    fn may_sleep(&self, first: usize, ready: impl Fn(&Motion) -> bool) -> bool {
-        let member = |index: usize| self.motions[index].is_free() && root(&self.groups, index) == first;
+    fn can_sleep(&self, first: usize, ready: impl Fn(&RigidMotion) -> bool) -> bool {
+        let member = |index: usize| self.motions[index].is_free() && island_root(&self.island_roots, index) == first;
         let mut members = (first..self.motions.len()).filter(|i| member(*i)).map(|i| &self.motions[i]).peekable();
         let all_still = members.all(|m| ready(m) || m.asleep);
         // A body without contact rests only if it is exactly motionless.
-        let floats = |m: &Motion| !m.pushed && !m.end.moves() && m.start == m.end;
+        let floats = |m: &RigidMotion| !m.had_impulse && !m.end.is_moving() && m.start == m.end;
         let mut lies = floats(&self.motions[first]);
         for c in self.contacts.iter().filter(|c| member(c.a) != member(c.b)) {
             let other = &self.motions[if member(c.a) { c.b } else { c.a }];
-            if other.start.moves() {
+            if other.start.is_moving() {
                 return false;
             }
-            lies |= c.distance < self.reach_of_rest();
+            lies |= c.distance < self.contact_distance();
         }
         all_still && lies
     }
 
     /// Set the state of the dynamic body `index` at the end of the step, as solved together with
     /// the sheets. Other bodies are unchanged.
-    pub fn claim(&mut self, index: usize, end: BodyState) {
+    pub fn set_state(&mut self, index: usize, end: BodyState) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
         motion.end = end;
-        (motion.claimed, motion.asleep, motion.quiet) = (true, false, 0.0);
-        self.write(index);
+        (motion.set_by_contact, motion.asleep, motion.rest_time) = (true, false, 0.0);
+        self.write_to_rapier(index);
     }
 
     /// Place the dynamic body called `name` at `origin` (m), at rest, and wake all bodies. Return
     /// false if there is none.
-    pub fn put(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
+    pub fn teleport(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
         let free = self.index_of(name).filter(|i| self.motions[*i].is_free());
         let Some(motion) = free.map(|i| &mut self.motions[i]) else { return false };
         motion.end = BodyState::new(*motion.end.mass_properties(), origin, rotation, DVec3::ZERO, DVec3::ZERO);
@@ -360,26 +365,26 @@ impl RigidWorld {
     }
 
     /// Place body `index` at `origin` (m) as a static body, for display. Its former state is lost.
-    pub(crate) fn show(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
+    pub(crate) fn place_static(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
         let Some(motion) = self.motions.get_mut(index) else { return };
-        motion.end = BodyState::standing(origin, rotation);
+        motion.end = BodyState::fixed_at(origin, rotation);
         motion.start = motion.end;
-        self.write(index);
+        self.write_to_rapier(index);
     }
 
     /// Put the dynamic body `index` to sleep: it keeps its pose until woken.
-    pub fn freeze(&mut self, index: usize) {
+    pub fn put_to_sleep(&mut self, index: usize) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
         motion.end = motion.end.at_rest();
         motion.asleep = true;
-        self.write(index);
+        self.write_to_rapier(index);
     }
 
     /// Wake body `index`.
     pub fn wake(&mut self, index: usize) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
-        (motion.asleep, motion.quiet) = (false, 0.0);
-        self.write(index);
+        (motion.asleep, motion.rest_time) = (false, 0.0);
+        self.write_to_rapier(index);
     }
 
     /// Wake all bodies.
@@ -396,7 +401,7 @@ impl RigidWorld {
     }
 
     /// Pass the pose and velocities of body `index` at the end of the step to Rapier.
-    pub(crate) fn write(&mut self, index: usize) {
+    pub(crate) fn write_to_rapier(&mut self, index: usize) {
         let (motion, body) = (&self.motions[index], &self.bodies[index]);
         let Some(rigid) = self.inner.bodies.get(body.handle) else { return };
         let pose = Pose::from_parts(motion.end.origin().as_vec3(), motion.end.rotation().as_quat());
@@ -434,7 +439,7 @@ impl RigidWorld {
 }
 
 /// Root of the island of `index`.
-fn root(groups: &[usize], mut index: usize) -> usize {
+fn island_root(groups: &[usize], mut index: usize) -> usize {
     while groups[index] != index {
         index = groups[index];
     }

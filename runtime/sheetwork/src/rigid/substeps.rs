@@ -23,54 +23,54 @@ const SETTINGS: RigidSubstepSettings = RigidSettings::DEFAULT.substeps;
 const RIGID: RigidSettings = RigidSettings::DEFAULT;
 
 /// A moving body and an obstacle near it.
-struct Pair<'a> {
+struct SubstepPair<'a> {
     shape: &'a dyn Shape,
     body: &'a BodyState,
     extent: f64,
     wall: &'a dyn Shape,
-    over: &'a BodyState,
+    body_state: &'a BodyState,
     /// Whether both shapes are convex.
     convex: bool,
 }
 
 /// Distance (m), unit normal from the obstacle to the body, and contact point on the body (world,
 /// m).
-struct Apart {
+struct Separation {
     size: f64,
     normal: DVec3,
     place: DVec3,
 }
 
-impl Pair<'_> {
+impl SubstepPair<'_> {
     /// Separation at `time` s after the start of a substep that begins `begun` s after the start of
     /// the step; `None` beyond `reach` (m).
-    fn apart(&self, (begun, time): (f64, f64), reach: f64, g: DVec3) -> Option<Apart> {
-        let (body, over) = (self.body.fly(time, g), self.over.fly(begun + time, DVec3::ZERO));
+    fn apart(&self, (begun, time): (f64, f64), reach: f64, g: DVec3) -> Option<Separation> {
+        let (body, over) = (self.body.free_flight(time, g), self.body_state.free_flight(begun + time, DVec3::ZERO));
         // In the frame of the obstacle the single-precision error is relative to the distance.
         let turn = over.rotation().conjugate();
         let pose = |origin: DVec3, rotation: DQuat| Pose::from_parts(origin.as_vec3(), rotation.as_quat());
         let of_body = pose(turn * (body.origin() - over.origin()), turn * body.rotation());
         let found = query::contact(&Pose::IDENTITY, self.wall, &of_body, self.shape, reach as f32).ok()??;
         let place = over.origin() + over.rotation() * found.point2.as_dvec3();
-        Some(Apart { size: f64::from(found.dist), normal: over.rotation() * found.normal1.as_dvec3(), place })
+        Some(Separation { size: f64::from(found.dist), normal: over.rotation() * found.normal1.as_dvec3(), place })
     }
 
     /// Upper bound of the approach speed along `normal`, m/s, before gravity.
     fn approach(&self, normal: DVec3) -> f64 {
-        let relative = self.body.velocity() - self.over.velocity_at(self.body.centre());
+        let relative = self.body.velocity() - self.body_state.velocity_at(self.body.centre());
         let turning = self.body.spin().length() * self.extent;
         let along = if self.convex { -relative.dot(normal) } else { relative.length() };
-        along + turning + self.over.spin().length() * self.extent
+        along + turning + self.body_state.spin().length() * self.extent
     }
 
     /// Length of the next substep, of the remaining `left` s of a step of `whole` s, and whether
     /// the pair touches. `reach` (m) is the contact distance.
-    fn part(&self, begun: f64, (left, whole): (f64, f64), reach: f64, g: DVec3) -> (f64, bool) {
+    fn substep_length(&self, begun: f64, (left, whole): (f64, f64), reach: f64, g: DVec3) -> (f64, bool) {
         let pull = g.length() * left;
         let way = (self.approach_at_most() + pull) * left + reach;
         let Some(first) = self.apart((begun, 0.0), way, g) else { return (left, false) };
         if first.size <= reach {
-            let over = self.over.velocity_at(first.place);
+            let over = self.body_state.velocity_at(first.place);
             let closing = -(self.body.velocity_at(first.place) - over).dot(first.normal);
             let turns = SETTINGS.maximum_rotation / self.body.spin().length().max(SETTINGS.maximum_rotation / whole);
             let strikes = closing * whole > reach;
@@ -104,16 +104,16 @@ impl Pair<'_> {
     }
 
     fn approach_at_most(&self) -> f64 {
-        let relative = self.body.velocity() - self.over.velocity_at(self.body.centre());
-        relative.length() + (self.body.spin().length() + self.over.spin().length()) * self.extent
+        let relative = self.body.velocity() - self.body_state.velocity_at(self.body.centre());
+        relative.length() + (self.body.spin().length() + self.body_state.spin().length()) * self.extent
     }
 }
 
 impl RigidWorld {
     /// Length (s) of substep `number`, which begins `begun` s after the start of a step of `whole`
     /// s. Sets Rapier's prediction distance.
-    pub(crate) fn next_part(&mut self, (begun, whole): (f64, f64), number: u32, g: DVec3) -> f64 {
-        let (left, reach) = (whole - begun, self.reach_of_rest());
+    pub(crate) fn next_substep(&mut self, (begun, whole): (f64, f64), number: u32, g: DVec3) -> f64 {
+        let (left, reach) = (whole - begun, self.contact_distance());
         let mut part = left;
         let mut far = 0.0_f64;
         for index in 0..self.motions.len() {
@@ -124,14 +124,14 @@ impl RigidWorld {
             if !motion.is_free()
                 || motion.asleep
                 || ball
-                || (way <= reach && !self.moving)
+                || (way <= reach && !self.has_kinematic)
                 || number >= SETTINGS.maximum_substeps
             {
                 continue;
             }
             let mut touches = false;
-            self.each_wall_near(index, way + reach, |pair| {
-                let (most, touching) = pair.part(begun, (left, whole), reach, g);
+            self.for_each_obstacle_near(index, way + reach, |pair| {
+                let (most, touching) = pair.substep_length(begun, (left, whole), reach, g);
                 part = part.min(most);
                 touches |= touching;
             });
@@ -140,34 +140,34 @@ impl RigidWorld {
                 far = far.max(speed + g.length() * part);
             }
         }
-        self.look_ahead(far * part);
+        self.set_prediction_distance(far * part);
         part
     }
 
     /// Extend Rapier's prediction distance to `far` (m), at least the default.
-    pub(crate) fn look_ahead(&mut self, far: f64) {
+    pub(crate) fn set_prediction_distance(&mut self, far: f64) {
         let p = &mut self.inner.integration_parameters;
         let own = IntegrationParameters::default().normalized_prediction_distance;
         p.normalized_prediction_distance = own.max(far as Real / p.length_unit);
     }
 
     /// Call `with` for body `index` and each static or kinematic collider nearer than `way` (m).
-    fn each_wall_near(&self, index: usize, way: f64, mut with: impl FnMut(&Pair)) {
+    fn for_each_obstacle_near(&self, index: usize, way: f64, mut with: impl FnMut(&SubstepPair)) {
         let motion = &self.motions[index];
-        for (other, handle) in self.walls_near(index, way) {
+        for (other, handle) in self.obstacles_near(index, way) {
             let Some(wall) = self.inner.colliders.get(handle) else { continue };
             for own in &self.bodies[index].colliders {
                 let Some(own) = self.inner.colliders.get(*own) else { continue };
                 let convex = is_convex(wall) && own.shape().is_convex();
                 let (shape, wall, over) = (own.shape(), wall.shape(), &self.motions[other].start);
-                with(&Pair { shape, body: &motion.end, extent: motion.extent, wall, over, convex });
+                with(&SubstepPair { shape, body: &motion.end, extent: motion.extent, wall, body_state: over, convex });
             }
         }
     }
 
     /// Static and kinematic colliders nearer to body `index` than `way` (m), with their body
     /// indices.
-    pub(crate) fn walls_near(&self, index: usize, way: f64) -> impl Iterator<Item = (usize, ColliderHandle)> {
+    pub(crate) fn obstacles_near(&self, index: usize, way: f64) -> impl Iterator<Item = (usize, ColliderHandle)> {
         let motion = &self.motions[index];
         let centre = motion.end.centre().as_vec3();
         let walls = self.motions.iter().zip(&self.bodies).enumerate().filter(|(_, (other, _))| !other.is_free());

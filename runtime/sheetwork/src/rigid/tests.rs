@@ -64,10 +64,10 @@ fn a_box_comes_to_rest_on_the_floor_and_sleeps() {
         let rest = state(&world, "a");
         // Rapier's contacts penetrate slightly under load.
         assert!((rest.centre().y - 0.5 * size).abs() < 1e-4, "{size}: {}", rest.centre().y);
-        assert!(!rest.moves());
+        assert!(!rest.is_moving());
         run(&mut world, 1.0, G);
         assert_eq!(state(&world, "a"), rest, "what sleeps stays to the bit");
-        assert!(world.is_quiet());
+        assert!(world.all_asleep());
     }
 }
 
@@ -104,7 +104,7 @@ fn a_sleeping_stack_is_woken_by_a_ball_and_by_nothing_else() {
                 DVec3::new(8.0, 0.0, 0.0),
                 DVec3::ZERO,
             );
-            world.claim(index, thrown);
+            world.set_state(index, thrown);
         }
     }
     assert!(woken);
@@ -127,7 +127,7 @@ fn bodies_that_collide_keep_their_momentum_to_single_precision() {
 }
 
 #[test]
-fn pairs_of_materials_rule_between_bodies() {
+fn material_pairs_set_friction_between_bodies() {
     let slid = |pairs: &str| {
         let mut world = world(&format!(
             "(contact: (friction: 0, restitution: 0, pairs: [{pairs}]), bodies: [
@@ -151,17 +151,17 @@ fn pairs_of_materials_rule_between_bodies() {
 }
 
 #[test]
-fn a_claimed_body_is_where_its_claim_says_and_a_frozen_one_stays() {
+fn a_body_takes_the_state_set_by_contact_and_a_sleeping_one_stays() {
     let mut world = world("(bodies: [(name: \"a\", shape: Ball(0.1), mass: 2)])");
     world.step(0.0, DT, G);
     let start = *world.start(0).expect("there");
-    let end = start.fly(DT, G).kicked(DVec3::new(0.0, 2.0 * 9.81 * DT, 0.0), start.centre());
-    world.claim(0, end);
+    let end = start.free_flight(DT, G).with_impulse_at(DVec3::new(0.0, 2.0 * 9.81 * DT, 0.0), start.centre());
+    world.set_state(0, end);
     assert_eq!(world.state(0), Some(&end));
     world.step(DT, DT, G);
     assert_eq!(world.start(0), Some(&end));
-    assert!(state(&world, "a").centre().distance(end.fly(DT, G).centre()) < 1e-15);
-    world.freeze(0);
+    assert!(state(&world, "a").centre().distance(end.free_flight(DT, G).centre()) < 1e-15);
+    world.put_to_sleep(0);
     let frozen = state(&world, "a");
     run(&mut world, 0.5, G);
     assert_eq!(state(&world, "a"), frozen);
@@ -171,7 +171,7 @@ fn a_claimed_body_is_where_its_claim_says_and_a_frozen_one_stays() {
 }
 
 #[test]
-fn a_led_body_is_exactly_on_its_path_with_the_velocity_of_its_step() {
+fn a_kinematic_body_is_exactly_on_its_path_with_the_velocity_of_its_step() {
     let path = vec![
         PathKey::default(),
         PathKey { time: 1.0, offset: DVec3::new(0.3, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
@@ -184,25 +184,25 @@ fn a_led_body_is_exactly_on_its_path_with_the_velocity_of_its_step() {
     assert_eq!(end.origin(), DVec3::new(1.1, 2.2, 3.3) + DVec3::new(0.3, 0.0, 0.1) * 0.25);
     assert!(end.velocity().distance(DVec3::new(0.3, 0.0, 0.1)) < 1e-14);
     assert!(end.spin().distance(DVec3::Y * 90.0_f64.to_radians()) < 1e-13);
-    let flown = world.start(0).expect("there").fly(0.25, G);
+    let flown = world.start(0).expect("there").free_flight(0.25, G);
     assert!(flown.rotation().angle_between(end.rotation()) < 1e-7);
-    assert!(world.send("arm", DVec3::ONE, DQuat::IDENTITY));
+    assert!(world.set_target("arm", DVec3::ONE, DQuat::IDENTITY));
     world.step(0.25, 0.25, G);
     assert_eq!(state(&world, "arm").origin(), DVec3::ONE);
     world.step(0.5, 0.25, G);
-    assert!(!state(&world, "arm").moves());
+    assert!(!state(&world, "arm").is_moving());
 }
 
 #[test]
-fn sending_and_removing_work_on_bodies_that_move_freely() {
+fn dynamic_bodies_accept_targets_and_removal() {
     let mut world = world(&format!(
         "(bodies: [{FLOOR}, (name: \"a\", shape: Box((0.1, 0.1, 0.1)), mass: 1, placement: (position: (0, 0.05, 0))),
             (name: \"b\", shape: Box((0.1, 0.1, 0.1)), mass: 1, placement: (position: (0, 0.15, 0)))])"
     ));
     run(&mut world, 1.5, G);
-    assert!(world.is_quiet());
-    assert!(world.send("a", DVec3::new(5.0, 0.05, 0.0), DQuat::IDENTITY));
-    assert!(!state(&world, "a").gives());
+    assert!(world.all_asleep());
+    assert!(world.set_target("a", DVec3::new(5.0, 0.05, 0.0), DQuat::IDENTITY));
+    assert!(!state(&world, "a").is_dynamic());
     run(&mut world, 1.5, G);
     assert!((state(&world, "b").centre().y - 0.05).abs() < 5e-3, "{:?}", state(&world, "b"));
     assert!(world.remove("floor") && !world.remove("floor"));
@@ -260,7 +260,7 @@ fn deepest(world: &mut RigidWorld, seconds: f64, reach: impl Fn(&BodyState) -> f
 }
 
 #[test]
-fn what_comes_down_fast_stays_above_the_floor_and_bounces_as_its_restitution_says() {
+fn fast_bodies_stay_above_the_floor_and_bounce_by_their_restitution() {
     for speed in [0.5, 2.0, 5.0, 20.0] {
         let text = |shape: &str, spin: &str| {
             format!(

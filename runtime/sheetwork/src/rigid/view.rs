@@ -9,11 +9,11 @@ use crate::scene::ContactDefaults;
 /// `user_data` of a collider whose mesh is convex.
 pub(crate) const CONVEX: u128 = 0x636f_6e76_6578;
 
-/// Index in [`Owners`] that stands for no body.
+/// Index in [`ColliderOwners`] that stands for no body.
 const NOBODY: u32 = u32::MAX;
 
 /// Body of each collider of the world, materials of the bodies, and coefficients of material pairs.
-pub(crate) struct Owners {
+pub(crate) struct ColliderOwners {
     /// Index of the body, by the index of a collider.
     body: Vec<u32>,
     /// Material, by the index of a body; empty for a body without a material.
@@ -21,13 +21,13 @@ pub(crate) struct Owners {
     pub contact: ContactDefaults,
     /// Distance (m) of the nearest contact point above which a pair of bodies has no contact,
     /// regardless of Rapier's prediction distance.
-    pub reach: Real,
+    pub contact_distance: Real,
 }
 
-impl Owners {
+impl ColliderOwners {
     /// Empty table with the contact coefficients of a scene.
     pub fn new(contact: ContactDefaults) -> Self {
-        Self { body: Vec::new(), material: Vec::new(), contact, reach: Real::MAX }
+        Self { body: Vec::new(), material: Vec::new(), contact, contact_distance: Real::MAX }
     }
 
     /// Remove all bodies.
@@ -50,20 +50,20 @@ impl Owners {
     }
 
     /// Index of the body that owns a collider.
-    pub fn of(&self, collider: ColliderHandle) -> Option<usize> {
+    pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
         let body = self.body.get(collider.into_raw_parts().0 as usize).copied();
         body.filter(|b| *b != NOBODY).map(|b| b as usize)
     }
 
     pub(crate) fn material_of(&self, collider: ColliderHandle) -> &str {
-        self.of(collider).and_then(|b| self.material.get(b)).map_or("", String::as_str)
+        self.body_of(collider).and_then(|b| self.material.get(b)).map_or("", String::as_str)
     }
 }
 
 /// Hooks by which Rapier obtains the contact coefficients of two bodies.
-impl PhysicsHooks for Owners {
+impl PhysicsHooks for ColliderOwners {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
-        if context.solver_contacts.iter().all(|c| c.dist > self.reach) {
+        if context.solver_contacts.iter().all(|c| c.dist > self.contact_distance) {
             context.solver_contacts.clear();
         }
         let materials = (self.material_of(context.collider1), self.material_of(context.collider2));
@@ -84,9 +84,9 @@ pub struct RigidView<'a> {
     /// Colliders.
     pub colliders: &'a ColliderSet,
     /// Whether the bodies belong to the world, which moves them by their velocities alone.
-    pub(crate) owned: bool,
+    pub(crate) is_world_owned: bool,
     /// Owners and materials of the world's colliders; `None` for a caller's sets.
-    owners: Option<&'a Owners>,
+    owners: Option<&'a ColliderOwners>,
 }
 
 impl<'a> RigidView<'a> {
@@ -98,13 +98,13 @@ impl<'a> RigidView<'a> {
         bodies: &'a RigidBodySet,
         colliders: &'a ColliderSet,
     ) -> Self {
-        Self { broad_phase, narrow_phase, bodies, colliders, owned: false, owners: None }
+        Self { broad_phase, narrow_phase, bodies, colliders, is_world_owned: false, owners: None }
     }
 
     /// View of the world's own sets.
-    pub(crate) fn of_own(inner: &'a PhysicsWorld, owners: &'a Owners) -> Self {
+    pub(crate) fn from_world(inner: &'a PhysicsWorld, owners: &'a ColliderOwners) -> Self {
         let view = Self::new(&inner.broad_phase, &inner.narrow_phase, &inner.bodies, &inner.colliders);
-        Self { owned: true, owners: Some(owners), ..view }
+        Self { is_world_owned: true, owners: Some(owners), ..view }
     }
 
     /// Query pipeline over all colliders except sensors.
@@ -115,20 +115,20 @@ impl<'a> RigidView<'a> {
 
     /// Query pipeline over static and kinematic colliders: all except sensors and the world's own
     /// dynamic bodies. A caller's dynamic bodies count as kinematic.
-    pub(crate) fn query_standing(&self) -> QueryPipeline<'a> {
+    pub(crate) fn query_fixed(&self) -> QueryPipeline<'a> {
         let query = self.query();
-        let filter = if self.owned { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
+        let filter = if self.is_world_owned { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
         QueryPipeline { filter, ..query }
     }
 
     /// Whether contact with sheets moves `body`.
-    pub(crate) fn gives_way(&self, body: &RigidBody) -> bool {
-        self.owned && body.is_dynamic()
+    pub(crate) fn is_dynamic(&self, body: &RigidBody) -> bool {
+        self.is_world_owned && body.is_dynamic()
     }
 
     /// Index of the world's body that owns a collider; `None` for a caller's sets.
     pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
-        self.owners.and_then(|o| o.of(collider))
+        self.owners.and_then(|o| o.body_of(collider))
     }
 
     /// Friction and restitution of a sheet and a collider: those of their pair of materials if the

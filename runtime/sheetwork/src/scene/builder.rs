@@ -6,8 +6,8 @@ use glam::DVec3;
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    BodySpec, DetailSpec, EngineKind, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, SheetSpec,
-    SpringLaw,
+    BodySpec, DetailSpec, IntegratorKind, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene,
+    SheetSpec, SpringLaw,
 };
 
 impl SheetSpec {
@@ -135,13 +135,13 @@ impl SheetSpec {
 
     /// Prescribe the motion of a region by a path of displacements from its initial positions.
     pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
-        self.pins.push(PinSpec { path: path.into(), ..PinSpec::held(region) });
+        self.pins.push(PinSpec { path: path.into(), ..PinSpec::fixed(region) });
         self
     }
 
     /// Attach a region to the body of that name, at its position when the sheet is built.
     pub fn glue(mut self, region: Region, body: impl Into<String>) -> Self {
-        self.pins.push(PinSpec::glued(region, body));
+        self.pins.push(PinSpec::attached(region, body));
         self
     }
 
@@ -161,7 +161,7 @@ impl Scene {
     /// Empty scene for sheets of real materials: the implicit integrator `tr-bdf2` with steps of
     /// 1/60 s.
     pub fn new() -> Self {
-        Self { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Self::thesis() }
+        Self { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, ..Self::thesis() }
     }
 
     /// Empty scene with the explicit integrator and the step of the thesis: `euler-richardson`,

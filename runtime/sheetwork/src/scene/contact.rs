@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
 /// scale of a body.
-pub const SKIN: f64 = 1e-5;
+pub const MINIMUM_CONTACT_OFFSET: f64 = 1e-5;
 
 /// Default contact coefficients of bodies and sheets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pair_wins_over_what_its_surfaces_say_in_either_order() {
+    fn a_material_pair_overrides_surface_coefficients_in_either_order() {
         let pair = PairSpec { between: ("card".into(), "felt".into()), friction: Some(0.7), restitution: None };
         let contact = ContactDefaults { pairs: vec![pair], ..ContactDefaults::default() };
         assert_eq!(contact.between(("felt", "card"), (0.3, 0.1)), (0.7, 0.1));

@@ -8,7 +8,7 @@ use crate::error::InputError;
 /// Kinds of integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub enum EngineKind {
+pub enum IntegratorKind {
     /// Constant acceleration over the step.
     Analytical,
     /// Explicit Euler.
@@ -32,33 +32,33 @@ pub enum EngineKind {
 }
 
 /// Every kind with its name in files and on the command line, in the order of menus.
-const NAMES: [(EngineKind, &str); 10] = [
-    (EngineKind::Analytical, "analytical"),
-    (EngineKind::Euler, "euler"),
-    (EngineKind::EulerCromer, "euler-cromer"),
-    (EngineKind::EulerRichardson, "euler-richardson"),
-    (EngineKind::Verlet, "verlet"),
-    (EngineKind::Rk4, "rk4"),
-    (EngineKind::Rk45, "rk45"),
-    (EngineKind::TrBdf2, "tr-bdf2"),
-    (EngineKind::BackwardEuler, "backward-euler"),
-    (EngineKind::Bdf2, "bdf2"),
+const NAMES: [(IntegratorKind, &str); 10] = [
+    (IntegratorKind::Analytical, "analytical"),
+    (IntegratorKind::Euler, "euler"),
+    (IntegratorKind::EulerCromer, "euler-cromer"),
+    (IntegratorKind::EulerRichardson, "euler-richardson"),
+    (IntegratorKind::Verlet, "verlet"),
+    (IntegratorKind::Rk4, "rk4"),
+    (IntegratorKind::Rk45, "rk45"),
+    (IntegratorKind::TrBdf2, "tr-bdf2"),
+    (IntegratorKind::BackwardEuler, "backward-euler"),
+    (IntegratorKind::Bdf2, "bdf2"),
 ];
 
-impl EngineKind {
+impl IntegratorKind {
     /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, name)| *name)
     }
 }
 
-impl std::fmt::Display for EngineKind {
+impl std::fmt::Display for IntegratorKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
 }
 
-impl std::str::FromStr for EngineKind {
+impl std::str::FromStr for IntegratorKind {
     type Err = InputError;
 
     fn from_str(name: &str) -> Result<Self, InputError> {
@@ -69,7 +69,7 @@ impl std::str::FromStr for EngineKind {
     }
 }
 
-impl TryFrom<String> for EngineKind {
+impl TryFrom<String> for IntegratorKind {
     type Error = InputError;
 
     fn try_from(name: String) -> Result<Self, InputError> {
@@ -77,8 +77,8 @@ impl TryFrom<String> for EngineKind {
     }
 }
 
-impl From<EngineKind> for String {
-    fn from(kind: EngineKind) -> Self {
+impl From<IntegratorKind> for String {
+    fn from(kind: IntegratorKind) -> Self {
         kind.name().to_owned()
     }
 }

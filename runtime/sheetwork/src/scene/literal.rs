@@ -11,18 +11,18 @@ const MAX_DEPTH: usize = 32;
 
 /// Value of `text`; `None` when it is not one whole value.
 pub(crate) fn value_of(text: &str) -> Option<Value> {
-    let mut reader = Reader { text, depth: 0 };
+    let mut reader = RonReader { text, depth: 0 };
     let value = reader.value()?;
     reader.text.trim_start().is_empty().then_some(value)
 }
 
 /// Reader from the front of `text`, which shrinks.
-struct Reader<'a> {
+struct RonReader<'a> {
     text: &'a str,
     depth: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> RonReader<'a> {
     fn peek(&mut self) -> Option<char> {
         self.text = self.text.trim_start();
         self.text.chars().next()
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_one_whole_value_is_refused() {
+    fn incomplete_values_are_rejected() {
         let deep = "(".repeat(100_000);
         for text in ["", "(", "(1 2)", "1 2", "(a: 1, 2)", "[1", "Ball(", "\"open", "1e400", "1.2.3", "é", "(:", &deep]
         {

@@ -14,8 +14,8 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::InputError;
-use crate::material::calibration::{Orthotropic, Target};
-use crate::material::law::Law;
+use crate::material::calibration::{Orthotropic, StiffnessTarget};
+use crate::material::law::ElementLaw;
 use crate::scene::load::read_ron;
 use crate::scene::validate;
 
@@ -42,7 +42,7 @@ pub struct Material {
     /// Hardening modulus dσ/dε_p, growth of the yield stress with plastic strain, Pa; 0 to 1e12.
     pub hardening: f64,
     /// Creep constants; `None` for a material without creep.
-    pub burgers: Option<Burgers>,
+    pub burgers: Option<BurgersCreep>,
     /// Measured stiffness along warp and weft, in place of that from E, ν and t; `None` for an
     /// isotropic sheet.
     pub orthotropic: Option<Orthotropic>,
@@ -69,13 +69,13 @@ pub struct Material {
     /// material without fracture.
     pub tears_at: Option<f64>,
     /// Adhesion constants; `None` for a material without adhesion.
-    pub tack: Option<Tack>,
+    pub tack: Option<Adhesion>,
 }
 
 /// Adhesion of a hot material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tack {
+pub struct Adhesion {
     /// Adhesion strength, tensile stress that a bond bears, Pa; 1e-3 to 1e9.
     pub strength: f64,
     /// Temperature above which bonds form, °C, -273.15 to 5000.
@@ -90,18 +90,18 @@ pub struct Tack {
 /// e^(-t/τ₂))). Times hold at the glass transition, or at any temperature where there is none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Burgers {
+pub struct BurgersCreep {
     /// Relaxation time τ₁ of the Maxwell element, s; 1e-6 to 1e30.
     pub relaxation_time: f64,
     /// Retardation time τ₂ of the Kelvin-Voigt element, s; 1e-6 to 1e30.
-    #[serde(default = "Burgers::retardation_by_default")]
+    #[serde(default = "BurgersCreep::retardation_by_default")]
     pub retardation_time: f64,
     /// Ratio r of retarded to instantaneous strain, 0 to 1e4; 0 for a Maxwell element alone.
     #[serde(default)]
     pub retarded: f64,
 }
 
-impl Burgers {
+impl BurgersCreep {
     fn retardation_by_default() -> f64 {
         1.0
     }
@@ -109,7 +109,7 @@ impl Burgers {
 
 /// Glassy polymers, estimates of the class. The relaxation time of 1e9 s at the glass transition
 /// keeps a shape for hours; 40 K above it the WLF shift reduces it to 25 s.
-const GLASSY: Option<Burgers> = Some(Burgers { relaxation_time: 1e9, retardation_time: 1e8, retarded: 0.5 });
+const GLASSY: Option<BurgersCreep> = Some(BurgersCreep { relaxation_time: 1e9, retardation_time: 1e8, retarded: 0.5 });
 
 /// C1 and C2 (K) of the universal WLF equation, which fit most polymers.
 const UNIVERSAL_WLF: (f64, f64) = (17.44, 51.6);
@@ -161,7 +161,7 @@ const fn row(
 
 impl Material {
     /// The material with a fracture strain `tears_at` and a melting temperature `melts_at` (°C).
-    const fn opens(mut self, tears_at: f64, melts_at: Option<f64>) -> Self {
+    const fn with_fracture(mut self, tears_at: f64, melts_at: Option<f64>) -> Self {
         (self.tears_at, self.melts_at) = (Some(tears_at), melts_at);
         self
     }
@@ -169,10 +169,10 @@ impl Material {
 
 impl Material {
     /// Stiffness per width of a sheet of this material.
-    pub fn target(&self) -> Target {
+    pub fn target(&self) -> StiffnessTarget {
         match &self.orthotropic {
-            Some(measured) => Target::of_measured(measured),
-            None => Target::of_plate(self.young, self.poisson, self.thickness),
+            Some(measured) => StiffnessTarget::of_measured(measured),
+            None => StiffnessTarget::of_plate(self.young, self.poisson, self.thickness),
         }
     }
 
@@ -193,10 +193,10 @@ impl Material {
     ///
     /// the angular frequency of that motion and the damping of a Kelvin-Voigt solid, give the
     /// retardation time τ (s).
-    pub fn law(&self, length: f64, damping_ratio: f64) -> Law {
-        let Target { membrane, bending } = self.target();
+    pub fn law(&self, length: f64, damping_ratio: f64) -> ElementLaw {
+        let StiffnessTarget { membrane, bending } = self.target();
         let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
-        Law { membrane, bending, retardation: 2.0 * damping_ratio / slowest }
+        ElementLaw { membrane, bending, retardation: 2.0 * damping_ratio / slowest }
     }
 }
 
@@ -212,62 +212,66 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
         "hips",
         "high-impact polystyrene, 0.5 mm",
         row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
-            .opens(0.4, Some(240.0)),
+            .with_fracture(0.4, Some(240.0)),
     ),
     (
         "pvc",
         "rigid PVC, 0.4 mm",
         row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(82.0))
-            .opens(0.3, Some(200.0)),
+            .with_fracture(0.3, Some(200.0)),
     ),
     (
         "pvc-plasticised",
         "plasticised PVC, 0.4 mm",
-        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0)).opens(2.5, Some(180.0)),
+        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0))
+            .with_fracture(2.5, Some(180.0)),
     ),
     (
         "packaging-pvc",
         "packaging PVC, 0.15 mm",
         row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(80.0))
-            .opens(0.3, Some(160.0)),
+            .with_fracture(0.3, Some(160.0)),
     ),
     (
         "pet",
         "PET film, 0.1 mm",
         row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.01, Some(1.0e8), Some(70.0))
-            .opens(1.0, Some(255.0)),
+            .with_fracture(1.0, Some(255.0)),
     ),
     (
         "paper",
         "printer paper, 80 g/m²",
-        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None).opens(0.02, None),
+        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None)
+            .with_fracture(0.02, None),
     ),
     (
         "card",
         "card, 300 g/m²",
-        row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None).opens(0.02, None),
+        row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None)
+            .with_fracture(0.02, None),
     ),
     (
         "playing-card",
         "playing card, 0.3 mm",
-        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None).opens(0.02, None),
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None)
+            .with_fracture(0.02, None),
     ),
     (
         "steel-foil",
         "steel foil, 0.1 mm",
         row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.001, Some(5.0e8), None)
-            .opens(0.1, Some(1450.0)),
+            .with_fracture(0.1, Some(1450.0)),
     ),
     (
         "aluminium-foil",
         "aluminium foil, 16 µm",
         row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04, 2.3e-5], 0.001, Some(5.0e7), None)
-            .opens(0.03, Some(660.0)),
+            .with_fracture(0.03, Some(660.0)),
     ),
     (
         "rubber",
         "rubber sheet, 1 mm",
-        row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94, 2e-4], 0.05, None, None).opens(4.0, None),
+        row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94, 2e-4], 0.05, None, None).with_fracture(4.0, None),
     ),
 ];
 

@@ -5,33 +5,33 @@
 //! readability. `load` reads files and `validate` checks ranges, so that files, command-line
 //! overrides and programs pass the same checks.
 
+pub mod adhesion;
 pub(crate) mod body;
 pub(crate) mod builder;
 #[doc(hidden)]
-pub mod cards;
+pub mod card_scenes;
 pub mod contact;
-pub(crate) mod detail;
-pub mod flow;
-pub(crate) mod heat;
-pub mod heater;
+pub mod fracture;
+pub(crate) mod heat_sources;
+pub mod heater_file;
 pub mod integrator;
 #[doc(hidden)]
 pub mod library;
 pub(crate) mod literal;
 pub mod load;
 pub(crate) mod locate;
+pub(crate) mod lod;
 pub mod material;
 pub(crate) mod nesting;
 pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;
+pub(crate) mod recovery_policy;
+pub mod rest_shape;
 pub mod sht;
 #[doc(hidden)]
 pub mod sleep;
 pub mod spot;
-pub mod sticking;
-pub mod tearing;
-pub(crate) mod unstable;
 #[doc(hidden)]
 pub mod validate;
 
@@ -43,13 +43,13 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::scene::body::{BodySpec, Shape};
 pub use crate::scene::contact::{ContactDefaults, PairSpec};
-pub use crate::scene::detail::{DetailLevel, DetailSpec};
-pub use crate::scene::flow::CreaseSpec;
-pub use crate::scene::heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
-pub use crate::scene::integrator::EngineKind;
-pub use crate::scene::material::{Burgers, Material, MaterialChoice, Tack};
+pub use crate::scene::heat_sources::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
+pub use crate::scene::integrator::IntegratorKind;
+pub use crate::scene::lod::{DetailLevel, DetailSpec};
+pub use crate::scene::material::{Adhesion, BurgersCreep, Material, MaterialChoice};
 pub use crate::scene::polyhedron::Polyhedron;
-pub use crate::scene::unstable::WhenUnstable;
+pub use crate::scene::recovery_policy::WhenUnstable;
+pub use crate::scene::rest_shape::CreaseSpec;
 
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::slits::Slit;
@@ -67,7 +67,7 @@ pub struct Scene {
     /// Acceleration of gravity, m/s²; each component within ±1000.
     pub gravity: DVec3,
     /// Time integrator of every sheet.
-    pub engine: EngineKind,
+    pub engine: IntegratorKind,
     /// Time step, s; 1e-7 to 1.
     pub dt: f64,
     /// Position error tolerance of the adaptive integrator (`rk45`) per step, m; 1e-15 to 1.
@@ -120,7 +120,7 @@ impl Default for Scene {
             name: "untitled".into(),
             description: String::new(),
             gravity: DVec3::new(0.0, -9.81, 0.0),
-            engine: EngineKind::EulerRichardson,
+            engine: IntegratorKind::EulerRichardson,
             dt: 1.0e-3,
             tolerance: 1.0e-7,
             duration: 10.0,
@@ -485,18 +485,18 @@ pub struct PinSpec {
 
 impl PinSpec {
     /// Fixed nodes of `region`.
-    pub fn held(region: Region) -> Self {
+    pub fn fixed(region: Region) -> Self {
         Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes(), body: None, until: None }
     }
 
     /// Attachment of `region` to a body.
-    pub fn glued(region: Region, body: impl Into<String>) -> Self {
-        Self { body: Some(body.into()), ..Self::held(region) }
+    pub fn attached(region: Region, body: impl Into<String>) -> Self {
+        Self { body: Some(body.into()), ..Self::fixed(region) }
     }
 
     /// Clamp of `region`: fixed nodes and slope.
     pub fn clamped(region: Region) -> Self {
-        Self { clamp: true, ..Self::held(region) }
+        Self { clamp: true, ..Self::fixed(region) }
     }
 
     fn all_axes() -> (bool, bool, bool) {

@@ -17,17 +17,17 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::error::InputError;
-use crate::scene::polyhedron::{Assembler, MAX_COORDINATE, MAX_CORNERS, Polyhedron};
-use crate::scene::record_lines::{Column, Record, decimal, last_line, read_file, records, write_file};
+use crate::scene::polyhedron::{MAX_COORDINATE, MAX_CORNERS, Polyhedron, PolyhedronBuilder};
+use crate::scene::record_lines::{RecordColumn, RecordLine, decimal, last_line, read_file, records, write_file};
 
 /// Maximum number of corners in a file, over all faces.
 const MAX_VERTICES: usize = 10_000_000;
 /// Power of ten from the file's centimetres to metres.
 const CENTIMETRES: i32 = -2;
-const COORDINATES: [Column; 3] = [coordinate("V.x"), coordinate("V.y"), coordinate("V.z")];
+const COORDINATES: [RecordColumn; 3] = [coordinate("V.x"), coordinate("V.y"), coordinate("V.z")];
 
-const fn coordinate(name: &'static str) -> Column {
-    Column { name, unit: "cm", si_unit: "m", shift: CENTIMETRES, min: -MAX_COORDINATE, max: MAX_COORDINATE }
+const fn coordinate(name: &'static str) -> RecordColumn {
+    RecordColumn { name, unit: "cm", si_unit: "m", shift: CENTIMETRES, min: -MAX_COORDINATE, max: MAX_COORDINATE }
 }
 
 /// Read the polyhedra of a .POL text.
@@ -99,9 +99,9 @@ pub(crate) fn write_faces(text: &mut String, polyhedron: &Polyhedron, face_line:
 /// Read polyhedra whose F records `mark` reads: each polyhedron with the marks of its faces.
 pub(crate) fn read_marked<M>(
     text: &str,
-    mark: impl Fn(&Record<'_>) -> Result<M, InputError>,
+    mark: impl Fn(&RecordLine<'_>) -> Result<M, InputError>,
 ) -> Result<Vec<(Polyhedron, Vec<M>)>, InputError> {
-    let mut reader = Reader::default();
+    let mut reader = PolReader::default();
     for record in records(text) {
         if let Some(end) = reader.end {
             return Err(record.error("", format!("something follows the end mark * of line {end}")));
@@ -121,11 +121,11 @@ pub(crate) fn read_marked<M>(
 }
 
 /// State of the reader.
-struct Reader<M> {
+struct PolReader<M> {
     /// Corners since the last F.
     corners: Vec<DVec3>,
     /// Faces since the last P.
-    assembler: Assembler,
+    assembler: PolyhedronBuilder,
     marks: Vec<M>,
     /// Lines of those faces' F records.
     face_lines: Vec<usize>,
@@ -136,11 +136,11 @@ struct Reader<M> {
     end: Option<usize>,
 }
 
-impl<M> Default for Reader<M> {
+impl<M> Default for PolReader<M> {
     fn default() -> Self {
         Self {
             corners: Vec::new(),
-            assembler: Assembler::default(),
+            assembler: PolyhedronBuilder::default(),
             marks: Vec::new(),
             face_lines: Vec::new(),
             vertices: 0,
@@ -150,8 +150,8 @@ impl<M> Default for Reader<M> {
     }
 }
 
-impl<M> Reader<M> {
-    fn vertex(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+impl<M> PolReader<M> {
+    fn vertex(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(3, "x y z in cm")?;
         self.vertices += 1;
         if self.vertices > MAX_VERTICES {
@@ -164,8 +164,8 @@ impl<M> Reader<M> {
 
     fn face(
         &mut self,
-        record: &Record<'_>,
-        mark: impl Fn(&Record<'_>) -> Result<M, InputError>,
+        record: &RecordLine<'_>,
+        mark: impl Fn(&RecordLine<'_>) -> Result<M, InputError>,
     ) -> Result<(), InputError> {
         let mark = mark(record)?;
         let count = self.corners.len();
@@ -180,7 +180,7 @@ impl<M> Reader<M> {
         Ok(())
     }
 
-    fn polyhedron(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn polyhedron(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(0, "")?;
         self.no_loose_corners(record)?;
         if self.assembler.face_count() == 0 {
@@ -197,7 +197,7 @@ impl<M> Reader<M> {
         Ok(())
     }
 
-    fn end(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn end(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(0, "")?;
         self.no_loose_corners(record)?;
         let faces = self.assembler.face_count();
@@ -211,7 +211,7 @@ impl<M> Reader<M> {
         Ok(())
     }
 
-    fn no_loose_corners(&self, record: &Record<'_>) -> Result<(), InputError> {
+    fn no_loose_corners(&self, record: &RecordLine<'_>) -> Result<(), InputError> {
         let count = self.corners.len();
         if count == 0 {
             return Ok(());

@@ -127,12 +127,12 @@ fn area_vector(corners: &[DVec3]) -> DVec3 {
 /// Vertices are numbered in the order of their first use by a face, so that a polyhedron and its
 /// copy from a file agree in every index.
 #[derive(Default)]
-pub(crate) struct Assembler {
+pub(crate) struct PolyhedronBuilder {
     polyhedron: Polyhedron,
     known: HashMap<[u64; 3], u32>,
 }
 
-impl Assembler {
+impl PolyhedronBuilder {
     /// Add a face with these corners, m, counter-clockwise seen from outside.
     pub(crate) fn face(&mut self, corners: &[DVec3]) {
         let face = corners.iter().map(|corner| self.vertex(*corner)).collect();
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn questions_about_what_is_not_there_have_neutral_answers() {
+    fn queries_of_missing_faces_return_neutral_values() {
         let bad = Polyhedron { vertices: vec![DVec3::ONE], faces: vec![vec![0, 7, 9], vec![]] };
         assert_eq!(bad.face_area(0), 0.0);
         assert_eq!(bad.face_normal(5), DVec3::ZERO);
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn negative_zero_is_the_same_place_as_zero() {
-        let mut assembler = Assembler::default();
+        let mut assembler = PolyhedronBuilder::default();
         assembler.face(&[DVec3::ZERO, DVec3::X, DVec3::Y]);
         assembler.face(&[DVec3::new(-0.0, 0.0, -0.0), DVec3::Y, DVec3::Z]);
         let polyhedron = assembler.take();

@@ -14,7 +14,7 @@ use std::path::Path;
 use crate::error::{InputError, check_range};
 
 /// Numeric column: name, units and range.
-pub(crate) struct Column {
+pub(crate) struct RecordColumn {
     /// Record letter and name, for messages: "V.x".
     pub(crate) name: &'static str,
     /// Unit in the file.
@@ -29,7 +29,7 @@ pub(crate) struct Column {
     pub(crate) max: f64,
 }
 
-impl Column {
+impl RecordColumn {
     /// Check a value in SI; `field` names it in the error.
     pub(crate) fn check(&self, field: impl FnOnce() -> String, value: f64) -> Result<(), InputError> {
         if value >= self.min && value <= self.max {
@@ -63,7 +63,7 @@ impl Column {
 }
 
 /// Line that is neither empty nor a comment.
-pub(crate) struct Record<'t> {
+pub(crate) struct RecordLine<'t> {
     /// Line in the text, from 1.
     pub(crate) line: usize,
     /// First word, the record letter.
@@ -72,7 +72,7 @@ pub(crate) struct Record<'t> {
     pub(crate) fields: Vec<&'t str>,
 }
 
-impl Record<'_> {
+impl RecordLine<'_> {
     /// Error about `field` at this line.
     pub(crate) fn error(&self, field: impl Into<String>, problem: impl Into<String>) -> InputError {
         InputError::new(field, problem).at_line(self.line)
@@ -98,7 +98,7 @@ impl Record<'_> {
     }
 
     /// The field at `index` as a number in SI.
-    pub(crate) fn number(&self, index: usize, column: &Column) -> Result<f64, InputError> {
+    pub(crate) fn number(&self, index: usize, column: &RecordColumn) -> Result<f64, InputError> {
         column.parse(self.field(index)).map_err(|error| error.at_line(self.line))
     }
 
@@ -120,12 +120,12 @@ impl Record<'_> {
 }
 
 /// Records of a text, in order.
-pub(crate) fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
+pub(crate) fn records(text: &str) -> impl Iterator<Item = RecordLine<'_>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     text.lines().enumerate().filter_map(|(index, line)| {
         let mut words = line.split_ascii_whitespace();
         let letter = words.next().filter(|word| !word.starts_with('#'))?;
-        Some(Record { line: index + 1, letter, fields: words.collect() })
+        Some(RecordLine { line: index + 1, letter, fields: words.collect() })
     })
 }
 
@@ -200,9 +200,9 @@ pub(crate) mod damage {
     //! Damaged copies of valid files, identical at every run.
 
     /// Generator of pseudo-random numbers (xorshift).
-    pub(crate) struct Dice(pub(crate) u64);
+    pub(crate) struct RandomBytes(pub(crate) u64);
 
-    impl Dice {
+    impl RandomBytes {
         pub(crate) fn below(&mut self, limit: usize) -> usize {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;
@@ -214,7 +214,7 @@ pub(crate) mod damage {
     /// Call `read` with `rounds` damaged copies of `text`: bytes and lines changed, dropped,
     /// doubled or swapped.
     pub(crate) fn try_all(text: &str, rounds: usize, mut read: impl FnMut(&str)) {
-        let mut dice = Dice(0x5eed_0123_4567_89ab);
+        let mut dice = RandomBytes(0x5eed_0123_4567_89ab);
         let words =
             ["-1", "4294967296", "1e400", "nan", "F", "P", "V", "*", "\n", "#", "1e-5", "S", "M", "D", "HOT", "é"];
         for _ in 0..rounds {
@@ -236,7 +236,7 @@ pub(crate) mod damage {
         }
     }
 
-    fn swap_lines(bytes: &mut Vec<u8>, dice: &mut Dice) {
+    fn swap_lines(bytes: &mut Vec<u8>, dice: &mut RandomBytes) {
         let mut lines: Vec<&[u8]> = bytes.split(|b| *b == b'\n').collect();
         let (a, b) = (dice.below(lines.len()), dice.below(lines.len()));
         match dice.below(3) {
@@ -250,7 +250,7 @@ pub(crate) mod damage {
 
 #[cfg(test)]
 mod tests {
-    use super::damage::Dice;
+    use super::damage::RandomBytes;
     use super::*;
 
     #[test]
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_plain_number_is_refused() {
+    fn only_plain_numbers_are_accepted() {
         let refused = [
             "", "-", "+", ".", "nan", "inf", "-inf", "1,5", "1e", "e5", "1e5e5", "1e+-5", "0x10", "1.2.3", "--1", "1_0",
         ];
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn every_number_survives_writing_and_reading_in_every_unit() {
-        let mut dice = Dice(42);
+        let mut dice = RandomBytes(42);
         let mut values = vec![0.0, -0.0, 1.0, -2.81e-2, 0.1, 1e22, 1e-7, f64::MAX / 1e6, f64::MIN_POSITIVE, 5e-324];
         for _ in 0..20_000 {
             dice.below(1);
@@ -321,13 +321,13 @@ mod tests {
 
     #[test]
     fn messages_name_field_value_unit_and_range() {
-        let column = Column { name: "V.x", unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 };
+        let column = RecordColumn { name: "V.x", unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 };
         let error = |token: &str| column.parse(token).expect_err("bad").to_string();
         assert_eq!(error("2e6"), "V.x: \"2e6\" cm is outside -1000000 to 1000000 cm");
         assert_eq!(error("a\u{7}"), "V.x: \"a\\u{7}\" is not a number (-1000000 to 1000000 cm)");
         assert_eq!(column.parse("1000000"), Ok(1e4));
         assert!(error(&"9".repeat(5000)).len() < 120, "a long word is cut");
-        let record = Record { line: 4, letter: "S", fields: vec!["7", "-1"] };
+        let record = RecordLine { line: 4, letter: "S", fields: vec!["7", "-1"] };
         assert_eq!(record.whole(0, "S.a", 8, "a mass").ok(), Some(7));
         let error = record.whole(1, "S.b", 8, "a mass").expect_err("negative");
         assert_eq!(error.to_string(), "line 4: S.b: \"-1\" is not a mass, 0 to 7");

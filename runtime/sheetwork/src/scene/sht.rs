@@ -27,14 +27,14 @@ pub use crate::scene::sht::reader::read_sht;
 
 use crate::error::{InputError, check_range};
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{MAX_MASSES, StructureKind};
-use crate::scene::record_lines::{Column, decimal, read_file, write_file};
+use crate::mesh::structure::{MAX_NODES, StructureKind};
+use crate::scene::record_lines::{RecordColumn, decimal, read_file, write_file};
 
 /// Maximum number of springs of a sheet.
-const MAX_SPRINGS: u64 = 32 * MAX_MASSES;
+const MAX_SPRINGS: u64 = 32 * MAX_NODES;
 
 /// Numeric columns of a node, in the order of the file.
-const MASS: [Column; 13] = [
+const MASS: [RecordColumn; 13] = [
     accelerations("M.ax"),
     accelerations("M.ay"),
     accelerations("M.az"),
@@ -47,37 +47,38 @@ const MASS: [Column; 13] = [
     velocities("M.vx"),
     velocities("M.vy"),
     velocities("M.vz"),
-    Column { name: "M.mass", unit: "1e-4 kg", si_unit: "kg", shift: -4, min: 1e-12, max: 1e6 },
+    RecordColumn { name: "M.mass", unit: "1e-4 kg", si_unit: "kg", shift: -4, min: 1e-12, max: 1e6 },
 ];
 const MASS_FIELDS: &str = "ax ay az px py pz fx fy fz vx vy vz mass layer border";
-const STIFFNESS: Column =
-    Column { name: "S.stiffness", unit: "1e-3 N/m", si_unit: "N/m", shift: -3, min: 0.0, max: 1e12 };
-const REST: Column = Column { name: "S.rest", unit: "cm", si_unit: "m", shift: -2, min: 1e-12, max: 1e4 };
-const DAMPING: Column = Column { name: "C.damping", unit: "%", si_unit: "", shift: -2, min: 0.0, max: 10.0 };
+const STIFFNESS: RecordColumn =
+    RecordColumn { name: "S.stiffness", unit: "1e-3 N/m", si_unit: "N/m", shift: -3, min: 0.0, max: 1e12 };
+const REST: RecordColumn = RecordColumn { name: "S.rest", unit: "cm", si_unit: "m", shift: -2, min: 1e-12, max: 1e4 };
+const DAMPING: RecordColumn =
+    RecordColumn { name: "C.damping", unit: "%", si_unit: "", shift: -2, min: 0.0, max: 10.0 };
 
-const fn accelerations(name: &'static str) -> Column {
-    Column { name, unit: "cm/s²", si_unit: "m/s²", shift: -2, min: -1e12, max: 1e12 }
+const fn accelerations(name: &'static str) -> RecordColumn {
+    RecordColumn { name, unit: "cm/s²", si_unit: "m/s²", shift: -2, min: -1e12, max: 1e12 }
 }
 
-const fn positions(name: &'static str) -> Column {
-    Column { name, unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 }
+const fn positions(name: &'static str) -> RecordColumn {
+    RecordColumn { name, unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 }
 }
 
-const fn forces(name: &'static str) -> Column {
-    Column { name, unit: "1e-3 N", si_unit: "N", shift: -3, min: -1e6, max: 1e6 }
+const fn forces(name: &'static str) -> RecordColumn {
+    RecordColumn { name, unit: "1e-3 N", si_unit: "N", shift: -3, min: -1e6, max: 1e6 }
 }
 
-const fn velocities(name: &'static str) -> Column {
-    Column { name, unit: "cm/s", si_unit: "m/s", shift: -2, min: -1e6, max: 1e6 }
+const fn velocities(name: &'static str) -> RecordColumn {
+    RecordColumn { name, unit: "cm/s", si_unit: "m/s", shift: -2, min: -1e6, max: 1e6 }
 }
 
 /// Content of a sheet file: state, springs and layout, all SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetFile {
     /// Nodes, layer by layer from the bottom, row by row (z), along x.
-    pub masses: Vec<SheetMass>,
+    pub masses: Vec<SheetFileNode>,
     /// Springs.
-    pub springs: Vec<SheetSpring>,
+    pub springs: Vec<SheetFileSpring>,
     /// Corner nodes of the bottom layer: (-x, -z), (+x, -z), (-x, +z), (+x, +z).
     pub corners: [u32; 4],
     /// Node of the bottom layer nearest to its middle.
@@ -93,7 +94,7 @@ pub struct SheetFile {
 
 /// Node of a sheet file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SheetMass {
+pub struct SheetFileNode {
     /// Acceleration, m/s²; each component within ±1e12.
     pub acceleration: DVec3,
     /// Position, m; each component within ±1e4.
@@ -112,7 +113,7 @@ pub struct SheetMass {
 
 /// Spring of a sheet file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SheetSpring {
+pub struct SheetFileSpring {
     /// Spring class.
     pub kind: SpringClass,
     /// First node.
@@ -125,7 +126,7 @@ pub struct SheetSpring {
     pub rest: f64,
 }
 
-impl SheetMass {
+impl SheetFileNode {
     /// Values in the order of [`MASS`].
     fn numbers(&self) -> [f64; 13] {
         let (a, p, f, v) = (self.acceleration, self.position, self.force, self.velocity);
@@ -156,7 +157,7 @@ impl SheetFile {
     /// The first defect; its field is `masses.N.px`, `springs.N.rest`, `corners.N`, `centre`,
     /// `dimensions`, `damping` or `structure`.
     pub fn check(&self) -> Result<(), InputError> {
-        let mut layers = Layers::default();
+        let mut layers = LayerCounts::default();
         for (index, mass) in self.masses.iter().enumerate() {
             for (column, value) in MASS.iter().zip(mass.numbers()) {
                 column.check(|| format!("masses.{index}.{}", column.short()), value)?;
@@ -164,7 +165,7 @@ impl SheetFile {
             let of_layer = |problem| InputError::new(format!("masses.{index}.layer"), problem);
             layers.add(mass.layer).map_err(of_layer)?;
         }
-        check_range("masses", self.masses.len() as f64, 4.0, MAX_MASSES as f64, "masses")?;
+        check_range("masses", self.masses.len() as f64, 4.0, MAX_NODES as f64, "masses")?;
         check_range("springs", self.springs.len() as f64, 0.0, MAX_SPRINGS as f64, "springs")?;
         let masses = self.masses.len();
         for (index, spring) in self.springs.iter().enumerate() {
@@ -195,11 +196,11 @@ impl SheetFile {
 
 /// Number of nodes in each layer, bottom first.
 #[derive(Default)]
-struct Layers {
+struct LayerCounts {
     counts: Vec<u64>,
 }
 
-impl Layers {
+impl LayerCounts {
     /// Count a node of this layer, which must be that of the last node or the next.
     fn add(&mut self, layer: u32) -> Result<(), String> {
         let next = self.counts.len();
@@ -318,7 +319,7 @@ mod tests {
         assert_eq!(sheet.masses[3].velocity, DVec3::new(0.0, 0.07, 0.0));
         assert_eq!((sheet.masses[3].mass, sheet.masses[4].mass), (4e-4, 5e-5));
         assert_eq!((sheet.masses[4].layer, sheet.masses[4].border), (1, true));
-        let inter = SheetSpring { kind: SpringClass::Inter, a: 4, b: 0, stiffness: 0.0605, rest: 0.008193 };
+        let inter = SheetFileSpring { kind: SpringClass::Inter, a: 4, b: 0, stiffness: 0.0605, rest: 0.008193 };
         assert_eq!(sheet.springs[2], inter);
         assert_eq!((sheet.corners, sheet.centre, sheet.dimensions), ([0, 1, 2, 3], 0, [2, 2, 2]));
         assert_eq!((sheet.damping, sheet.structure.as_str()), (0.115, "samm"));
@@ -329,13 +330,13 @@ mod tests {
     #[test]
     fn round_trips_are_exact() {
         let mut sheet = read_sht(SMALL).expect("good");
-        let mut dice = damage::Dice(7);
+        let mut dice = damage::RandomBytes(7);
         for mass in &mut sheet.masses {
             let mut numbers = mass.numbers();
             for number in &mut numbers {
                 *number = (dice.below(1 << 50) as f64 + 1.0) / 3.0_f64.powi(30 + dice.below(9) as i32);
             }
-            *mass = SheetMass::from_numbers(numbers, mass.layer, mass.border);
+            *mass = SheetFileNode::from_numbers(numbers, mass.layer, mass.border);
             mass.velocity.z = -0.0;
         }
         for (spring, kind) in sheet.springs.iter_mut().zip(SpringClass::ALL.into_iter().rev()) {

@@ -39,7 +39,7 @@ impl SpotSpec {
     }
 
     /// Weight of the spot's temperature at `distance` (m) from its centre, 0 to 1.
-    pub fn share(&self, distance: f64) -> f64 {
+    pub fn weight(&self, distance: f64) -> f64 {
         let s = (2.0 - 2.0 * distance / self.radius).clamp(0.0, 1.0);
         s * s * (3.0 - 2.0 * s)
     }
@@ -52,9 +52,9 @@ mod tests {
     #[test]
     fn a_spot_is_whole_inside_and_gone_at_its_rim() {
         let spot = SpotSpec { at: (0.5, 0.5), radius: 0.02, temperature: 120.0 };
-        assert_eq!((spot.share(0.0), spot.share(0.01)), (1.0, 1.0));
-        assert!((spot.share(0.015) - 0.5).abs() < 1e-12);
-        assert_eq!((spot.share(0.02), spot.share(1.0)), (0.0, 0.0));
+        assert_eq!((spot.weight(0.0), spot.weight(0.01)), (1.0, 1.0));
+        assert!((spot.weight(0.015) - 0.5).abs() < 1e-12);
+        assert_eq!((spot.weight(0.02), spot.weight(1.0)), (0.0, 0.0));
         assert!(SpotSpec { radius: 0.0, ..spot }.check().is_err());
         assert!(SpotSpec { at: (1.5, 0.0), ..spot }.check().is_err());
         assert!(SpotSpec { temperature: f64::NAN, ..spot }.check().is_err());

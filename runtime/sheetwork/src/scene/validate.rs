@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::error::{InputError, check_range};
-use crate::material::calibration::Target;
+use crate::material::calibration::StiffnessTarget;
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
@@ -15,26 +15,26 @@ use crate::scene::{
 };
 use crate::units::temperature::{COLDEST, HOTTEST};
 
-type Check = Result<(), InputError>;
+type ValidationResult = Result<(), InputError>;
 
 /// Check a whole scene.
 ///
 /// # Errors
 /// The first value that is non-finite or out of range, or reference to an unknown name.
-pub fn scene(scene: &Scene) -> Check {
+pub fn scene(scene: &Scene) -> ValidationResult {
     built(scene)?;
     pair_names(scene)
 }
 
 /// Check a scene from which a world is built. Materials of its pairs may be unknown: sheets and
 /// bodies can be added later.
-pub(crate) fn built(scene: &Scene) -> Check {
+pub(crate) fn built(scene: &Scene) -> ValidationResult {
     values(scene)?;
-    glue(scene)
+    check_attachments(scene)
 }
 
 /// Check every value of a scene, without the names that its pairs and pins refer to.
-pub(crate) fn values(scene: &Scene) -> Check {
+pub(crate) fn values(scene: &Scene) -> ValidationResult {
     vector("gravity", scene.gravity, 1e3, "m/s²")?;
     check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
     check_range("tolerance", scene.tolerance, 1e-15, 1.0, "m")?;
@@ -62,7 +62,7 @@ pub(crate) fn values(scene: &Scene) -> Check {
 }
 
 /// Check the material names of pairs.
-fn pair_names(scene: &Scene) -> Check {
+fn pair_names(scene: &Scene) -> ValidationResult {
     let library = material::LIBRARY.iter().map(|(name, _, _)| (*name).to_owned());
     let sheets = scene.sheets.iter().map(|s| s.material.name()).filter(|name| !name.is_empty());
     let bodies = scene.bodies.iter().filter_map(|b| b.material.clone());
@@ -84,7 +84,7 @@ fn pair_names(scene: &Scene) -> Check {
 }
 
 /// Check the bodies of attachments.
-fn glue(scene: &Scene) -> Check {
+fn check_attachments(scene: &Scene) -> ValidationResult {
     for (i, sheet) in scene.sheets.iter().enumerate() {
         for (k, pin) in sheet.pins.iter().enumerate() {
             let Some(name) = &pin.body else { continue };
@@ -110,14 +110,14 @@ fn within(outer: &str, mut error: InputError) -> InputError {
     error
 }
 
-fn vector(field: &str, v: DVec3, bound: f64, unit: &str) -> Check {
+fn vector(field: &str, v: DVec3, bound: f64, unit: &str) -> ValidationResult {
     for (axis, value) in v.to_array().into_iter().enumerate() {
         check_range(&format!("{field}.{axis}"), value, -bound, bound, unit)?;
     }
     Ok(())
 }
 
-fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> Check {
+fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationResult {
     let mut seen = std::collections::BTreeSet::new();
     for (i, name) in names.enumerate() {
         if !name.is_empty() && !seen.insert(name) {
@@ -135,7 +135,7 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> Check {
 ///
 /// # Errors
 /// When one is out of range.
-pub fn contact(contact: &ContactDefaults) -> Check {
+pub fn contact(contact: &ContactDefaults) -> ValidationResult {
     check_range("contact.friction", contact.friction, 0.0, 10.0, "")?;
     check_range("contact.restitution", contact.restitution, 0.0, 1.0, "")?;
     for (i, pair) in contact.pairs.iter().enumerate() {
@@ -157,14 +157,14 @@ pub fn contact(contact: &ContactDefaults) -> Check {
 ///
 /// # Errors
 /// When a value is out of range.
-pub fn air(air: &Air) -> Check {
+pub fn air(air: &Air) -> ValidationResult {
     check_range("air.factor", air.factor, 1e-6, 1.0, "")?;
     check_range("air.per", air.per, 1e-6, 1e3, "s")?;
     check_range("air.density", air.density, 0.0, 1e4, "kg/m³")?;
     vector("air.wind", air.wind, 1e3, "m/s")
 }
 
-fn camera(camera: &CameraSpec) -> Check {
+fn camera(camera: &CameraSpec) -> ValidationResult {
     vector("camera.eye", camera.eye, 1e4, "m")?;
     vector("camera.target", camera.target, 1e4, "m")?;
     if camera.eye.distance(camera.target) < 1e-9 {
@@ -173,7 +173,7 @@ fn camera(camera: &CameraSpec) -> Check {
     Ok(())
 }
 
-fn room(room: &Room) -> Check {
+fn room(room: &Room) -> ValidationResult {
     for (axis, (low, high)) in [("x", room.x), ("y", room.y), ("z", room.z)] {
         check_range(&format!("room.{axis}.0"), low, -1e4, 1e4, "m")?;
         check_range(&format!("room.{axis}.1"), high, -1e4, 1e4, "m")?;
@@ -188,7 +188,7 @@ fn room(room: &Room) -> Check {
 ///
 /// # Errors
 /// When one is out of range; fields are below `field`.
-pub fn material(field: &str, m: &Material) -> Check {
+pub fn material(field: &str, m: &Material) -> ValidationResult {
     let at = |name: &str| if field.is_empty() { name.to_owned() } else { format!("{field}.{name}") };
     check_range(&at("young"), m.young, 1e-3, 2e12, "Pa")?;
     check_range(&at("poisson"), m.poisson, -0.99, 0.499, "")?;
@@ -212,19 +212,19 @@ pub fn material(field: &str, m: &Material) -> Check {
     check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
     option(&at("melts_at"), m.melts_at, (COLDEST, HOTTEST), "°C")?;
     if let Some(tack) = &m.tack {
-        crate::scene::sticking::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
+        crate::scene::adhesion::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
     }
     option(&at("tears_at"), m.tears_at, (1e-3, 10.0), "of strain")?;
-    let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| Target::orthotropic(measured).map(drop));
+    let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| StiffnessTarget::orthotropic(measured).map(drop));
     woven.map_err(|e| within(&at("orthotropic"), e))
 }
 
-fn placement(p: &Placement) -> Check {
+fn placement(p: &Placement) -> ValidationResult {
     vector("placement.position", p.position, 1e4, "m")?;
     vector("placement.rotation", p.rotation, 36000.0, "degrees")
 }
 
-fn sheet(s: &SheetSpec) -> Check {
+fn sheet(s: &SheetSpec) -> ValidationResult {
     match &s.material {
         MaterialChoice::Named(name) => material::by_name(name).map(drop)?,
         MaterialChoice::Inline(constants) => material("material", constants)?,
@@ -273,10 +273,10 @@ fn sheet(s: &SheetSpec) -> Check {
         pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
     s.when_unstable.check()?;
-    crate::scene::flow::check(s)?;
-    crate::scene::tearing::check(s)?;
-    crate::scene::sticking::check(s)?;
-    crate::scene::detail::check(s)?;
+    crate::scene::rest_shape::check(s)?;
+    crate::scene::fracture::check(s)?;
+    crate::scene::adhesion::check(s)?;
+    crate::scene::lod::check(s)?;
     for (i, spot) in s.spots.iter().enumerate() {
         spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
     }
@@ -287,7 +287,7 @@ fn sheet(s: &SheetSpec) -> Check {
     Ok(())
 }
 
-fn pin(pin: &PinSpec) -> Check {
+fn pin(pin: &PinSpec) -> ValidationResult {
     region(&pin.region).map_err(|e| within("region", e))?;
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);
@@ -320,7 +320,7 @@ fn pin(pin: &PinSpec) -> Check {
 }
 
 /// Check a table of stiffness against temperature.
-fn softening(field: &str, rows: &[(f64, f64)]) -> Check {
+fn softening(field: &str, rows: &[(f64, f64)]) -> ValidationResult {
     for (i, (celsius, fraction)) in rows.iter().enumerate() {
         check_range(&format!("{field}.{i}.0"), *celsius, COLDEST, HOTTEST, "°C")?;
         check_range(&format!("{field}.{i}.1"), *fraction, 1e-9, 1e3, "of young")?;
@@ -333,7 +333,7 @@ fn softening(field: &str, rows: &[(f64, f64)]) -> Check {
 }
 
 /// Check the ranges of outline, holes and cuts. Their geometry is checked when the sheet is built.
-fn outline(s: &SheetSpec) -> Check {
+fn outline(s: &SheetSpec) -> ValidationResult {
     let given = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
     if let Some((field, _)) = given.into_iter().find(|g| g.1) {
         if s.file.is_some() {
@@ -348,11 +348,11 @@ fn outline(s: &SheetSpec) -> Check {
     check_cuts(&s.cuts)
 }
 
-fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> Check {
+fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> ValidationResult {
     value.map_or(Ok(()), |v| check_range(field, v, low, high, unit))
 }
 
-fn region_vectors(field: &str, list: &[RegionVector], unit: &str) -> Check {
+fn region_vectors(field: &str, list: &[RegionVector], unit: &str) -> ValidationResult {
     for (i, item) in list.iter().enumerate() {
         region(&item.region).map_err(|e| within(&format!("{field}.{i}.region"), e))?;
         vector(&format!("{field}.{i}.value"), item.value, 1e6, unit)?;
@@ -360,7 +360,7 @@ fn region_vectors(field: &str, list: &[RegionVector], unit: &str) -> Check {
     Ok(())
 }
 
-fn region(region: &Region) -> Check {
+fn region(region: &Region) -> ValidationResult {
     let unit = |value: f64| check_range("", value, 0.0, 1.0, "");
     match region {
         Region::Point(u, v) => unit(*u).and(unit(*v)),
@@ -369,7 +369,7 @@ fn region(region: &Region) -> Check {
     }
 }
 
-fn path(path: &[PathKey]) -> Check {
+fn path(path: &[PathKey]) -> ValidationResult {
     for (i, key) in path.iter().enumerate() {
         check_range(&format!("path.{i}.time"), key.time, 0.0, 1e6, "s")?;
         vector(&format!("path.{i}.offset"), key.offset, 1e4, "m")?;
@@ -382,7 +382,7 @@ fn path(path: &[PathKey]) -> Check {
     Ok(())
 }
 
-fn body(b: &BodySpec) -> Check {
+fn body(b: &BodySpec) -> ValidationResult {
     match &b.shape {
         Shape::Box(size) => {
             for (axis, value) in size.to_array().into_iter().enumerate() {
@@ -404,7 +404,7 @@ fn body(b: &BodySpec) -> Check {
 }
 
 /// Check the heat settings of a scene, without bodies.
-pub(crate) fn heat(scene: &Scene) -> Check {
+pub(crate) fn heat(scene: &Scene) -> ValidationResult {
     check_range("ambient_temperature", scene.ambient_temperature, COLDEST, HOTTEST, "°C")?;
     check_range("convection", scene.convection, 0.0, 1e6, "W/(m² K)")?;
     check_range("contact_conductance", scene.contact_conductance, 1e-3, 1e6, "W/(m² K)")?;
@@ -444,7 +444,7 @@ pub(crate) fn heat(scene: &Scene) -> Check {
 }
 
 /// Check a heater; its file is read when the world is built.
-fn heater(h: &HeaterSpec) -> Check {
+fn heater(h: &HeaterSpec) -> ValidationResult {
     for (axis, value) in h.size.iter().flat_map(|s| s.to_array()).enumerate() {
         check_range(&format!("size.{axis}"), value, 1e-6, 1e4, "m")?;
     }
@@ -459,7 +459,7 @@ fn heater(h: &HeaterSpec) -> Check {
 }
 
 /// Check mass, density, velocity and spin of a body.
-fn motion(b: &BodySpec) -> Check {
+fn motion(b: &BodySpec) -> ValidationResult {
     option("mass", b.mass, (1e-9, 1e9), "kg")?;
     option("density", b.density, (1e-3, 1e6), "kg/m³")?;
     vector("velocity", b.velocity, 1e3, "m/s")?;
@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_moves_freely_stands_or_is_led_and_nothing_else() {
+    fn a_body_is_dynamic_static_or_kinematic() {
         let good = "(bodies: [(shape: Ball(0.1), mass: 0.2, velocity: (1, 0, 0), spin: (0, 3, 0), material: \"steel\"),
             (shape: Box((1, 1, 1)), density: 900)])";
         let scene = Scene::parse(good).expect("valid");
@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_are_of_materials_that_are_there() {
+    fn material_pairs_name_existing_materials() {
         let scene = |pairs: &str| {
             format!(
                 "(contact: (pairs: [{pairs}]), sheets: [(material: (name: \"felt\"))],
@@ -541,7 +541,7 @@ mod tests {
     }
 
     #[test]
-    fn masses_are_glued_to_bodies_that_are_there() {
+    fn attachments_name_existing_bodies() {
         let scene = |pin: &str| {
             format!(
                 "(room: (x: (0, 1), y: (0, 1), z: (0, 1)), sheets: [(pins: [(region: Left, {pin})])],

@@ -6,10 +6,10 @@
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::elements::spring::{SpringScratch, Springs};
-use crate::integrators::{Advance, Forces};
+use crate::elements::spring::{SpringWorkspace, Springs};
+use crate::integrators::{AdvanceReport, Forces};
 use crate::math::Vectors;
-use crate::sheet::air_drag::Drag;
+use crate::sheet::air_drag::AirDrag;
 use crate::sheet::{Pins, Sheet};
 
 /// External field of a sheet, equal for all nodes.
@@ -27,23 +27,23 @@ pub struct Field {
 
 struct SheetForces<'a> {
     field: Field,
-    damped: bool,
+    has_dashpots: bool,
     springs: &'a Springs,
     elements: &'a [Box<dyn Element>],
-    drag: &'a mut Drag,
+    drag: &'a mut AirDrag,
     pins: &'a Pins,
     inverse_mass: &'a [f64],
     applied: &'a Vectors,
-    scratch: &'a mut SpringScratch,
+    scratch: &'a mut SpringWorkspace,
     force: &'a mut Vectors,
 }
 
 impl Forces for SheetForces<'_> {
     fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
         self.force.copy_from(self.applied);
-        self.springs.add_forces(x, v, self.damped, self.scratch, self.force);
+        self.springs.add_forces(x, v, self.has_dashpots, self.scratch, self.force);
         self.elements.iter().for_each(|e| e.add_forces(x, v, self.force));
-        if self.drag.acts(&self.field) {
+        if self.drag.is_active(&self.field) {
             self.drag.add_forces(&self.field, x, v, self.force);
         }
         let axes = a.axes_mut().into_iter().zip(self.force.axes()).zip(v.axes());
@@ -54,26 +54,26 @@ impl Forces for SheetForces<'_> {
                 *a = w * f + free * (g - self.field.air * v);
             }
         }
-        self.pins.hold_rails(a);
+        self.pins.zero_fixed_axes(a);
     }
 }
 
 impl Sheet {
     /// Advance the sheet by its integrator from time `t` (s) by up to `dt` (s) under `field`,
     /// without contact and limits.
-    pub(crate) fn advance(&mut self, field: Field, t: f64, dt: f64) -> Advance {
-        let done = self.advance_open(field, t, dt);
-        self.end_flow();
+    pub(crate) fn advance(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
+        let done = self.advance_uncommitted(field, t, dt);
+        self.end_inelastic_step();
         done
     }
 
     /// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
-    /// [`Sheet::end_flow`] stores it once the step is accepted.
-    pub(crate) fn advance_open(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+    /// [`Sheet::end_inelastic_step`] stores it once the step is accepted.
+    pub(crate) fn advance_uncommitted(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
         if self.work.force.len() != self.x.len() {
             self.work.force = Vectors::zeros(self.x.len());
         }
-        self.begin_flow(dt);
+        self.begin_inelastic_step(dt);
         let done = if self.engine_kind.info().implicit {
             self.advance_implicit(field, t, dt)
         } else {
@@ -82,14 +82,14 @@ impl Sheet {
         self.counters.accepted += done.accepted;
         self.counters.rejected += done.rejected;
         self.counters.evaluations += done.evaluations;
-        self.counters.guarded += done.guarded;
+        self.counters.guarded += done.globalised;
         done
     }
 
-    fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+    fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
         let mut forces = SheetForces {
             field,
-            damped: self.damped,
+            has_dashpots: self.has_dashpots,
             springs: &self.springs,
             elements: &self.elements,
             drag: &mut self.drag,
@@ -106,7 +106,7 @@ impl Sheet {
     /// (N).
     #[doc(hidden)]
     pub fn add_internal_forces(&self, force: &mut Vectors) {
-        self.springs.add_forces(&self.x, &self.v, true, &mut SpringScratch::default(), force);
+        self.springs.add_forces(&self.x, &self.v, true, &mut SpringWorkspace::default(), force);
         self.elements.iter().for_each(|e| e.add_forces(&self.x, &self.v, force));
     }
 }

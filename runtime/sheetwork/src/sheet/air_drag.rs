@@ -17,16 +17,16 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::integrators::implicit::Stage;
+use crate::integrators::implicit::StageProblem;
 use crate::linear::Pattern;
 use crate::math::Vectors;
 use crate::scene::PressureKey;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Field;
 
 /// Air drag and pressure of one sheet.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Drag {
+pub(crate) struct AirDrag {
     triangles: Vec<[u32; 3]>,
     /// Fraction of the area per layer.
     share: f64,
@@ -36,7 +36,7 @@ pub(crate) struct Drag {
     pub pressure: f64,
     /// Area of the lowest layer over the mean area of all layers. The upper layers of some lattices
     /// are smaller, and pressure acts on the whole sheet.
-    cover: f64,
+    area_ratio: f64,
     /// Pressure over time; empty for a constant pressure.
     schedule: Vec<PressureKey>,
     /// Area vector n A of each node, m².
@@ -44,14 +44,14 @@ pub(crate) struct Drag {
     /// K of each node, N s/m; empty without air.
     tensors: Vec<DMat3>,
     /// Pressure force on each node, N; empty without pressure.
-    pushes: Vec<DVec3>,
+    pressure_forces: Vec<DVec3>,
     wind: DVec3,
 }
 
-impl Drag {
+impl AirDrag {
     /// Drag on the triangles of all layers of a sheet.
     pub fn new(triangles: Vec<[u32; 3]>, layers: usize, coefficients: (f64, f64)) -> Self {
-        Self { triangles, share: 1.0 / layers.max(1) as f64, cover: 1.0, coefficients, ..Self::default() }
+        Self { triangles, share: 1.0 / layers.max(1) as f64, area_ratio: 1.0, coefficients, ..Self::default() }
     }
 
     /// Replace the triangles.
@@ -61,20 +61,20 @@ impl Drag {
 
     /// Set the pressure schedule `keys`, from time 0. `x` are the positions (m), and `lowest` is
     /// the number of triangles of the lowest layer.
-    pub fn follow(&mut self, keys: &[PressureKey], x: &Vectors, lowest: usize) {
+    pub fn set_schedule(&mut self, keys: &[PressureKey], x: &Vectors, lowest: usize) {
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|m| x.get(m as usize));
             (b - a).cross(c - a).length()
         };
         let one: f64 = self.triangles.iter().take(lowest).map(area).sum();
         let mean = self.triangles.iter().map(area).sum::<f64>() * self.share;
-        self.cover = if mean > 0.0 { one / mean } else { 1.0 };
+        self.area_ratio = if mean > 0.0 { one / mean } else { 1.0 };
         self.schedule = keys.to_vec();
         self.pressure = PressureKey::at(keys, 0.0);
     }
 
     /// Serialise the settings.
-    pub fn keep_settings(&self, to: &mut Keeper) {
+    pub fn serialise_settings(&self, to: &mut StateWriter) {
         to.numbers(&[self.coefficients.0, self.coefficients.1]);
         // A pressure schedule determines the pressure.
         to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
@@ -83,7 +83,7 @@ impl Drag {
     }
 
     /// Deserialise the settings.
-    pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.coefficients = (from.number()?, from.number()?);
         if let Some(pressure) = from.optional()? {
             self.pressure = pressure;
@@ -96,19 +96,19 @@ impl Drag {
     }
 
     /// Copy the settings of `other`.
-    pub fn take_setting_of(&mut self, other: &Self) {
+    pub fn copy_settings(&mut self, other: &Self) {
         (self.coefficients, self.pressure) = (other.coefficients, other.pressure);
         self.schedule.clone_from(&other.schedule);
     }
 
     /// Set a constant pressure, Pa.
-    pub fn hold(&mut self, pressure: f64) {
+    pub fn set_pressure(&mut self, pressure: f64) {
         self.schedule.clear();
         self.pressure = pressure;
     }
 
     /// Update the pressure to `time` (s); return whether it has changed.
-    pub fn pass(&mut self, time: f64) -> bool {
+    pub fn follow_schedule(&mut self, time: f64) -> bool {
         let before = self.pressure;
         if !self.schedule.is_empty() {
             self.pressure = PressureKey::at(&self.schedule, time);
@@ -117,17 +117,17 @@ impl Drag {
     }
 
     /// Whether air or pressure exerts a force under `field`.
-    pub fn acts(&self, field: &Field) -> bool {
+    pub fn is_active(&self, field: &Field) -> bool {
         field.air_density > 0.0 || self.pressure != 0.0
     }
 
     /// Compute K and the pressure forces at the positions `x` (m) and velocities `v` (m/s).
     pub fn begin(&mut self, field: &Field, x: &Vectors, v: &Vectors) {
-        self.pushes.clear();
+        self.pressure_forces.clear();
         if field.air_density == 0.0 {
             self.tensors.clear();
         }
-        if !self.acts(field) {
+        if !self.is_active(field) {
             return;
         }
         self.wind = field.wind;
@@ -139,7 +139,7 @@ impl Drag {
             t.iter().for_each(|m| self.areas[*m as usize] += third);
         }
         if self.pressure != 0.0 {
-            self.pushes.extend(self.areas.iter().map(|area| *area * (-self.pressure * self.cover)));
+            self.pressure_forces.extend(self.areas.iter().map(|area| *area * (-self.pressure * self.area_ratio)));
         }
         if field.air_density == 0.0 {
             return;
@@ -164,18 +164,18 @@ impl Drag {
         for (i, k) in self.tensors.iter().enumerate() {
             force.set(i, force.get(i) - *k * (v.get(i) - self.wind));
         }
-        for (i, push) in self.pushes.iter().enumerate() {
+        for (i, push) in self.pressure_forces.iter().enumerate() {
             force.set(i, force.get(i) + *push);
         }
     }
 
     /// Velocity of node `i` relative to the wind in a stage, m/s.
-    fn relative(&self, stage: &Stage, x: &Vectors, i: usize) -> DVec3 {
+    fn relative(&self, stage: &StageProblem, x: &Vectors, i: usize) -> DVec3 {
         (x.get(i) - stage.w.get(i)) * stage.per_time - self.wind
     }
 
     /// Part of Φ whose gradient is minus the drag and the pressure force, J.
-    pub fn potential(&self, stage: &Stage, x: &Vectors) -> f64 {
+    pub fn potential(&self, stage: &StageProblem, x: &Vectors) -> f64 {
         let each = self.tensors.iter().enumerate().map(|(i, k)| {
             if stage.per_time > 0.0 {
                 let u = self.relative(stage, x, i);
@@ -184,27 +184,27 @@ impl Drag {
                 -x.get(i).dot(*k * self.wind)
             }
         });
-        let pushed = self.pushes.iter().enumerate().map(|(i, push)| push.dot(x.get(i)));
+        let pushed = self.pressure_forces.iter().enumerate().map(|(i, push)| push.dot(x.get(i)));
         each.sum::<f64>() - pushed.sum::<f64>()
     }
 
     /// Work of the pressure force between the positions `from` and `to`, J.
     pub fn pushed(&self, from: &Vectors, to: &Vectors) -> f64 {
-        self.pushes.iter().enumerate().map(|(i, push)| push.dot(to.get(i) - from.get(i))).sum()
+        self.pressure_forces.iter().enumerate().map(|(i, push)| push.dot(to.get(i) - from.get(i))).sum()
     }
 
-    /// Add the gradient of [`Drag::potential`], N.
-    pub fn add_gradient(&self, stage: &Stage, x: &Vectors, gradient: &mut Vectors) {
+    /// Add the gradient of [`AirDrag::potential`], N.
+    pub fn add_gradient(&self, stage: &StageProblem, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {
             gradient.set(i, gradient.get(i) + *k * self.relative(stage, x, i));
         }
-        for (i, push) in self.pushes.iter().enumerate() {
+        for (i, push) in self.pressure_forces.iter().enumerate() {
             gradient.set(i, gradient.get(i) - *push);
         }
     }
 
     /// Add the tangent K/h to the diagonal blocks; `masses` are the nodes of the block rows.
-    pub fn add_tangent(&self, stage: &Stage, masses: &[u32], pattern: &Pattern, values: &mut [f64]) {
+    pub fn add_tangent(&self, stage: &StageProblem, masses: &[u32], pattern: &Pattern, values: &mut [f64]) {
         if self.tensors.is_empty() {
             return;
         }

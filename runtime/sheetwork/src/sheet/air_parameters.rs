@@ -12,7 +12,7 @@ impl Sheet {
     /// Whether it has the bending stiffness of its material, as a shell and calibrated springs do.
     /// [`Sheet::damping_ratio`] then gives its damping, otherwise [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {
-        self.bends || self.elements.len() > self.pulls.len()
+        self.is_calibrated || self.elements.len() > self.grabs.len()
     }
 
     /// Drag coefficients across and along the air stream.
@@ -26,8 +26,8 @@ impl Sheet {
     }
 
     /// Update the pressure to the schedule of the scene at `time` (s).
-    pub(crate) fn press(&mut self, time: f64) {
-        if self.drag.pass(time) {
+    pub(crate) fn update_pressure(&mut self, time: f64) {
+        if self.drag.follow_schedule(time) {
             self.wake();
         }
     }
@@ -38,7 +38,7 @@ impl Sheet {
     /// When it is out of range; nothing is changed then.
     pub fn set_pressure(&mut self, pressure: f64) -> Result<(), InputError> {
         check_range("pressure", pressure, -1e6, 1e6, "Pa")?;
-        self.drag.hold(pressure);
+        self.drag.set_pressure(pressure);
         self.wake();
         Ok(())
     }

@@ -13,50 +13,58 @@ impl Sheet {
     ///
     /// # Errors
     /// When a body does not exist.
-    pub(crate) fn glue_to(&mut self, find: impl Fn(&str) -> Option<(usize, BodyState)>) -> Result<(), InputError> {
+    pub(crate) fn attach_to_bodies(
+        &mut self,
+        find: impl Fn(&str) -> Option<(usize, BodyState)>,
+    ) -> Result<(), InputError> {
         let named = |name: String| InputError::new("pins", format!("no body named \"{name}\" is there to be glued to"));
-        let held = self.pins.bind(&find).map_err(named)?;
+        let held = self.pins.bind_bodies(&find).map_err(named)?;
         for mass in &held {
             self.inverse_mass[*mass as usize] = 0.0;
             self.v.set(*mass as usize, DVec3::ZERO);
         }
-        for (mass, state) in self.pins.glued_states() {
+        for (mass, state) in self.pins.attached_body_states() {
             let i = mass as usize;
             self.v.set(i, state.velocity_at(self.x.get(i)));
         }
         if !held.is_empty() {
-            self.forget_system();
+            self.invalidate_system();
         }
         Ok(())
     }
 
     /// Whether any node is attached to a dynamic body.
-    pub(crate) fn is_glued(&self) -> bool {
-        self.pins.glues()
+    pub(crate) fn has_dynamic_attachments(&self) -> bool {
+        self.pins.has_dynamic_attachments()
     }
 
     /// Nodes attached to dynamic bodies: node, index of the body, position in the frame of the body
     /// (m).
-    pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
-        self.pins.glued()
+    pub fn dynamic_attachments(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
+        self.pins.dynamic_attachments()
     }
 
     /// Set the motion of the bodies in the step from `time` on, `dt` long (s); `find` gives the
     /// states of a body at its start and end.
-    pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
-        self.pins.follow(time, dt, find);
+    pub(crate) fn set_body_motion(
+        &mut self,
+        time: f64,
+        dt: f64,
+        find: impl Fn(usize) -> Option<(BodyState, BodyState)>,
+    ) {
+        self.pins.set_body_motion(time, dt, find);
     }
 
     /// Release the attachments to the removed body `index`; later indices decrease by one.
-    pub(crate) fn unglue(&mut self, index: usize) {
-        let freed = self.pins.unglue(index);
+    pub(crate) fn detach_body(&mut self, index: usize) {
+        let freed = self.pins.detach_body(index);
         self.set_free(&freed);
     }
 
     /// Release the pins that end by time `t` (s); their nodes keep the prescribed velocity.
     #[doc(hidden)]
     pub fn release_pins(&mut self, t: f64) {
-        if self.pins.ends(t) {
+        if self.pins.has_release_by(t) {
             let freed = self.pins.release(t);
             self.set_free(&freed);
             self.restart_engine();
@@ -66,19 +74,19 @@ impl Sheet {
     fn set_free(&mut self, freed: &[u32]) {
         for mass in freed {
             let i = *mass as usize;
-            if !self.is_gone(i) && !self.pins.masses().any(|held| held == *mass) {
+            if !self.is_detached(i) && !self.pins.masses().any(|held| held == *mass) {
                 self.inverse_mass[i] = 1.0 / self.mass[i];
             }
         }
         if !freed.is_empty() {
-            self.forget_system();
+            self.invalidate_system();
         }
     }
 
     /// Discard the linear system after a change of the dynamic nodes.
-    pub(crate) fn forget_system(&mut self) {
+    pub(crate) fn invalidate_system(&mut self) {
         self.system = None;
-        self.field_before = None;
+        self.last_field = None;
         self.wake();
     }
 }

@@ -5,24 +5,24 @@
 use glam::DVec3;
 
 use crate::math::Vectors;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::units::temperature::REFERENCE;
 
 /// Bonds of a sheet and their forces.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Stuck {
+pub(crate) struct AdhesionState {
     /// Bond force on each node in the next step, N.
-    pub pull: Vectors,
+    pub bond_force: Vectors,
     /// Bond force on each node in the last step, N.
-    pub was_pull: Vectors,
+    pub previous_bond_force: Vectors,
     /// Bond forces on dynamic bodies: index in the bodies of the step, force (N), point in the
     /// body's frame (m).
     pub on_bodies: Vec<(u32, DVec3, DVec3)>,
     /// Whether each node has a bond.
-    pub held: Vec<bool>,
+    pub bonded: Vec<bool>,
     /// Whether each node had a bond in the last step.
-    pub was_held: Vec<bool>,
+    pub was_bonded: Vec<bool>,
     /// Direction from each node to its first contact.
     pub towards: Vec<DVec3>,
     /// Number of contacts of each node on the side of its first contact and on the other one.
@@ -33,35 +33,37 @@ pub(crate) struct Stuck {
     pub bonds: usize,
 }
 
-impl Stuck {
+impl AdhesionState {
     /// Serialise the bonds.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.vector_list(&self.pull);
-        to.vector_list(&self.was_pull);
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.vector_list(&self.bond_force);
+        to.vector_list(&self.previous_bond_force);
         to.count(self.on_bodies.len() as u64);
         for (body, force, at) in &self.on_bodies {
             to.count(u64::from(*body));
             to.vector(*force);
             to.vector(*at);
         }
-        to.flags(&self.held);
-        to.flags(&self.was_held);
+        to.flags(&self.bonded);
+        to.flags(&self.was_bonded);
         to.count(self.bonds as u64);
     }
 
     /// Deserialise the bonds of a sheet with `masses` nodes.
-    pub fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
+    pub fn deserialise(from: &mut StateReader, masses: usize) -> ReadResult<Self> {
         let mut stuck = Self::default();
-        from.vector_list(&mut stuck.pull, masses)?;
-        from.vector_list(&mut stuck.was_pull, masses)?;
+        from.vector_list(&mut stuck.bond_force, masses)?;
+        from.vector_list(&mut stuck.previous_bond_force, masses)?;
         for _ in 0..from.length(49)? {
-            stuck.on_bodies.push((from.small()?, from.vector()?, from.vector()?));
+            stuck.on_bodies.push((from.count_u32()?, from.vector()?, from.vector()?));
         }
-        from.flags(&mut stuck.held)?;
-        from.flags(&mut stuck.was_held)?;
+        from.flags(&mut stuck.bonded)?;
+        from.flags(&mut stuck.was_bonded)?;
         stuck.bonds = from.length(0)?;
-        if [stuck.pull.len(), stuck.was_pull.len(), stuck.held.len(), stuck.was_held.len()] != [masses; 4] {
-            return Err(Cut);
+        if [stuck.bond_force.len(), stuck.previous_bond_force.len(), stuck.bonded.len(), stuck.was_bonded.len()]
+            != [masses; 4]
+        {
+            return Err(CorruptState);
         }
         (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
         stuck.applied = Vectors::zeros(masses);
@@ -70,17 +72,17 @@ impl Stuck {
 
     /// Begin a new step: the present bonds become those of the last step.
     pub(crate) fn begin(&mut self, masses: usize) {
-        if self.held.len() != masses {
-            *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };
-            (self.was_held, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
+        if self.bonded.len() != masses {
+            *self = Self { bond_force: Vectors::zeros(masses), bonded: vec![false; masses], ..Self::default() };
+            (self.was_bonded, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
             self.towards = vec![DVec3::ZERO; masses];
-            (self.applied, self.was_pull) = (Vectors::zeros(masses), Vectors::zeros(masses));
+            (self.applied, self.previous_bond_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
         }
-        std::mem::swap(&mut self.held, &mut self.was_held);
-        std::mem::swap(&mut self.pull, &mut self.was_pull);
-        self.held.fill(false);
+        std::mem::swap(&mut self.bonded, &mut self.was_bonded);
+        std::mem::swap(&mut self.bond_force, &mut self.previous_bond_force);
+        self.bonded.fill(false);
         self.count.fill([0; 2]);
-        self.pull.clear();
+        self.bond_force.clear();
         self.on_bodies.clear();
         self.bonds = 0;
     }
@@ -104,28 +106,28 @@ impl Stuck {
 impl Sheet {
     /// Number of nodes of the sheet with a bond.
     pub fn bonds(&self) -> usize {
-        self.work.stuck.as_ref().map_or(0, |s| s.bonds)
+        self.work.adhesion.as_ref().map_or(0, |s| s.bonds)
     }
 
     /// Add the bond forces to the applied forces.
-    pub(crate) fn hold_on(&mut self) {
-        if let Some(stuck) = &mut self.work.stuck {
+    pub(crate) fn apply_bond_forces(&mut self) {
+        if let Some(stuck) = &mut self.work.adhesion {
             stuck.applied.copy_from(&self.applied);
-            self.applied.add_scaled(1.0, &stuck.pull);
+            self.applied.add_scaled(1.0, &stuck.bond_force);
         }
     }
 
     /// Restore the applied forces without the bond forces.
-    pub(crate) fn hold_no_more(&mut self) {
-        if let Some(stuck) = &self.work.stuck {
+    pub(crate) fn remove_bond_forces(&mut self) {
+        if let Some(stuck) = &self.work.adhesion {
             self.applied.copy_from(&stuck.applied);
         }
     }
 
     /// Remove all bonds.
-    pub(crate) fn unstick(&mut self) {
-        let masses = self.masses();
-        if let Some(stuck) = &mut self.work.stuck {
+    pub(crate) fn break_all_bonds(&mut self) {
+        let masses = self.node_count();
+        if let Some(stuck) = &mut self.work.adhesion {
             stuck.begin(masses);
         }
     }

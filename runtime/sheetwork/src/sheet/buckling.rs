@@ -15,24 +15,24 @@
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::elements::spring::SpringScratch;
+use crate::elements::spring::SpringWorkspace;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::{Sheet, Status};
 
 /// Minimum released fraction of the elastic energy of a buckle.
-const SHARE: f64 = 0.02;
+const MIN_RELEASED_FRACTION: f64 = 0.02;
 /// Speed (m/s) of the whole sheet whose kinetic energy is the minimum energy of a buckle.
-const FAINT: f64 = 5e-3;
+const MIN_BUCKLE_SPEED: f64 = 5e-3;
 
 /// Duration of the ringing after a buckle, s.
-const RINGING: f64 = 0.1;
+const RINGING_TIME: f64 = 0.1;
 /// Energy ratio above which a release during the ringing is another buckle.
-const RINGS_ON: f64 = 2.0;
+const MIN_REPEAT_RATIO: f64 = 2.0;
 
 /// Buckling of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Buckle {
+pub struct Buckling {
     /// Simulated time at the start of the release, s.
     pub time: f64,
     /// Position of the largest work of the elastic forces in a step, m.
@@ -43,49 +43,49 @@ pub struct Buckle {
 
 /// Release of elastic energy in progress.
 #[derive(Clone, Copy)]
-struct Fall {
+struct Snap {
     since: f64,
     stored: f64,
-    given: f64,
-    most: f64,
+    released: f64,
+    peak_work: f64,
     place: DVec3,
 }
 
 /// State of the detector after the last step.
 #[derive(Default)]
-pub(crate) struct Watch {
+pub(crate) struct BuckleDetector {
     x: Vectors,
     force: Vectors,
     elastic: f64,
     next_force: Vectors,
     still: Vectors,
-    scratch: SpringScratch,
+    scratch: SpringWorkspace,
     /// Fracture revision of the last step.
     revision: u64,
-    fall: Option<Fall>,
-    last: Option<Buckle>,
+    fall: Option<Snap>,
+    last: Option<Buckling>,
 }
 
-impl Watch {
+impl BuckleDetector {
     /// Serialise the state.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.vector_list(&self.x);
         to.vector_list(&self.force);
         to.number(self.elastic);
         to.flag(self.fall.is_some());
-        if let Some(Fall { since, stored, given, most, place }) = self.fall {
+        if let Some(Snap { since, stored, released: given, peak_work: most, place }) = self.fall {
             to.numbers(&[since, stored, given, most]);
             to.vector(place);
         }
         to.flag(self.last.is_some());
-        if let Some(Buckle { time, place, energy }) = self.last {
+        if let Some(Buckling { time, place, energy }) = self.last {
             to.numbers(&[time, energy]);
             to.vector(place);
         }
     }
 
     /// Deserialise the state of a sheet with `masses` nodes and the fracture revision `revision`.
-    pub fn take(&mut self, from: &mut Taker, masses: usize, revision: u64) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader, masses: usize, revision: u64) -> ReadResult {
         from.vector_list(&mut self.x, masses)?;
         from.vector_list(&mut self.force, masses)?;
         for buffer in [&mut self.next_force, &mut self.still] {
@@ -98,12 +98,12 @@ impl Watch {
             let mut all = [0.0; 4];
             from.numbers(&mut all)?;
             let [since, stored, given, most] = all;
-            self.fall = Some(Fall { since, stored, given, most, place: from.vector()? });
+            self.fall = Some(Snap { since, stored, released: given, peak_work: most, place: from.vector()? });
         }
         self.last = None;
         if from.flag()? {
             let (time, energy) = (from.number()?, from.number()?);
-            self.last = Some(Buckle { time, place: from.vector()?, energy });
+            self.last = Some(Buckling { time, place: from.vector()?, energy });
         }
         Ok(())
     }
@@ -111,45 +111,45 @@ impl Watch {
 
 impl Sheet {
     /// Turn detection on or off.
-    pub(crate) fn watch_buckling(&mut self, watch: bool) {
-        if watch != self.watch.is_some() {
-            self.watch = watch.then(Box::default);
+    pub(crate) fn set_buckling_detection(&mut self, watch: bool) {
+        if watch != self.buckle_detector.is_some() {
+            self.buckle_detector = watch.then(Box::default);
         }
     }
 
     /// Whether detection is on.
-    pub(crate) fn is_watched(&self) -> bool {
-        self.watch.is_some()
+    pub(crate) fn detects_buckling(&self) -> bool {
+        self.buckle_detector.is_some()
     }
 
     /// Test the last step, which began at `time` (s), for buckling.
-    pub(crate) fn look_for_buckling(&mut self, time: f64) -> Option<Buckle> {
+    pub(crate) fn detect_buckling(&mut self, time: f64) -> Option<Buckling> {
         if self.status != Status::Awake {
             return None;
         }
-        let mut watch = self.watch.take()?;
-        let found = watch.look(self, time);
-        self.watch = Some(watch);
+        let mut watch = self.buckle_detector.take()?;
+        let found = watch.detect(self, time);
+        self.buckle_detector = Some(watch);
         found
     }
 
     /// Compute the elastic forces at the present positions (N) into the detector; return the
     /// elastic energy (J).
-    fn elastic(&self, watch: &mut Watch) -> f64 {
-        let Watch { next_force: force, still, scratch, .. } = watch;
+    fn elastic(&self, watch: &mut BuckleDetector) -> f64 {
+        let BuckleDetector { next_force: force, still, scratch, .. } = watch;
         force.clear();
         self.springs.add_forces(&self.x, still, false, scratch, force);
         // Grab springs are external to the sheet.
-        let own = &self.elements[..self.elements.len() - self.pulls.len()];
+        let own = &self.elements[..self.elements.len() - self.grabs.len()];
         own.iter().for_each(|e| e.add_forces(&self.x, still, force));
-        let pulled: f64 = self.pulls.iter().map(|p| p.energy(&self.x)).sum();
+        let pulled: f64 = self.grabs.iter().map(|p| p.energy(&self.x)).sum();
         self.energy(DVec3::ZERO).elastic - pulled
     }
 }
 
-impl Watch {
-    fn look(&mut self, sheet: &Sheet, time: f64) -> Option<Buckle> {
-        let n = sheet.masses();
+impl BuckleDetector {
+    fn detect(&mut self, sheet: &Sheet, time: f64) -> Option<Buckling> {
+        let n = sheet.node_count();
         // Fracture also releases energy, but is not buckling.
         let is_first = self.x.len() != n || self.revision != sheet.opening_revision();
         self.revision = sheet.opening_revision();
@@ -160,17 +160,17 @@ impl Watch {
             }
         }
         let elastic = sheet.elastic(self);
-        let found = if is_first { None } else { self.judge(sheet, time, elastic) };
+        let found = if is_first { None } else { self.detect_snap(sheet, time, elastic) };
         self.elastic = elastic;
         self.x.clone_from(&sheet.x);
         self.force.clone_from(&self.next_force);
         found
     }
 
-    fn judge(&mut self, sheet: &Sheet, time: f64, elastic: f64) -> Option<Buckle> {
+    fn detect_snap(&mut self, sheet: &Sheet, time: f64, elastic: f64) -> Option<Buckling> {
         let (mut resists, mut most, mut place) = (0.0, 0.0, DVec3::ZERO);
         // Prescribed motion is not a loss of stability.
-        for i in (0..sheet.masses()).filter(|i| !sheet.is_held(*i)) {
+        for i in (0..sheet.node_count()).filter(|i| !sheet.is_held(*i)) {
             let (force, next, x) = (self.force.get(i), self.next_force.get(i), sheet.x.get(i));
             let moved = x - self.x.get(i);
             resists -= (next - force).dot(moved);
@@ -181,19 +181,21 @@ impl Watch {
         }
         let given = self.elastic - elastic;
         if resists < 0.0 && given > 0.0 {
-            let new = Fall { since: time, stored: self.elastic, given: 0.0, most: 0.0, place };
+            let new = Snap { since: time, stored: self.elastic, released: 0.0, peak_work: 0.0, place };
             let fall = self.fall.get_or_insert(new);
-            fall.given += given;
-            if most > fall.most {
-                (fall.most, fall.place) = (most, place);
+            fall.released += given;
+            if most > fall.peak_work {
+                (fall.peak_work, fall.place) = (most, place);
             }
             return None;
         }
         let fall = self.fall.take()?;
-        let faint = 0.5 * sheet.total_mass() * FAINT * FAINT;
-        let rings = self.last.is_some_and(|b| fall.since < b.time + RINGING && fall.given < RINGS_ON * b.energy);
-        let is_one = fall.given > faint && fall.given > SHARE * fall.stored && !rings;
-        let found = is_one.then_some(Buckle { time: fall.since, place: fall.place, energy: fall.given });
+        let faint = 0.5 * sheet.total_mass() * MIN_BUCKLE_SPEED * MIN_BUCKLE_SPEED;
+        let rings = self
+            .last
+            .is_some_and(|b| fall.since < b.time + RINGING_TIME && fall.released < MIN_REPEAT_RATIO * b.energy);
+        let is_one = fall.released > faint && fall.released > MIN_RELEASED_FRACTION * fall.stored && !rings;
+        let found = is_one.then_some(Buckling { time: fall.since, place: fall.place, energy: fall.released });
         self.last = found.or(self.last);
         found
     }

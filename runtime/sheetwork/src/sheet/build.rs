@@ -7,31 +7,31 @@ use glam::DVec3;
 
 use crate::elements::Element;
 use crate::elements::bending::Bending;
-use crate::elements::creep::FlowLaw;
+use crate::elements::creep::InelasticLaw;
 use crate::elements::grid_membrane::CellMembrane;
 use crate::elements::spring::{Spring, Springs};
-use crate::elements::staggered::{Grid, curvatures};
+use crate::elements::staggered::{StaggeredGrid, curvatures};
 use crate::elements::thickness_limit::ThicknessLimit;
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::error::InputError;
 use crate::math::Vectors;
-use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::outline::{MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate, masses_of};
-use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
+use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
+use crate::scene::sht::{SheetFile, SheetFileNode, SheetFileSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
-use crate::scene::{flow as scene_flow, sticking, tearing as scene_tearing};
-use crate::sheet::air_drag::Drag;
+use crate::scene::{adhesion, fracture, rest_shape};
+use crate::sheet::air_drag::AirDrag;
 use crate::sheet::creases;
-use crate::sheet::creep::Flow;
-use crate::sheet::fracture::Tears;
-use crate::sheet::generation::{Calibrated, cuts, generated};
-use crate::sheet::layer_stack::Stack;
-use crate::sheet::{Counters, Crossing, Pins, Probe, Sheet, Status, Work, region};
+use crate::sheet::creep::InelasticState;
+use crate::sheet::fracture::FractureState;
+use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
+use crate::sheet::layer_stack::LayerStack;
+use crate::sheet::{Counters, Interpenetration, Pins, Probe, Sheet, Status, StepWorkspace, region};
 
 /// Parts of a generated sheet or of a sheet from a file, before placement.
-pub(crate) struct Parts {
+pub(crate) struct SheetParts {
     pub lattice: Lattice,
     /// Rest length of each link, m.
     pub rest: Vec<f64>,
@@ -48,9 +48,9 @@ pub(crate) struct Parts {
     pub grid: (u32, u32, u32),
     pub damping: f64,
     /// Clamp springs and delivered stiffness of a calibrated lattice.
-    pub calibrated: Option<Calibrated>,
+    pub calibrated: Option<CalibratedSprings>,
     /// Triangle mesh of a sheet with an outline.
-    pub mesh: Option<Mesh>,
+    pub mesh: Option<TriangleMesh>,
 }
 
 impl Sheet {
@@ -74,7 +74,7 @@ impl Sheet {
         let described = spec.grid;
         spec.grid = (grid.0, described.1, grid.1);
         if let Some(mass) = &mut spec.node_mass {
-            *mass *= masses_of(described) as f64 / masses_of(spec.grid) as f64;
+            *mass *= nodes_of(described) as f64 / nodes_of(spec.grid) as f64;
         }
         Self::build_as(scene, index, &spec, described)
     }
@@ -83,7 +83,7 @@ impl Sheet {
     fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
         let mut parts = match &spec.file {
-            Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
+            Some(file) => read_parts(&sht::read_sht_file(&scene.base.join(file))?)?,
             None => generated(spec, &material, &scene.base, described)?,
         };
         let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
@@ -94,45 +94,45 @@ impl Sheet {
         }
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
-        scene_flow::of_material(spec, &sheet.material)?;
-        let law = FlowLaw::new(&sheet.material, spec.creep, spec.plastic);
+        rest_shape::check_material(spec, &sheet.material)?;
+        let law = InelasticLaw::new(&sheet.material, spec.creep, spec.plastic);
         sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
         sheet.mesh = mesh.map(Arc::new);
-        sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
+        sheet.delivered_fraction = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
-            sheet.delivered = Some(1.0);
+            sheet.delivered_fraction = Some(1.0);
         }
         let share = law.creep.map(|c| c.arms.share);
         sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material, share)));
         if spec.creep || spec.plastic {
             let celsius = spec.temperature.unwrap_or(scene.ambient_temperature);
-            sheet.flow = Some(Box::new(Flow::new(law, celsius, scene.time_lapse, &sheet.springs)));
+            sheet.inelastic = Some(Box::new(InelasticState::new(law, celsius, scene.time_lapse, &sheet.springs)));
         }
         sheet.refresh();
         if spec.creep {
             // The stiffness of a creeping sheet depends on temperature with and without a heat
             // source.
-            sheet.begin_heat(scene.ambient_temperature);
+            sheet.start_temperatures(scene.ambient_temperature);
         }
-        sheet.work.touching = vec![false; sheet.masses()];
+        sheet.work.touching = vec![false; sheet.node_count()];
         if spec.sticky {
-            sticking::of_engine(scene.engine)?;
-            sticking::of_material(&sheet.material)?;
-            sheet.areas = areas(&sheet);
+            adhesion::check_integrator(scene.engine)?;
+            adhesion::check_material(&sheet.material)?;
+            sheet.adhesion_areas = node_areas(&sheet);
         }
         if spec.tearing {
-            scene_tearing::of_material(&sheet.material)?;
+            fracture::check_material(&sheet.material)?;
         }
         if spec.tearing || !spec.slits.is_empty() {
-            sheet.tears = Some(Box::new(Tears::new(&sheet, spec.tearing)));
-            sheet.slit(&spec.slits);
+            sheet.fracture = Some(Box::new(FractureState::new(&sheet, spec.tearing)));
+            sheet.open_slits(&spec.slits);
         }
         Ok(sheet)
     }
 }
 
 /// Area per node, m²: the area of the layer in proportion to the node masses.
-fn areas(sheet: &Sheet) -> Vec<f64> {
+fn node_areas(sheet: &Sheet) -> Vec<f64> {
     let place = |m: u32| {
         let (u, v) = sheet.uv[m as usize];
         (u * sheet.extent.0, v * sheet.extent.1)
@@ -145,7 +145,7 @@ fn areas(sheet: &Sheet) -> Vec<f64> {
         Some(triangles) => triangles.iter().map(area).sum(),
         None => sheet.extent.0 * sheet.extent.1,
     };
-    let mut all = vec![0.0; sheet.masses()];
+    let mut all = vec![0.0; sheet.node_count()];
     for layer in &sheet.layers {
         let whole: f64 = layer.range().map(|i| sheet.mass[i]).sum();
         layer.range().for_each(|i| all[i] = covered * sheet.mass[i] / whole);
@@ -154,14 +154,14 @@ fn areas(sheet: &Sheet) -> Vec<f64> {
 }
 
 /// Triangles of a mesh for drawing, counter-clockwise seen from the upper side.
-fn upper_side(mesh: &Mesh) -> Vec<[u32; 3]> {
+fn upper_side(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
 }
 
 /// Membrane and bending of a shell on a triangle mesh. A boundary edge is clamped when both its
 /// nodes are.
-fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh, law: &FlowLaw) -> Vec<Box<dyn Element>> {
-    let clamped = |e: &Edge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
+fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &TriangleMesh, law: &InelasticLaw) -> Vec<Box<dyn Element>> {
+    let clamped = |e: &MeshEdge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
     let (groups, normals) = triangle_curvatures(mesh, &clamped);
     let rotation = spec.placement.quaternion();
     let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
@@ -169,9 +169,9 @@ fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh, law: &FlowLaw) ->
     membrane.set_clamps(&directions);
     let creeps = law.creep.map(|c| c.arms.share);
     if let Some(share) = creeps {
-        membrane = membrane.creeping(share);
+        membrane = membrane.with_creep(share);
     }
-    let bending = if stays_bent(spec, law) {
+    let bending = if has_rest_curvature(spec, law) {
         let angles = creases::on_mesh(spec, &groups, mesh);
         Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
     } else {
@@ -181,12 +181,17 @@ fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh, law: &FlowLaw) ->
 }
 
 /// Whether a shell has rest curvatures.
-fn stays_bent(spec: &SheetSpec, law: &FlowLaw) -> bool {
-    creases::is_bent(spec) || law.creep.is_some() || law.plastic.is_some()
+fn has_rest_curvature(spec: &SheetSpec, law: &InelasticLaw) -> bool {
+    creases::has_initial_curvature(spec) || law.creep.is_some() || law.plastic.is_some()
 }
 
 /// Membrane and bending of a shell; empty for a lattice.
-fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>, law: &FlowLaw) -> Vec<Box<dyn Element>> {
+fn shell_elements(
+    spec: &SheetSpec,
+    sheet: &Sheet,
+    mesh: Option<&TriangleMesh>,
+    law: &InelasticLaw,
+) -> Vec<Box<dyn Element>> {
     if spec.file.is_some() || sheet.structure != StructureKind::Shell {
         return Vec::new();
     }
@@ -195,15 +200,15 @@ fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>, law: &Fl
     }
     let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
     let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
-    let grid = Grid { columns, rows, spacing, clamped: &sheet.clamped };
+    let grid = StaggeredGrid { columns, rows, spacing, clamped: &sheet.clamped };
     let rotation = spec.placement.quaternion();
     let (groups, directions) = (curvatures(&grid), [rotation * DVec3::X, rotation * DVec3::Z]);
     let mut membrane = CellMembrane::new(columns, rows, spacing);
     let creeps = law.creep.map(|c| c.arms.share);
     if let Some(share) = creeps {
-        membrane = membrane.creeping(share);
+        membrane = membrane.with_creep(share);
     }
-    let bending = if stays_bent(spec, law) {
+    let bending = if has_rest_curvature(spec, law) {
         let angles = creases::on_grid(spec, &groups, (columns, rows), spacing);
         Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
     } else {
@@ -212,13 +217,13 @@ fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>, law: &Fl
     vec![Box::new(membrane), Box::new(bending)]
 }
 
-pub(crate) fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
+pub(crate) fn length_of(link: &LatticeSpring, positions: &[DVec3]) -> f64 {
     positions[link.a as usize].distance(positions[link.b as usize])
 }
 
 /// Parts of a sheet file. Its positions are in world coordinates, and its springs have their own
 /// rest lengths.
-fn read(file: &SheetFile) -> Result<Parts, InputError> {
+fn read_parts(file: &SheetFile) -> Result<SheetParts, InputError> {
     let structure: StructureKind = file.structure.parse()?;
     let [nx, layers, nz] = file.dimensions;
     let mut lattice = Lattice {
@@ -230,18 +235,18 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
     let mut first = 0;
     for index in 0..layers {
         let (lx, lz) = if index % 2 == 1 { (nx - 1, nz - 1) } else { (nx, nz) };
-        lattice.layers.push(Layer { first, nx: lx, nz: lz, triangular: structure.info().triangular });
+        lattice.layers.push(LatticeLayer { first, nx: lx, nz: lz, triangular: structure.info().triangular });
         first += lx * lz;
     }
     for spring in &file.springs {
         let layer = lattice.layer_of[spring.a as usize].min(lattice.layer_of[spring.b as usize]);
-        lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
+        lattice.links.push(LatticeSpring { a: spring.a, b: spring.b, class: spring.kind, layer });
     }
     // The file may hold a bent sheet, so the material coordinates come from the lattice at rest.
     let grid = (nx, layers, nz);
     let plain = generate(&LatticeSpec { structure, grid, size: (1.0, 1.0), gap: 1.0, cross_over: false })?;
     lattice.flexion.clone_from(&plain.flexion);
-    Ok(Parts {
+    Ok(SheetParts {
         rest: file.springs.iter().map(|s| s.rest).collect(),
         stiffness: file.springs.iter().map(|s| s.stiffness).collect(),
         mass: file.masses.iter().map(|m| m.mass).collect(),
@@ -262,11 +267,12 @@ fn assemble(
     scene: &Scene,
     spec: &SheetSpec,
     material: Material,
-    parts: Parts,
+    parts: SheetParts,
     bends: bool,
     triangles: Option<Vec<[u32; 3]>>,
 ) -> Sheet {
-    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, extent, structure, grid, damping, .. } = parts;
+    let SheetParts { lattice, rest, stiffness, mass, velocity, force, uv, extent, structure, grid, damping, .. } =
+        parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
     for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
@@ -290,8 +296,8 @@ fn assemble(
         })
         .collect();
     let springs = Springs::new(&list);
-    let stack = Stack::new(&springs, &lattice.layer_of);
-    let mut engine = scene.engine.make();
+    let stack = LayerStack::new(&springs, &lattice.layer_of);
+    let mut engine = scene.engine.construct();
     engine.set_tolerance(scene.tolerance);
     let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
         let list = triangles.clone().unwrap_or_else(|| bottom.triangles());
@@ -302,11 +308,11 @@ fn assemble(
     let gap = layers.get(1).map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
     let covered = match &triangles {
         Some(list) => list.clone(),
-        None => layers.iter().flat_map(Layer::triangles).collect(),
+        None => layers.iter().flat_map(LatticeLayer::triangles).collect(),
     };
-    let mut drag = Drag::new(covered, layers.len(), spec.drag);
+    let mut drag = AirDrag::new(covered, layers.len(), spec.drag);
     let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
-    drag.follow(&spec.pressure, &x, lowest);
+    drag.set_schedule(&spec.pressure, &x, lowest);
     let mut sheet = Sheet {
         name: spec.name.clone(),
         structure,
@@ -319,30 +325,30 @@ fn assemble(
         layers,
         triangles,
         mesh: None,
-        first_mesh: None,
+        described_mesh: None,
         uv,
         border: lattice.border,
         layer_of: lattice.layer_of,
         probes,
         status: Status::Awake,
-        crossing: Crossing::Unknown,
+        interpenetration: Interpenetration::Unknown,
         counters: Counters::default(),
         inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
         mass,
         springs,
         elements: Vec::new(),
-        pulls: Vec::new(),
+        grabs: Vec::new(),
         drag,
         heat: None,
-        first_temperature: spec.temperature,
+        initial_temperature: spec.temperature,
         has_gradient: spec.temperature_gradient,
-        guard: None,
-        watch: None,
-        flow: None,
-        tears: None,
-        areas: Vec::new(),
+        recovery: None,
+        buckle_detector: None,
+        inelastic: None,
+        fracture: None,
+        adhesion_areas: Vec::new(),
         system: None,
-        field_before: None,
+        last_field: None,
         clamped: vec![false; n],
         damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
         length: spec.size.0.max(spec.size.1),
@@ -355,22 +361,22 @@ fn assemble(
         engine_kind: scene.engine,
         engine,
         stack,
-        quiet: 0.0,
+        rest_time: 0.0,
         displaced: false,
-        still_at: Vectors::zeros(0),
-        work: Work::default(),
+        rest_positions: Vectors::zeros(0),
+        work: StepWorkspace::default(),
         material,
         damping,
         stiffness_per_unit: stiffness.iter().map(|k| k / unit).collect(),
-        bends,
-        delivered: None,
-        damped: false,
-        spread: 0.0,
+        is_calibrated: bends,
+        delivered_fraction: None,
+        has_dashpots: false,
+        initial_diagonal: 0.0,
         folds: creases::folds(spec),
-        longest: f64::INFINITY,
+        max_step: f64::INFINITY,
     };
-    sheet.watch_over(spec.when_unstable, scene.tolerance);
-    sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
+    sheet.set_recovery_policy(spec.when_unstable, scene.tolerance);
+    sheet.initial_diagonal = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
     if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
         let mut limit = ThicknessLimit::new(spec.thickness_limit);
         sheet.stack.cells().for_each(|(apex, corners)| limit.add(apex, corners, &lattice.positions));
@@ -378,7 +384,7 @@ fn assemble(
     }
     if spec.spin != DVec3::ZERO {
         let centre = sheet.centre_of_mass();
-        for i in 0..sheet.masses() {
+        for i in 0..sheet.node_count() {
             let spun = sheet.v.get(i) + spec.spin.cross(sheet.x.get(i) - centre);
             sheet.v.set(i, spun);
         }
@@ -406,7 +412,7 @@ fn extent_of_springs(file: &SheetFile, triangular: bool) -> (f64, f64) {
 
 /// Length and width (m) of the bottom layer of a lattice at rest.
 pub(crate) fn extent(lattice: &Lattice) -> (f64, f64) {
-    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = lattice.layers.first().map_or(0..0, LatticeLayer::range);
     let bottom = &lattice.positions[bottom];
     let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -416,7 +422,7 @@ pub(crate) fn extent(lattice: &Lattice) -> (f64, f64) {
 /// Material coordinates (u, v) of every node: x and z as fractions of the bounding rectangle of the
 /// bottom layer at rest.
 pub(crate) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
-    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = lattice.layers.first().map_or(0..0, LatticeLayer::range);
     let bottom = &lattice.positions[bottom];
     let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -424,7 +430,11 @@ pub(crate) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
     lattice.positions.iter().map(|p| (fraction(p.x, low.x, high.x), fraction(p.z, low.z, high.z))).collect()
 }
 
-fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibrated>) -> Result<(), InputError> {
+fn apply_regions(
+    spec: &SheetSpec,
+    sheet: &mut Sheet,
+    calibrated: Option<&CalibratedSprings>,
+) -> Result<(), InputError> {
     let find =
         |region: &Region, field: String| region::select(region, sheet).map_err(|e| InputError::new(field, e.problem));
     let each = |list: &[RegionVector], what: &str| -> Result<Vec<(Vec<u32>, DVec3)>, InputError> {
@@ -443,20 +453,20 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
         masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
     }
     for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
-        if let Some(c) = calibrated.filter(|_| cuts(pin)) {
+        if let Some(c) = calibrated.filter(|_| is_cutting_clamp(pin)) {
             masses.retain(|m| c.held.contains(m));
         }
         let (x, y, z) = pin.axes;
         if !(x && y && z) {
             for i in masses {
-                sheet.pins.add_rail(i, sheet.x.get(i as usize), [x, y, z]);
+                sheet.pins.add_fixed_axes(i, sheet.x.get(i as usize), [x, y, z]);
             }
-            sheet.pins.hold_rails(&mut sheet.v);
+            sheet.pins.zero_fixed_axes(&mut sheet.v);
             continue;
         }
         if let Some(body) = &pin.body {
             let places: Vec<(u32, DVec3)> = masses.iter().map(|i| (*i, sheet.x.get(*i as usize))).collect();
-            sheet.pins.add_glue(places.into_iter(), body);
+            sheet.pins.add_attachment(places.into_iter(), body);
             continue;
         }
         let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
@@ -473,7 +483,7 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
 /// Convert a sheet to a .SHT file with its present positions and velocities.
 pub fn to_file(sheet: &Sheet) -> SheetFile {
     let (nx, layers, nz) = sheet.grid;
-    let masses = (0..sheet.masses()).map(|i| SheetMass {
+    let masses = (0..sheet.node_count()).map(|i| SheetFileNode {
         acceleration: DVec3::ZERO,
         position: sheet.x.get(i),
         force: sheet.applied.get(i),
@@ -482,7 +492,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
         layer: sheet.layer_of[i],
         border: sheet.border[i],
     });
-    let springs = (0..sheet.springs.len()).map(|i| SheetSpring {
+    let springs = (0..sheet.springs.len()).map(|i| SheetFileSpring {
         kind: sheet.springs.class[i],
         a: sheet.springs.a[i],
         b: sheet.springs.b[i],
@@ -514,7 +524,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
 pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
     let scene = Scene::default();
     let spec = SheetSpec::default();
-    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?, false, None);
-    sheet.work.touching = vec![false; sheet.masses()];
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read_parts(file)?, false, None);
+    sheet.work.touching = vec![false; sheet.node_count()];
     Ok(sheet)
 }

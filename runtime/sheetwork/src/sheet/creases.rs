@@ -12,20 +12,20 @@
 //! with the slope θ on one side of the line, along a parabola three cells wide.
 
 use crate::elements::curvature::CurvatureGroup;
-use crate::mesh::outline::Mesh;
+use crate::mesh::outline::TriangleMesh;
 use crate::scene::{CreaseSpec, SheetSpec};
-use crate::sheet::surface::Folds;
+use crate::sheet::surface::CreaseLines;
 
 /// Line from `a` to `b` (m) with its unit normal and its angle (rad).
 #[derive(Clone, Copy)]
-struct Line {
+struct CreaseLine {
     a: [f64; 2],
     b: [f64; 2],
     n: [f64; 2],
     angle: f64,
 }
 
-impl Line {
+impl CreaseLine {
     fn new(crease: &CreaseSpec, place: impl Fn((f64, f64)) -> [f64; 2]) -> Option<Self> {
         let (a, b) = (place(crease.from), place(crease.to));
         let d = [b[0] - a[0], b[1] - a[1]];
@@ -85,30 +85,32 @@ fn rectangle(low: [f64; 2], high: [f64; 2]) -> [([f64; 2], f64); 4] {
 }
 
 /// Relative distance within which a line coincides with a row of nodes or with the border.
-const ALONG: f64 = 1e-6;
+const ALIGNMENT_TOLERANCE: f64 = 1e-6;
 
 /// Width of a crease on triangles, in cells.
-const FOLD_CELLS: f64 = 3.0;
+const CREASE_WIDTH_CELLS: f64 = 3.0;
 
 /// Whether the sheet has creases or curl.
-pub(crate) fn is_bent(spec: &SheetSpec) -> bool {
+pub(crate) fn has_initial_curvature(spec: &SheetSpec) -> bool {
     !spec.creases.is_empty() || spec.curl != (0.0, 0.0)
 }
 
 /// Columns and rows of nodes along which a rectangular sheet is creased from edge to edge.
-pub(crate) fn folds(spec: &SheetSpec) -> Folds {
+pub(crate) fn folds(spec: &SheetSpec) -> CreaseLines {
     let outlined = spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty();
-    let mut folds = Folds::default();
+    let mut folds = CreaseLines::default();
     for CreaseSpec { from, to, .. } in spec.creases.iter().filter(|_| !outlined) {
-        let across = |a: f64, b: f64| a.min(b) < ALONG && a.max(b) > 1.0 - ALONG;
+        let across = |a: f64, b: f64| a.min(b) < ALIGNMENT_TOLERANCE && a.max(b) > 1.0 - ALIGNMENT_TOLERANCE;
         let mass = |at: f64, n: u32| {
             let place = at * f64::from(n - 1);
-            let near = (place - place.round()).abs() < ALONG && place.round() > 0.0 && place.round() < f64::from(n - 1);
+            let near = (place - place.round()).abs() < ALIGNMENT_TOLERANCE
+                && place.round() > 0.0
+                && place.round() < f64::from(n - 1);
             near.then_some(place.round() as u32)
         };
-        if (from.0 - to.0).abs() < ALONG && across(from.1, to.1) {
+        if (from.0 - to.0).abs() < ALIGNMENT_TOLERANCE && across(from.1, to.1) {
             folds.columns.extend(mass(from.0, spec.grid.0));
-        } else if (from.1 - to.1).abs() < ALONG && across(from.0, to.0) {
+        } else if (from.1 - to.1).abs() < ALIGNMENT_TOLERANCE && across(from.0, to.0) {
             folds.rows.extend(mass(from.1, spec.grid.2));
         }
     }
@@ -117,7 +119,7 @@ pub(crate) fn folds(spec: &SheetSpec) -> Folds {
     folds
 }
 
-fn curled(spec: &SheetSpec, group: &CurvatureGroup) -> [f64; 3] {
+fn curl_curvature(spec: &SheetSpec, group: &CurvatureGroup) -> [f64; 3] {
     // A group without a curvature component has no curl in it.
     let known = |a: usize| !group.rows[a].is_empty() || !group.relaxed.is_empty();
     [if known(0) { spec.curl.0 } else { 0.0 }, if known(1) { spec.curl.1 } else { 0.0 }, 0.0]
@@ -130,13 +132,14 @@ pub(crate) fn on_grid(
     (columns, rows): (usize, usize),
     spacing: (f64, f64),
 ) -> Vec<[f64; 3]> {
-    let grid = GridLines { counts: [columns, rows], spacing: [spacing.0, spacing.1] };
+    let grid = CreaseGrid { counts: [columns, rows], spacing: [spacing.0, spacing.1] };
     let place = |(u, v): (f64, f64)| [u * spec.size.0, v * spec.size.1];
     // A line along a row of nodes is split between the cells of both sides.
-    let aside = |line: Line| [-1.0, 1.0].map(|side| line.half(1e-9 * side * spacing.0.min(spacing.1)));
-    let lines: Vec<Line> = spec.creases.iter().filter_map(|c| Line::new(c, place)).flat_map(aside).collect();
+    let aside = |line: CreaseLine| [-1.0, 1.0].map(|side| line.half(1e-9 * side * spacing.0.min(spacing.1)));
+    let lines: Vec<CreaseLine> =
+        spec.creases.iter().filter_map(|c| CreaseLine::new(c, place)).flat_map(aside).collect();
     let each = source.iter().map(|group| {
-        let mut angles = curled(spec, group);
+        let mut angles = curl_curvature(spec, group);
         for line in &lines {
             let t = line.tensor();
             if group.rows[0].is_empty() && group.rows[1].is_empty() {
@@ -153,17 +156,17 @@ pub(crate) fn on_grid(
 }
 
 /// Rest curvatures of the triangles of a mesh, in their order.
-pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &Mesh) -> Vec<[f64; 3]> {
+pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &TriangleMesh) -> Vec<[f64; 3]> {
     let bound = |i: usize, start: f64, pick: fn(f64, f64) -> f64| mesh.positions.iter().map(|p| p[i]).fold(start, pick);
     let low = [0, 1].map(|i| bound(i, f64::INFINITY, f64::min));
     let high = [0, 1].map(|i| bound(i, f64::NEG_INFINITY, f64::max));
     let place = |(u, v): (f64, f64)| [low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1])];
-    let lines: Vec<Line> = spec.creases.iter().filter_map(|c| Line::new(c, place)).collect();
+    let lines: Vec<CreaseLine> = spec.creases.iter().filter_map(|c| CreaseLine::new(c, place)).collect();
     // The fold extends over several cells, because one triangle represents only a small rotation.
     let cell = (2.0 * mesh.areas.iter().sum::<f64>() / mesh.areas.len().max(1) as f64).sqrt();
-    let reach = 0.5 * FOLD_CELLS * cell;
+    let reach = 0.5 * CREASE_WIDTH_CELLS * cell;
     let each = source.iter().enumerate().map(|(k, group)| {
-        let mut angles = curled(spec, group);
+        let mut angles = curl_curvature(spec, group);
         let corners = mesh.triangles[k].map(|v| mesh.positions[v as usize]);
         let middle = [0, 1].map(|i| (corners[0][i] + corners[1][i] + corners[2][i]) / 3.0);
         for line in &lines {
@@ -186,18 +189,18 @@ pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &Mesh) 
     each.collect()
 }
 
-struct GridLines {
+struct CreaseGrid {
     counts: [usize; 2],
     spacing: [f64; 2],
 }
 
-impl GridLines {
+impl CreaseGrid {
     fn place(&self, home: usize) -> [usize; 2] {
         [home % self.counts[0], home / self.counts[0]]
     }
 
     /// ∫ ds / S in the cell whose first node is `home`.
-    fn in_cell(&self, line: &Line, home: usize) -> f64 {
+    fn in_cell(&self, line: &CreaseLine, home: usize) -> f64 {
         let at = self.place(home);
         let low = [0, 1].map(|i| at[i] as f64 * self.spacing[i]);
         let high = [0, 1].map(|i| low[i] + self.spacing[i]);
@@ -207,7 +210,7 @@ impl GridLines {
 
     /// ∫ N ds / S of the node `home` for the curvature along `axis`. A border node has no curvature
     /// across the border, so its share goes to the next node.
-    fn at_mass(&self, line: &Line, home: usize, axis: usize) -> f64 {
+    fn at_mass(&self, line: &CreaseLine, home: usize, axis: usize) -> f64 {
         let at = self.place(home);
         let last = [self.counts[0] - 1, self.counts[1] - 1];
         let inner = (at[axis] == 1, at[axis] + 1 == last[axis]);
@@ -248,14 +251,14 @@ impl GridLines {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elements::staggered::{Grid, curvatures};
+    use crate::elements::staggered::{StaggeredGrid, curvatures};
 
     /// Angle across each row of nodes along u, of a sheet of 0.3 m by 0.2 m.
     fn across_rows(crease: CreaseSpec, columns: usize, rows: usize) -> Vec<f64> {
         let spec = SheetSpec { size: (0.3, 0.2), creases: vec![crease], ..SheetSpec::default() };
         let spacing = (0.3 / (columns - 1) as f64, 0.2 / (rows - 1) as f64);
         let clamped = vec![false; columns * rows];
-        let source = curvatures(&Grid { columns, rows, spacing, clamped: &clamped });
+        let source = curvatures(&StaggeredGrid { columns, rows, spacing, clamped: &clamped });
         let angles = on_grid(&spec, &source, (columns, rows), spacing);
         let mut sums = vec![0.0; rows];
         for (group, k) in source.iter().zip(angles).filter(|(g, _)| !g.rows[0].is_empty()) {
@@ -265,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_across_the_sheet_has_its_angle_in_every_row_on_any_grid() {
+    fn a_crease_across_the_sheet_has_its_full_angle_in_every_row_on_any_grid() {
         for u in [0.5, 0.37, 0.02, 0.99] {
             for columns in [4, 7, 11, 40] {
                 let crease = CreaseSpec { from: (u, 0.0), to: (u, 1.0), angle: 80.0 };
@@ -277,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slanting_crease_has_the_part_of_its_angle_that_turns_each_row() {
+    fn a_slanting_crease_has_its_normal_component_in_every_row() {
         // From (0.06, 0) to (0.24, 0.2) m: n_u² = 0.2²/(0.18² + 0.2²), and each row is crossed over
         // 1/|n_u| of its width.
         let crease = CreaseSpec { from: (0.2, 0.0), to: (0.8, 1.0), angle: 30.0 };

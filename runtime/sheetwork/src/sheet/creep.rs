@@ -1,25 +1,25 @@
 //! Creep and plasticity of a sheet: update of the material law at the start and the end of a step.
 //!
-//! Integrators use a constant law (see [`crate::elements::creep`]). [`Sheet::begin_flow`] sets the
-//! law of a step, and [`Sheet::end_flow`] stores the inelastic strain. An elastic sheet has none of
+//! Integrators use a constant law (see [`crate::elements::creep`]). [`Sheet::begin_inelastic_step`] sets the
+//! law of a step, and [`Sheet::end_inelastic_step`] stores the inelastic strain. An elastic sheet has none of
 //! this state.
 
-use crate::elements::creep::{FlowLaw, FlowStep, Strain};
+use crate::elements::creep::{CreepStrain, InelasticLaw, InelasticStep};
 use crate::elements::spring::Springs;
 use crate::error::{InputError, check_range};
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 
 /// State of creep and plasticity of a sheet, beyond that of its elements.
 #[derive(Clone)]
-pub(crate) struct Flow {
-    law: FlowLaw,
+pub(crate) struct InelasticState {
+    law: InelasticLaw,
     /// Temperature of a sheet without a thermal network, °C.
-    celsius: f64,
+    temperature: f64,
     /// Ratio of thermal time to mechanical time, for creep and for heat.
-    lapse: f64,
-    springs: SpringFlow,
+    time_lapse: f64,
+    springs: LatticeCreep,
     /// Whether anything crept in the last step.
     creeps: bool,
     /// Whether elements have the law of a step; otherwise they have the instantaneous law.
@@ -30,55 +30,56 @@ pub(crate) struct Flow {
 
 /// Springs of a creeping lattice, with strains as stretch (m).
 #[derive(Clone, Default)]
-struct SpringFlow {
-    strains: Vec<Strain>,
+struct LatticeCreep {
+    strains: Vec<CreepStrain>,
     /// Instantaneous stiffness (N/m), and length without inelastic strain (m).
-    made: Vec<(f64, f64)>,
+    instantaneous: Vec<(f64, f64)>,
     share: [f64; 2],
     running: bool,
 }
 
-impl Flow {
+impl InelasticState {
     /// Create the state of a sheet with `springs`, at `celsius` (°C) without a thermal network,
     /// with thermal time `lapse` times faster than mechanical time.
-    pub fn new(law: FlowLaw, celsius: f64, lapse: f64, springs: &Springs) -> Self {
+    pub fn new(law: InelasticLaw, celsius: f64, lapse: f64, springs: &Springs) -> Self {
         let made = |i: usize| (springs.stiffness[i], springs.rest[i]);
-        let creeping = |share: [f64; 2]| SpringFlow {
-            strains: vec![Strain::default(); springs.len()],
-            made: (0..springs.len()).map(made).collect(),
+        let creeping = |share: [f64; 2]| LatticeCreep {
+            strains: vec![CreepStrain::default(); springs.len()],
+            instantaneous: (0..springs.len()).map(made).collect(),
             share,
             running: false,
         };
         let springs = law.creep.map(|c| creeping(c.arms.share)).unwrap_or_default();
-        Self { law, celsius, lapse, springs, creeps: false, in_step: false, dt: 0.0 }
+        Self { law, temperature: celsius, time_lapse: lapse, springs, creeps: false, in_step: false, dt: 0.0 }
     }
 
     /// Elastic energy of the creeping springs at `x` (J); `None` while the springs hold the law of
     /// a step.
     pub fn spring_energy(&self, springs: &Springs, x: &Vectors) -> Option<f64> {
         let own = &self.springs;
-        let energy = |i: usize| own.made[i].0 * own.strains[i].stored(own.stretch(springs, i, x), own.share);
+        let energy =
+            |i: usize| own.instantaneous[i].0 * own.strains[i].stored_energy(own.stretch(springs, i, x), own.share);
         (!own.running && !own.strains.is_empty()).then(|| (0..own.strains.len()).map(energy).sum())
     }
 }
 
-impl Flow {
+impl InelasticState {
     /// Serialise the state.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         [self.creeps, self.in_step, self.springs.running].into_iter().for_each(|f| to.flag(f));
         to.number(self.dt);
-        for (strain, made) in self.springs.strains.iter().zip(&self.springs.made) {
-            strain.keep(to);
+        for (strain, made) in self.springs.strains.iter().zip(&self.springs.instantaneous) {
+            strain.serialise(to);
             to.numbers(&[made.0, made.1]);
         }
     }
 
     /// Deserialise the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         (self.creeps, self.in_step, self.springs.running) = (from.flag()?, from.flag()?, from.flag()?);
         self.dt = from.number()?;
-        for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.made) {
-            strain.take(from)?;
+        for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.instantaneous) {
+            strain.deserialise(from)?;
             *made = (from.number()?, from.number()?);
         }
         Ok(())
@@ -87,14 +88,14 @@ impl Flow {
     /// Strain without load of spring `i` and the strains of its arms, per initial length; `None`
     /// where the spring does not creep.
     pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
-        let (strain, made) = (self.springs.strains.get(i)?, self.springs.made.get(i)?);
-        Some([strain.left(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
+        let (strain, made) = (self.springs.strains.get(i)?, self.springs.instantaneous.get(i)?);
+        Some([strain.stress_free(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
     }
 
-    /// Set the strains of spring `i`, as [`Flow::spring_held`] returns them.
+    /// Set the strains of spring `i`, as [`InelasticState::spring_held`] returns them.
     pub fn put_spring(&mut self, i: usize, held: [f64; 3], springs: &mut Springs) {
         let own = &mut self.springs;
-        let [left, first, second] = held.map(|h| h * own.made[i].1);
+        let [left, first, second] = held.map(|h| h * own.instantaneous[i].1);
         let strain = &mut own.strains[i];
         strain.arms = [first, second];
         (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
@@ -103,28 +104,28 @@ impl Flow {
 
     /// Temperature of a sheet without a thermal network, °C.
     pub fn celsius(&self) -> f64 {
-        self.celsius
+        self.temperature
     }
 
     /// Set the temperature of a sheet without a thermal network, °C.
     pub fn set_celsius(&mut self, celsius: f64) {
-        self.celsius = celsius;
+        self.temperature = celsius;
     }
 }
 
-impl SpringFlow {
+impl LatticeCreep {
     fn stretch(&self, springs: &Springs, i: usize, x: &Vectors) -> f64 {
-        x.get(springs.b[i] as usize).distance(x.get(springs.a[i] as usize)) - self.made[i].1
+        x.get(springs.b[i] as usize).distance(x.get(springs.a[i] as usize)) - self.instantaneous[i].1
     }
 
     fn apply(&self, i: usize, springs: &mut Springs) {
-        let (stiffness, length) = self.made[i];
+        let (stiffness, length) = self.instantaneous[i];
         let strain = &self.strains[i];
         springs.set_stiffness(i, stiffness * strain.stiffness);
         springs.set_rest(i, length + strain.rest);
     }
 
-    fn begin(&mut self, springs: &mut Springs, x: &Vectors, step: &FlowStep) {
+    fn begin(&mut self, springs: &mut Springs, x: &Vectors, step: &InelasticStep) {
         self.running = true;
         for i in 0..self.strains.len() {
             if let Some(decay) = step.decay(&[springs.a[i], springs.b[i]]) {
@@ -135,7 +136,7 @@ impl SpringFlow {
         }
     }
 
-    fn end(&mut self, springs: &Springs, x: &Vectors, step: &FlowStep) {
+    fn end(&mut self, springs: &Springs, x: &Vectors, step: &InelasticStep) {
         self.running = false;
         for i in 0..self.strains.len() {
             if let Some(decay) = step.decay(&[springs.a[i], springs.b[i]]) {
@@ -145,11 +146,11 @@ impl SpringFlow {
         }
     }
 
-    fn stand(&mut self, springs: &mut Springs, x: &Vectors) {
+    fn use_instantaneous_law(&mut self, springs: &mut Springs, x: &Vectors) {
         self.running = false;
         for i in 0..self.strains.len() {
             let stretch = self.stretch(springs, i, x);
-            self.strains[i].stand(stretch, self.share);
+            self.strains[i].apply_elastic_law(stretch, self.share);
             self.apply(i, springs);
         }
     }
@@ -158,7 +159,7 @@ impl SpringFlow {
 impl Sheet {
     /// Whether the sheet creeps at its temperature, so that it moves on, however slowly.
     pub(crate) fn is_creeping(&self) -> bool {
-        self.flow.as_ref().is_some_and(|f| f.creeps)
+        self.inelastic.as_ref().is_some_and(|f| f.creeps)
     }
 
     /// Rest curvatures (uu, vv, 2uv; 1/m, positive towards the upper side) of a sheet with creases,
@@ -171,7 +172,7 @@ impl Sheet {
     /// is one. `None` for an elastic sheet.
     pub fn temperature(&self) -> Option<f64> {
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
-        self.flow.as_ref().map(|f| self.temperatures().map_or(f.celsius, mean))
+        self.inelastic.as_ref().map(|f| self.temperatures().map_or(f.temperature, mean))
     }
 
     /// Change the temperature of a creeping or plastic sheet, °C, -273.15 to 5000.
@@ -180,10 +181,10 @@ impl Sheet {
     /// When out of range, or the sheet neither creeps nor yields; nothing is changed then.
     pub fn set_temperature(&mut self, celsius: f64) -> Result<(), InputError> {
         check_range("temperature", celsius, -273.15, 5000.0, "°C")?;
-        let Some(flow) = &mut self.flow else {
+        let Some(flow) = &mut self.inelastic else {
             return Err(InputError::new("temperature", "does nothing to a sheet without creep"));
         };
-        flow.celsius = celsius;
+        flow.temperature = celsius;
         if self.heat.is_some() {
             self.set_temperatures(|_| celsius)?;
         }
@@ -192,75 +193,77 @@ impl Sheet {
     }
 
     /// Begin a step of `dt` (s): set the law of the step.
-    pub(crate) fn begin_flow(&mut self, dt: f64) {
-        let Some(mut flow) = self.flow.take() else { return };
-        flow.dt = dt * flow.lapse;
+    pub(crate) fn begin_inelastic_step(&mut self, dt: f64) {
+        let Some(mut flow) = self.inelastic.take() else { return };
+        flow.dt = dt * flow.time_lapse;
         let (law, heat) = (flow.law, self.heat.take());
-        let step = law.step(flow.dt, flow.celsius);
+        let step = law.step(flow.dt, flow.temperature);
         let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
         flow.creeps = !step.is_idle();
         if flow.creeps {
             let mut changed = !self.springs.is_empty();
-            for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
+            for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
                 changed |= element.begin_step(&self.x, &step);
             }
             flow.springs.begin(&mut self.springs, &self.x, &step);
             flow.in_step = true;
             self.forget_tangent(changed);
         } else if flow.in_step {
-            self.stand_up(&mut flow);
+            self.restore_instantaneous_law(&mut flow);
         }
         self.heat = heat;
-        self.flow = Some(flow);
+        self.inelastic = Some(flow);
     }
 
     /// End the step: store the inelastic strain at the present positions.
-    pub(crate) fn end_flow(&mut self) {
-        let Some(mut flow) = self.flow.take() else { return };
+    pub(crate) fn end_inelastic_step(&mut self) {
+        let Some(mut flow) = self.inelastic.take() else { return };
         if !flow.creeps && flow.law.plastic.is_none() {
-            self.flow = Some(flow);
+            self.inelastic = Some(flow);
             return;
         }
         let (law, heat) = (flow.law, self.heat.take());
-        let step = law.step(flow.dt, flow.celsius);
+        let step = law.step(flow.dt, flow.temperature);
         let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
-        for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
+        for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
             element.end_step(&self.x, &step);
         }
         flow.springs.end(&self.springs, &self.x, &step);
         self.heat = heat;
-        self.flow = Some(flow);
+        self.inelastic = Some(flow);
     }
 
     /// Set the instantaneous law, as for an equilibrium.
-    pub(crate) fn stand_still(&mut self) {
-        if let Some(mut flow) = self.flow.take() {
-            self.stand_up(&mut flow);
-            self.flow = Some(flow);
+    pub(crate) fn use_instantaneous_law(&mut self) {
+        if let Some(mut flow) = self.inelastic.take() {
+            self.restore_instantaneous_law(&mut flow);
+            self.inelastic = Some(flow);
         }
     }
 
     /// Apply thermal expansion and softening to creeping spring `i` of present `length` (m): its
     /// length without load grows by `grown` (m), and the softening factor changes from `softness.0`
     /// to `softness.1`. Return false, without a change, for a spring that does not creep.
-    pub(crate) fn warm_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
-        let Some(springs) = self.flow.as_mut().map(|f| &mut f.springs) else { return false };
-        let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.made.get_mut(i)) else { return false };
+    pub(crate) fn heat_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
+        let Some(springs) = self.inelastic.as_mut().map(|f| &mut f.springs) else { return false };
+        let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.instantaneous.get_mut(i)) else {
+            return false;
+        };
         made.1 += grown;
-        strain.set(length - made.1, (softness.0 / softness.1).min(1.0), springs.share);
-        strain.rest = strain.left();
+        strain.scale_stress(length - made.1, (softness.0 / softness.1).min(1.0), springs.share);
+        strain.rest = strain.stress_free();
         true
     }
 
-    fn stand_up(&mut self, flow: &mut Flow) {
+    fn restore_instantaneous_law(&mut self, flow: &mut InelasticState) {
         if flow.law.creep.is_none() {
             return;
         }
         let mut changed = !self.springs.is_empty();
-        for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
-            changed |= element.stand(&self.x);
+        for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
+            changed |= element.apply_elastic_law(&self.x);
         }
-        flow.springs.stand(&mut self.springs, &self.x);
+        flow.springs.use_instantaneous_law(&mut self.springs, &self.x);
         flow.in_step = false;
         self.forget_tangent(changed);
     }
@@ -272,14 +275,14 @@ impl Sheet {
     }
 
     /// Take over changed spring stiffnesses and material constants.
-    pub(crate) fn refresh_flow(&mut self) {
-        let Some(mut flow) = self.flow.take() else { return };
+    pub(crate) fn update_inelastic_law(&mut self) {
+        let Some(mut flow) = self.inelastic.take() else { return };
         let creep = flow.law.creep.is_some();
-        flow.law = FlowLaw::new(&self.material, creep, flow.law.plastic.is_some());
+        flow.law = InelasticLaw::new(&self.material, creep, flow.law.plastic.is_some());
         for i in 0..flow.springs.strains.len() {
-            flow.springs.made[i].0 = self.springs.stiffness[i];
+            flow.springs.instantaneous[i].0 = self.springs.stiffness[i];
             flow.springs.apply(i, &mut self.springs);
         }
-        self.flow = Some(flow);
+        self.inelastic = Some(flow);
     }
 }

@@ -7,7 +7,7 @@
 use faer::{Mat, Side};
 use glam::DVec3;
 
-use crate::elements::spring::SpringScratch;
+use crate::elements::spring::SpringWorkspace;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
@@ -21,21 +21,21 @@ pub struct DampedMode {
 }
 
 /// Maximum number of nodes for dense matrices.
-pub const MOST_MASSES: usize = 64;
+pub const MAX_NODES: usize = 64;
 
 impl Sheet {
     /// All modes about the present state, lowest first; empty for a sheet of more than 64 nodes, or
     /// if the eigenvalue problem fails.
     pub fn damped_modes(&self) -> Vec<DampedMode> {
-        let n = self.masses();
-        if n > MOST_MASSES {
+        let n = self.node_count();
+        if n > MAX_NODES {
             return Vec::new();
         }
         let free: Vec<usize> = (0..3 * n).filter(|i| self.inverse_mass[i / 3] > 0.0).collect();
         let still = Vectors::zeros(n);
         // The increments are small against the nonlinearity of the forces and large against
         // rounding.
-        let (step, speed) = (1e-6 * self.spread.max(1e-6), 1e-3 * self.spread.max(1e-6));
+        let (step, speed) = (1e-6 * self.initial_diagonal.max(1e-6), 1e-3 * self.initial_diagonal.max(1e-6));
         let along = |i: usize, size: f64| {
             let mut d = Vectors::zeros(n);
             let mut at = DVec3::ZERO;
@@ -68,7 +68,7 @@ impl Sheet {
     /// Forces of springs and elements at `x` (m) and `v` (m/s), N.
     fn forces_at(&self, x: &Vectors, v: &Vectors) -> Vectors {
         let mut force = Vectors::zeros(x.len());
-        self.springs.add_forces(x, v, true, &mut SpringScratch::default(), &mut force);
+        self.springs.add_forces(x, v, true, &mut SpringWorkspace::default(), &mut force);
         self.elements.iter().for_each(|e| e.add_forces(x, v, &mut force));
         force
     }
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn springs_damped_alike_are_damped_as_their_stiffness_and_held_masses_do_not_count() {
+    fn stiffness_proportional_damping_gives_proportional_rates_and_fixed_nodes_have_no_modes() {
         let sheet = SheetSpec {
             structure: StructureKind::Slamm,
             grid: (4, 2, 3),
@@ -110,8 +110,8 @@ mod tests {
         let world = World::new(&Scene { sheets: vec![sheet], ..Scene::default() }).expect("valid");
         let sheet = &world.sheets()[0];
         let modes = sheet.damped_modes();
-        let held = (0..sheet.masses()).filter(|i| sheet.is_held(*i)).count();
-        assert!(held > 0 && modes.len() == 3 * (sheet.masses() - held));
+        let held = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).count();
+        assert!(held > 0 && modes.len() == 3 * (sheet.node_count() - held));
         let tau = sheet.springs().damping[0] / sheet.springs().stiffness[0];
         let (fastest, omega) = (modes[modes.len() - 1], sheet.largest_frequency(3000));
         assert!((fastest.squared.sqrt() / omega - 1.0).abs() < 1e-3, "{fastest:?} {omega}");

@@ -42,7 +42,7 @@ impl Sheet {
     /// Stiffness that structure, grid, integrator and step `dt` (s) deliver now; `None` for springs
     /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
-        let structure = self.delivered?;
+        let structure = self.delivered_fraction?;
         let (q, grid) = self.resolved();
         let law = self.law();
         let areal = self.material().areal_mass();
@@ -82,11 +82,11 @@ impl Sheet {
         let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else {
             // On triangles the slowest wave represents the shape, and the area per node gives the
             // spacing.
-            let h2 = self.total_mass() / self.material().areal_mass() / self.masses().max(1) as f64;
+            let h2 = self.total_mass() / self.material().areal_mass() / self.node_count().max(1) as f64;
             return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
         };
         let (nx, nz) = (layer.nx, layer.nz);
-        let mut sums = Sums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
+        let mut sums = CurvatureSums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
         let mut line = Vec::new();
         for j in 0..nz {
             line.clear();
@@ -110,13 +110,13 @@ impl Sheet {
 }
 
 /// Dimensionless curvature along grid lines: Σ κ² and Σ (Δκ)², and the smallest spacing (m).
-struct Sums {
+struct CurvatureSums {
     curvature: f64,
     bend: f64,
     spacing: f64,
 }
 
-impl Sums {
+impl CurvatureSums {
     /// Add a line of nodes without two at each end, because differences beside a clamp are not
     /// smooth.
     fn add(&mut self, sheet: &Sheet, line: &[usize]) {

@@ -32,9 +32,9 @@ impl Energy {
         }
     }
 
-    pub(crate) fn of(sheet: &Sheet, g: DVec3) -> Self {
-        let moves = |i: usize| if sheet.is_gone(i) { 0.0 } else { sheet.mass[i] };
-        let place = |i: usize, x: DVec3| sheet.left_at(i).unwrap_or(x);
+    pub(crate) fn new(sheet: &Sheet, g: DVec3) -> Self {
+        let moves = |i: usize| if sheet.is_detached(i) { 0.0 } else { sheet.mass[i] };
+        let place = |i: usize, x: DVec3| sheet.detached_at(i).unwrap_or(x);
         let kinetic = sheet.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
         let gravity = sheet.x.iter().enumerate().map(|(i, x)| -sheet.mass[i] * g.dot(place(i, x))).sum();
         let elastic = elastic(sheet);
@@ -45,14 +45,14 @@ impl Energy {
 /// Elastic energy of the present state, J.
 pub(crate) fn elastic(sheet: &Sheet) -> f64 {
     let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
-    let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
+    let springs = sheet.inelastic.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
     springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements
 }
 
 /// Largest angular frequency (rad/s) by power iteration on M⁻¹K, with the tangent stiffness K at
 /// the present positions.
 pub(crate) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
-    let n = sheet.masses();
+    let n = sheet.node_count();
     let mut mode = Vectors::zeros(n);
     // A linear congruential sequence gives a reproducible start vector with a component in every
     // mode.
@@ -110,7 +110,7 @@ fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
         return;
     }
     let still = Vectors::zeros(d.len());
-    let step = 1e-6 * sheet.spread.max(1e-6) / largest;
+    let step = 1e-6 * sheet.initial_diagonal.max(1e-6) / largest;
     let (mut ahead, mut behind) = (Vectors::zeros(d.len()), Vectors::zeros(d.len()));
     for (force, sign) in [(&mut ahead, step), (&mut behind, -step)] {
         let mut x = sheet.x.clone();

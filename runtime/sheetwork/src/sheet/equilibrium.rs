@@ -6,10 +6,10 @@
 //! reduce the energy and end in a stable equilibrium.
 
 use crate::elements::{Anchor, Geometric};
-use crate::integrators::implicit::newton::{Work, solve};
-use crate::integrators::implicit::{Implicit, Stage};
+use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
+use crate::integrators::implicit::{ImplicitProblem, StageProblem};
 use crate::math::Vectors;
-use crate::sheet::implicit_system::System;
+use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::{Field, Sheet};
 
 /// Result of the search for an equilibrium.
@@ -20,44 +20,44 @@ pub struct Equilibrium {
     /// Length of the last step of the iteration, m.
     pub last_step: f64,
     /// Whether the iteration converged.
-    pub settled: bool,
+    pub converged: bool,
     /// Whether Newton's method converged from the initial state, without relaxation.
-    pub direct: bool,
+    pub by_newton_alone: bool,
     /// Whether the equilibrium is stable.
-    pub stable: bool,
+    pub is_stable: bool,
 }
 
 /// Maximum number of steps of Newton's method.
-const DIRECT_STEPS: u32 = 25;
+const MAX_NEWTON_STEPS: u32 = 25;
 /// Maximum number of relaxation steps.
-const RELAXING_STEPS: u32 = 400;
+const MAX_RELAXATION_STEPS: u32 = 400;
 
 impl Sheet {
     /// Move the sheet to equilibrium under `field`, with a last step of at most `tolerance` (m),
     /// and set its velocities to zero.
-    pub fn settle(&mut self, field: Field, tolerance: f64) -> Equilibrium {
-        self.stand_still();
-        let found = self.find_equilibrium(field, tolerance);
-        Equilibrium { stable: self.is_stable(), ..found }
+    pub fn find_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
+        self.use_instantaneous_law();
+        let found = self.iterate_to_equilibrium(field, tolerance);
+        Equilibrium { is_stable: self.is_stable(), ..found }
     }
 
     /// Let the sheet creep for `dt` (s) in equilibrium under `field`, with a last step of at most
     /// `tolerance` (m), and set its velocities to zero. Stability is not tested.
-    pub fn flow_settled(&mut self, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
-        self.begin_flow(dt);
-        let found = self.find_equilibrium(field, tolerance);
-        self.end_flow();
+    pub fn creep_in_equilibrium(&mut self, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
+        self.begin_inelastic_step(dt);
+        let found = self.iterate_to_equilibrium(field, tolerance);
+        self.end_inelastic_step();
         found
     }
 
-    fn find_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+    fn iterate_to_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
         let mut x = self.x.clone();
-        let (start, size) = (self.x.clone(), self.spread);
-        let found = self.with_problem(field, &mut system, |problem| {
+        let (start, size) = (self.x.clone(), self.initial_diagonal);
+        let found = self.with_implicit_sheet(field, &mut system, |problem| {
             let mut found = newton(problem, &mut x, tolerance, size);
-            if !found.settled {
+            if !found.converged {
                 x.copy_from(&start);
                 relax(problem, &mut x, tolerance, &mut found);
             }
@@ -72,27 +72,27 @@ impl Sheet {
     }
 }
 
-fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64) -> Equilibrium {
+fn newton(problem: &mut dyn ImplicitProblem, x: &mut Vectors, tolerance: f64, size: f64) -> Equilibrium {
     let still = Vectors::zeros(x.len());
     let mut d = still.clone();
-    let mut found = Equilibrium { direct: true, ..Equilibrium::default() };
-    problem.begin(0.0, &[], 0.0, x, &still);
-    problem.settle(x);
-    let stage = Stage { per_time: 0.0, y: &still, w: &still };
-    for _ in 0..DIRECT_STEPS {
-        let mut done = problem.direction(&stage, x, Geometric::Mixed, &mut d);
+    let mut found = Equilibrium { by_newton_alone: true, ..Equilibrium::default() };
+    problem.begin_stage(0.0, &[], 0.0, x, &still);
+    problem.update_stress(x);
+    let stage = StageProblem { per_time: 0.0, y: &still, w: &still };
+    for _ in 0..MAX_NEWTON_STEPS {
+        let mut done = problem.newton_direction(&stage, x, Geometric::Mixed, &mut d);
         if done.is_err() {
-            done = problem.direction(&stage, x, Geometric::Clipped, &mut d);
+            done = problem.newton_direction(&stage, x, Geometric::Clipped, &mut d);
         }
         if done.is_err() {
             break;
         }
         found.solves += 1;
-        problem.predict(x, &d);
+        problem.predict_stress(x, &d);
         x.add_scaled(1.0, &d);
         found.last_step = d.max_squared().sqrt();
         if found.last_step <= tolerance {
-            found.settled = true;
+            found.converged = true;
             break;
         }
         if found.last_step.is_nan() || found.last_step > 100.0 * size {
@@ -103,24 +103,24 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
 }
 
 /// Relax by backward Euler steps without velocity, doubling the step after each unguarded solution.
-fn relax(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, found: &mut Equilibrium) {
+fn relax(problem: &mut dyn ImplicitProblem, x: &mut Vectors, tolerance: f64, found: &mut Equilibrium) {
     let still = Vectors::zeros(x.len());
-    let mut work = Work::default();
+    let mut work = NewtonWorkspace::default();
     let mut before = x.clone();
     let mut h = 1e-2;
-    found.direct = false;
-    for _ in 0..RELAXING_STEPS {
+    found.by_newton_alone = false;
+    for _ in 0..MAX_RELAXATION_STEPS {
         before.copy_from(x);
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x: &before }], 0.0, &before, &still);
-        let stage = Stage { per_time: 1.0 / h, y: &before, w: &before };
+        problem.begin_stage(1.0 / h, &[Anchor { weight: 1.0, x: &before }], 0.0, &before, &still);
+        let stage = StageProblem { per_time: 1.0 / h, y: &before, w: &before };
         let solved = solve(problem, &stage, &before, x, &mut work);
         found.solves += solved.solves;
         let moved = (0..x.len()).map(|i| x.get(i).distance_squared(before.get(i))).fold(0.0, f64::max).sqrt();
         found.last_step = moved;
         if moved <= tolerance && h > 1.0 {
-            found.settled = true;
+            found.converged = true;
             return;
         }
-        h = if solved.guarded { (0.5 * h).max(1e-4) } else { (2.0 * h).min(1e3) };
+        h = if solved.globalised { (0.5 * h).max(1e-4) } else { (2.0 * h).min(1e3) };
     }
 }

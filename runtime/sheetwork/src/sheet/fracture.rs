@@ -23,19 +23,19 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::elements::flexion_limit::FlexionLimit;
-use crate::elements::fracture::Open;
+use crate::elements::fracture::OpenCells;
 use crate::mesh::slits::Slit;
-use crate::mesh::structure::Layer;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::mesh::structure::LatticeLayer;
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
-const ALIKE: f64 = 1e-9;
+const EQUAL_STRAIN_TOLERANCE: f64 = 1e-9;
 
 /// First opening of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Opening {
+pub struct FractureOpening {
     /// Position of the cell, m.
     pub place_m: [f64; 3],
     /// Largest principal strain of the mid-surface of the cell.
@@ -47,97 +47,97 @@ pub struct Opening {
 }
 
 /// Fracture state of a sheet whose cells can open.
-pub(crate) struct Tears {
-    open: Open,
+pub(crate) struct FractureState {
+    open: OpenCells,
     /// Whether each node is detached: without a closed cell around it.
-    gone: Vec<bool>,
+    detached: Vec<bool>,
     /// Position of each node when it was detached, m, for its potential energy. Empty while all
     /// cells are closed.
-    left_at: Vec<DVec3>,
+    detached_at: Vec<DVec3>,
     /// Detached nodes without a prescribed motion, each with the node that it follows.
-    loose: Vec<(u32, u32)>,
+    followers: Vec<(u32, u32)>,
     /// Workspace: strain of each cell over its limit, and the cells that open.
-    over: Vec<f64>,
-    opens: Vec<u32>,
+    strain_ratio: Vec<f64>,
+    opening_cells: Vec<u32>,
     /// Stiffness per unit of every spring of the intact sheet.
     springs: Vec<f64>,
     /// Number of changes of the open cells.
     revision: u64,
     /// Energy released by opening, J.
-    released: f64,
+    released_energy: f64,
     /// Whether the first opening has been reported.
-    told: bool,
+    is_reported: bool,
     /// Whether cells can open during the run.
-    runs: bool,
+    can_grow: bool,
     /// Initially open cells; empty without slits.
-    slit: Vec<bool>,
+    initial_cells: Vec<bool>,
 }
 
 /// Strain and temperature (°C) of a cell.
-struct State {
+struct CellState {
     strain: f64,
     celsius: Option<f64>,
 }
 
-impl Tears {
+impl FractureState {
     /// Create the state of `sheet` with all cells closed; `runs` allows cells to open during the
     /// run.
     pub fn new(sheet: &Sheet, runs: bool) -> Self {
         let bottom = sheet.layers.first().copied().unwrap_or_default();
-        let open = Open::none(bottom.nx as usize, bottom.nz as usize);
+        let open = OpenCells::closed(bottom.nx as usize, bottom.nz as usize);
         Self {
-            over: vec![0.0; open.cells().len()],
-            opens: Vec::with_capacity(open.cells().len()),
+            strain_ratio: vec![0.0; open.cells().len()],
+            opening_cells: Vec::with_capacity(open.cells().len()),
             open,
-            gone: vec![false; sheet.masses()],
-            left_at: Vec::new(),
-            loose: Vec::new(),
+            detached: vec![false; sheet.node_count()],
+            detached_at: Vec::new(),
+            followers: Vec::new(),
             springs: sheet.stiffness_per_unit.clone(),
             revision: 0,
-            released: 0.0,
-            told: false,
-            runs,
-            slit: Vec::new(),
+            released_energy: 0.0,
+            is_reported: false,
+            can_grow: runs,
+            initial_cells: Vec::new(),
         }
     }
 }
 
-impl Tears {
+impl FractureState {
     /// Whether each cell is open.
     pub fn cells(&self) -> &[bool] {
         self.open.cells()
     }
 
     /// Serialise the state that does not follow from the open cells.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.flag(self.told);
-        to.number(self.released);
-        to.count(self.loose.len() as u64);
-        for (mass, with) in &self.loose {
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_reported);
+        to.number(self.released_energy);
+        to.count(self.followers.len() as u64);
+        for (mass, with) in &self.followers {
             to.count(u64::from(*mass));
             to.count(u64::from(*with));
         }
-        for (i, place) in self.left_at.iter().enumerate().filter(|(i, _)| self.gone[*i]) {
+        for (i, place) in self.detached_at.iter().enumerate().filter(|(i, _)| self.detached[*i]) {
             to.count(i as u64);
             to.vector(*place);
         }
     }
 
     /// Deserialise that state; the same cells must already be open.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
-        self.told = from.flag()?;
-        self.released = from.number()?;
-        let masses = self.gone.len();
-        self.loose.clear();
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.is_reported = from.flag()?;
+        self.released_energy = from.number()?;
+        let masses = self.detached.len();
+        self.followers.clear();
         for _ in 0..from.length(2)? {
-            self.loose.push((from.index(masses)?, from.index(masses)?));
+            self.followers.push((from.index(masses)?, from.index(masses)?));
         }
-        for i in 0..self.left_at.len() {
-            if self.gone[i] {
+        for i in 0..self.detached_at.len() {
+            if self.detached[i] {
                 if from.count()? != i as u64 {
-                    return Err(Cut);
+                    return Err(CorruptState);
                 }
-                self.left_at[i] = from.vector()?;
+                self.detached_at[i] = from.vector()?;
             }
         }
         Ok(())
@@ -145,7 +145,7 @@ impl Tears {
 }
 
 /// Corner nodes of cell `c` of the lowest layer: (0, 0), (1, 0), (0, 1), (1, 1).
-fn corners(layer: &Layer, c: usize) -> [usize; 4] {
+fn corners(layer: &LatticeLayer, c: usize) -> [usize; 4] {
     let across = layer.nx as usize - 1;
     let (i, j) = ((c % across) as u32, (c / across) as u32);
     [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)].map(|m| m as usize)
@@ -154,51 +154,51 @@ fn corners(layer: &Layer, c: usize) -> [usize; 4] {
 impl Sheet {
     /// Whether its cells can open.
     pub fn can_open(&self) -> bool {
-        self.tears.is_some()
+        self.fracture.is_some()
     }
 
     /// Whether each cell of the lowest layer is open, with the index along the length running
     /// fastest; `None` for a sheet that cannot open.
     pub fn open_cells(&self) -> Option<&[bool]> {
-        self.tears.as_ref().map(|t| t.open.cells())
+        self.fracture.as_ref().map(|t| t.open.cells())
     }
 
     /// Number of open cells.
     pub fn open_count(&self) -> usize {
-        self.tears.as_ref().map_or(0, |t| t.open.count())
+        self.fracture.as_ref().map_or(0, |t| t.open.count())
     }
 
     /// Number of changes of the open cells; a renderer rebuilds its triangles when it changes.
     pub fn opening_revision(&self) -> u64 {
-        self.tears.as_ref().map_or(0, |t| t.revision)
+        self.fracture.as_ref().map_or(0, |t| t.revision)
     }
 
     /// Energy released by opening so far, J: elastic energy of the cells and energy of detached
     /// nodes.
     pub fn energy_released(&self) -> f64 {
-        self.tears.as_ref().map_or(0.0, |t| t.released)
+        self.fracture.as_ref().map_or(0.0, |t| t.released_energy)
     }
 
     /// Whether node `i` is detached: without a closed cell.
-    pub fn is_gone(&self, i: usize) -> bool {
-        self.tears.as_ref().is_some_and(|t| t.gone[i])
+    pub fn is_detached(&self, i: usize) -> bool {
+        self.fracture.as_ref().is_some_and(|t| t.detached[i])
     }
 
     /// Position of node `i` when it was detached, m; `None` for any other node.
-    pub(crate) fn left_at(&self, i: usize) -> Option<DVec3> {
-        self.tears.as_ref().filter(|t| t.gone[i]).map(|t| t.left_at[i])
+    pub(crate) fn detached_at(&self, i: usize) -> Option<DVec3> {
+        self.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
     }
 
     /// Open cells of a sheet that has some.
     #[doc(hidden)]
-    pub fn opened(&self) -> Option<&Open> {
-        self.tears.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
+    pub fn open_cell_set(&self) -> Option<&OpenCells> {
+        self.fracture.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
     }
 
     /// Material coordinates (u, v) of node `i` in cells of the lowest layer.
     #[doc(hidden)]
     pub fn in_cells(&self, i: u32) -> (f64, f64) {
-        let (columns, rows) = self.tears.as_ref().map_or((0, 0), |t| t.open.size());
+        let (columns, rows) = self.fracture.as_ref().map_or((0, 0), |t| t.open.size());
         let (u, v) = self.uv[i as usize];
         (u * columns as f64, v * rows as f64)
     }
@@ -206,11 +206,11 @@ impl Sheet {
     /// Triangles of a layer without those in open cells.
     #[doc(hidden)]
     pub fn closed_triangles(&self, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-        if let Some(open) = self.opened() {
+        if let Some(open) = self.open_cell_set() {
             triangles.retain(|t| {
                 let at = t.map(|m| self.in_cells(m));
                 let (u, v) = ((at[0].0 + at[1].0 + at[2].0) / 3.0, (at[0].1 + at[1].1 + at[2].1) / 3.0);
-                open.is_closed_at(u, v) && !t.iter().any(|m| self.is_gone(*m as usize))
+                open.is_closed_at(u, v) && !t.iter().any(|m| self.is_detached(*m as usize))
             });
         }
         triangles
@@ -218,10 +218,10 @@ impl Sheet {
 
     /// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
     /// may be any distance apart.
-    pub(crate) fn holds_together(&self, most: f64) -> bool {
-        let (Some(open), Some(layer)) = (self.opened(), self.layers.first()) else { return true };
+    pub(crate) fn is_intact_within(&self, most: f64) -> bool {
+        let (Some(open), Some(layer)) = (self.open_cell_set(), self.layers.first()) else { return true };
         let closed = open.cells().iter().enumerate().filter(|c| !c.1);
-        let mut sound = (0..self.masses()).all(|i| self.x.get(i).is_finite());
+        let mut sound = (0..self.node_count()).all(|i| self.x.get(i).is_finite());
         for (c, _) in closed {
             let [a, b, d, e] = corners(layer, c).map(|m| self.x.get(m));
             sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
@@ -230,61 +230,61 @@ impl Sheet {
     }
 
     /// Open cells after a step. Return the first opening of the sheet, once.
-    pub(crate) fn tear(&mut self) -> Option<Opening> {
-        let mut tears = self.tears.take()?;
-        tears.opens.clear();
-        let worst = if tears.runs { self.look(&mut tears) } else { None };
-        if tears.opens.is_empty() {
-            self.tears = Some(tears);
-            self.carry();
+    pub(crate) fn open_cells_after_step(&mut self) -> Option<FractureOpening> {
+        let mut tears = self.fracture.take()?;
+        tears.opening_cells.clear();
+        let worst = if tears.can_grow { self.find_opening_cells(&mut tears) } else { None };
+        if tears.opening_cells.is_empty() {
+            self.fracture = Some(tears);
+            self.move_detached_nodes();
             return None;
         }
-        let told = std::mem::replace(&mut tears.told, true);
-        let first = (!told).then(|| self.opening(worst.unwrap_or(tears.opens[0] as usize)));
-        for k in 0..tears.opens.len() {
-            tears.open.set(tears.opens[k] as usize);
+        let told = std::mem::replace(&mut tears.is_reported, true);
+        let first = (!told).then(|| self.opening(worst.unwrap_or(tears.opening_cells[0] as usize)));
+        for k in 0..tears.opening_cells.len() {
+            tears.open.set(tears.opening_cells[k] as usize);
         }
-        self.tears = Some(tears);
-        self.take_openings();
-        self.carry();
+        self.fracture = Some(tears);
+        self.update_open_cells();
+        self.move_detached_nodes();
         first
     }
 
     /// Collect the cells that open; return the one with the largest strain.
-    fn look(&self, tears: &mut Tears) -> Option<usize> {
+    fn find_opening_cells(&self, tears: &mut FractureState) -> Option<usize> {
         let (melts_at, tears_at) = (self.material.melts_at, self.material.tears_at);
         let (mut worst, mut most, mut melted) = (None, 1.0, None);
-        for c in 0..tears.over.len() {
-            tears.over[c] = 0.0;
+        for c in 0..tears.strain_ratio.len() {
+            tears.strain_ratio[c] = 0.0;
             if tears.open.cells()[c] {
                 continue;
             }
             let state = self.state_of(c);
             if melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit) {
-                tears.opens.push(c as u32);
+                tears.opening_cells.push(c as u32);
                 melted.get_or_insert(c);
                 continue;
             }
             // A non-finite strain is an instability, not a fracture.
             let over = tears_at.map_or(0.0, |limit| state.strain / limit);
-            tears.over[c] = over;
-            if over > most * (1.0 + ALIKE) {
+            tears.strain_ratio[c] = over;
+            if over > most * (1.0 + EQUAL_STRAIN_TOLERANCE) {
                 (worst, most) = (Some(c), over);
             }
         }
         if worst.is_some() {
-            for c in 0..tears.over.len() {
-                if tears.over[c] > 1.0 && (Some(c) == worst || leads(tears, c)) {
-                    tears.opens.push(c as u32);
+            for c in 0..tears.strain_ratio.len() {
+                if tears.strain_ratio[c] > 1.0 && (Some(c) == worst || is_crack_tip_maximum(tears, c)) {
+                    tears.opening_cells.push(c as u32);
                 }
             }
-            tears.opens.sort_unstable();
+            tears.opening_cells.sort_unstable();
         }
         worst.or(melted)
     }
 
-    fn state_of(&self, c: usize) -> State {
-        let Some(layer) = self.layers.first() else { return State { strain: 0.0, celsius: None } };
+    fn state_of(&self, c: usize) -> CellState {
+        let Some(layer) = self.layers.first() else { return CellState { strain: 0.0, celsius: None } };
         let m = corners(layer, c);
         let celsius = self.temperatures().map(|t| self.cell_temperature(t, m, c));
         let [p, q, r, s] = m.map(|m| self.x.get(m));
@@ -293,7 +293,7 @@ impl Sheet {
         let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
         let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
         let grown = 1.0 + celsius.map_or(0.0, |t| self.material.expansion * (t - REFERENCE));
-        State { strain: square.sqrt() / grown - 1.0, celsius }
+        CellState { strain: square.sqrt() / grown - 1.0, celsius }
     }
 
     /// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
@@ -316,21 +316,21 @@ impl Sheet {
     }
 
     /// Report of the opening of cell `c`.
-    fn opening(&self, c: usize) -> Opening {
+    fn opening(&self, c: usize) -> FractureOpening {
         let state = self.state_of(c);
         let middle = self
             .layers
             .first()
             .map_or(DVec3::ZERO, |layer| corners(layer, c).iter().map(|m| self.x.get(*m)).sum::<DVec3>() / 4.0);
         let melted = self.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
-        Opening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
+        FractureOpening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
     }
 
     /// Open the cells along `slits` permanently.
-    pub(crate) fn slit(&mut self, slits: &[Slit]) {
+    pub(crate) fn open_slits(&mut self, slits: &[Slit]) {
         let cells = self.slit_cells(slits);
-        if let Some(tears) = self.tears.as_mut().filter(|_| !slits.is_empty()) {
-            tears.slit = cells;
+        if let Some(tears) = self.fracture.as_mut().filter(|_| !slits.is_empty()) {
+            tears.initial_cells = cells;
             self.set_open(&[]);
         }
     }
@@ -338,93 +338,94 @@ impl Sheet {
     /// Whether each cell has opened since the start, without the slits; empty for a sheet that
     /// cannot open.
     pub(crate) fn torn_cells(&self) -> Vec<bool> {
-        let Some(tears) = &self.tears else { return Vec::new() };
-        let slit = tears.slit.iter().copied().chain(std::iter::repeat(false));
+        let Some(tears) = &self.fracture else { return Vec::new() };
+        let slit = tears.initial_cells.iter().copied().chain(std::iter::repeat(false));
         tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
     }
 
     /// Restore the open cells to `torn` (empty: none) and the slits, for a return to another time.
     pub(crate) fn set_open(&mut self, torn: &[bool]) {
-        let Some(tears) = self.tears.as_mut() else { return };
+        let Some(tears) = self.fracture.as_mut() else { return };
         let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
-        let cells: Vec<bool> = (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.slit, c)).collect();
+        let cells: Vec<bool> =
+            (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.initial_cells, c)).collect();
         if tears.open.cells() == cells {
             return;
         }
         tears.open.set_all(&cells);
-        tears.told = torn.contains(&true);
-        self.take_openings();
+        tears.is_reported = torn.contains(&true);
+        self.update_open_cells();
     }
 
     /// Update everything that depends on the open cells.
-    fn take_openings(&mut self) {
+    fn update_open_cells(&mut self) {
         let before = self.energy(DVec3::ZERO).total;
-        let Some(mut tears) = self.tears.take() else { return };
+        let Some(mut tears) = self.fracture.take() else { return };
         tears.revision += 1;
-        tears.left_at.resize(tears.gone.len(), DVec3::ZERO);
-        for i in 0..tears.gone.len() {
+        tears.detached_at.resize(tears.detached.len(), DVec3::ZERO);
+        for i in 0..tears.detached.len() {
             let at = self.cells_at(&tears.open, i as u32);
-            let was = std::mem::replace(&mut tears.gone[i], tears.open.is_gone(at));
-            if tears.gone[i] && !was {
-                tears.left_at[i] = self.x.get(i);
+            let was = std::mem::replace(&mut tears.detached[i], tears.open.is_gone(at));
+            if tears.detached[i] && !was {
+                tears.detached_at[i] = self.x.get(i);
             }
         }
         for i in 0..self.springs.len() {
             let (a, b) = (self.springs.a[i], self.springs.b[i]);
-            let cut = tears.open.cuts(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
-                || tears.gone[a as usize]
-                || tears.gone[b as usize];
+            let cut = tears.open.is_spring_cut(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
+                || tears.detached[a as usize]
+                || tears.detached[b as usize];
             self.stiffness_per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
         }
-        self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.gone));
-        self.hold_gone(&mut tears);
-        let triangles = self.layers.iter().flat_map(Layer::triangles).collect();
-        self.tears = Some(tears);
+        self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
+        self.fix_detached_nodes(&mut tears);
+        let triangles = self.layers.iter().flat_map(LatticeLayer::triangles).collect();
+        self.fracture = Some(tears);
         self.drag.set_triangles(self.closed_triangles(triangles));
-        self.open_contact();
+        self.update_contact_of_open_cells();
         if let Some(heat) = &mut self.heat {
-            heat.forget_body();
+            heat.discard_network();
         }
         self.refresh();
         // The stored accelerations of the integrator are of forces that no longer exist.
         self.restart_engine();
-        self.forget_system();
+        self.invalidate_system();
         let after = self.energy(DVec3::ZERO).total;
-        if let Some(tears) = &mut self.tears {
-            tears.released += before - after;
+        if let Some(tears) = &mut self.fracture {
+            tears.released_energy += before - after;
         }
     }
 
-    fn cells_at(&self, open: &Open, i: u32) -> (f64, f64) {
+    fn cells_at(&self, open: &OpenCells, i: u32) -> (f64, f64) {
         let ((columns, rows), (u, v)) = (open.size(), self.uv[i as usize]);
         (u * columns as f64, v * rows as f64)
     }
 
     /// Fix detached nodes, remove their attachments, and find the node that each follows.
-    fn hold_gone(&mut self, tears: &mut Tears) {
-        let mut pinned = vec![false; self.masses()];
+    fn fix_detached_nodes(&mut self, tears: &mut FractureState) {
+        let mut pinned = vec![false; self.node_count()];
         self.pins.masses().for_each(|m| pinned[m as usize] = true);
-        tears.loose.clear();
-        self.pins.set_gone(&tears.gone);
-        for i in 0..self.masses() {
-            self.inverse_mass[i] = if pinned[i] || tears.gone[i] { 0.0 } else { 1.0 / self.mass[i] };
-            if tears.gone[i] && !pinned[i] {
+        tears.followers.clear();
+        self.pins.set_gone(&tears.detached);
+        for i in 0..self.node_count() {
+            self.inverse_mass[i] = if pinned[i] || tears.detached[i] { 0.0 } else { 1.0 / self.mass[i] };
+            if tears.detached[i] && !pinned[i] {
                 let here = self.uv[i];
                 let apart = |k: &usize| {
                     let (u, v) = self.uv[*k];
                     ((u - here.0) * self.extent.0).hypot((v - here.1) * self.extent.1)
                 };
-                let left = (0..self.masses()).filter(|k| !tears.gone[*k]);
+                let left = (0..self.node_count()).filter(|k| !tears.detached[*k]);
                 let nearest = left.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-                tears.loose.push((i as u32, nearest.unwrap_or(i) as u32));
+                tears.followers.push((i as u32, nearest.unwrap_or(i) as u32));
             }
         }
     }
 
     /// Move detached nodes with the nodes that they follow.
-    fn carry(&mut self) {
-        let Some(tears) = self.tears.as_ref().filter(|t| !t.loose.is_empty()) else { return };
-        for (mass, with) in &tears.loose {
+    fn move_detached_nodes(&mut self) {
+        let Some(tears) = self.fracture.as_ref().filter(|t| !t.followers.is_empty()) else { return };
+        for (mass, with) in &tears.followers {
             let (mass, with) = (*mass as usize, *with as usize);
             self.x.set(mass, self.x.get(with));
             self.v.set(mass, if mass == with { DVec3::ZERO } else { self.v.get(with) });
@@ -432,22 +433,22 @@ impl Sheet {
     }
 
     /// Update the limits after a change of the open cells.
-    fn open_contact(&mut self) {
+    fn update_contact_of_open_cells(&mut self) {
         if let Some(limit) = self.flexion_limit.as_ref().map(|l| l.limit) {
             self.flexion_limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
         }
-        if let (Some(limit), Some(tears)) = (&mut self.thickness_limit, &self.tears) {
-            limit.open(&tears.gone);
+        if let (Some(limit), Some(tears)) = (&mut self.thickness_limit, &self.fracture) {
+            limit.set_open_cells(&tears.detached);
         }
     }
 
     /// Flexion triples whose two springs are intact.
     pub(crate) fn closed_triples(&self) -> Vec<[u32; 3]> {
         let mut triples = self.flexion.clone();
-        if let Some(open) = self.opened() {
+        if let Some(open) = self.open_cell_set() {
             triples.retain(|t| {
                 let [a, b, c] = t.map(|m| self.in_cells(m));
-                !open.cuts(a, b) && !open.cuts(b, c)
+                !open.is_spring_cut(a, b) && !open.is_spring_cut(b, c)
             });
         }
         triples
@@ -455,16 +456,16 @@ impl Sheet {
 }
 
 /// Whether cell `c` is at the end of a crack and has the largest strain of its neighbourhood.
-fn leads(tears: &Tears, c: usize) -> bool {
+fn is_crack_tip_maximum(tears: &FractureState, c: usize) -> bool {
     let columns = tears.open.size().0;
     let (i, j) = ((c % columns) as i64, (c / columns) as i64);
     let around = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).filter(|d| *d != (0, 0));
     let mut at_end = false;
-    for n in around.filter_map(|(di, dj)| tears.open.number(i + di, j + dj)) {
+    for n in around.filter_map(|(di, dj)| tears.open.cell_index(i + di, j + dj)) {
         at_end |= tears.open.cells()[n];
-        let (mine, other) = (tears.over[c], tears.over[n]);
+        let (mine, other) = (tears.strain_ratio[c], tears.strain_ratio[n]);
         // The first of several cells with equal strain opens.
-        if other > mine * (1.0 + ALIKE) || (n < c && other >= mine * (1.0 - ALIKE)) {
+        if other > mine * (1.0 + EQUAL_STRAIN_TOLERANCE) || (n < c && other >= mine * (1.0 - EQUAL_STRAIN_TOLERANCE)) {
             return false;
         }
     }

@@ -9,21 +9,21 @@ use glam::DVec3;
 use crate::elements::Element;
 use crate::elements::wall_spring::WallSprings;
 use crate::error::InputError;
-use crate::material::calibration::{Clamped, Request, WallSpring, calibrate, default_gap};
+use crate::material::calibration::{CalibrationRequest, ClampedEdges, WallSpring, calibrate, default_gap};
 use crate::mesh::outline;
 use crate::mesh::outline::Outline;
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Lattice, LatticeSpec, Layer, StructureKind, generate, masses_of};
+use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, StructureKind, generate, nodes_of};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
-use crate::sheet::build::{Parts, extent, length_of, material_coordinates};
+use crate::sheet::build::{SheetParts, extent, length_of, material_coordinates};
 
 /// Minimum distance of the layers on a coarser grid, as a fraction of the distance that calibration
 /// chooses there.
-const NEAREST: f64 = 0.4;
+const MIN_GAP_RATIO: f64 = 0.4;
 
 /// Clamp springs and delivered stiffness of a calibrated lattice.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Calibrated {
+pub(crate) struct CalibratedSprings {
     /// Nodes in the planes of clamped edges.
     pub held: Vec<u32>,
     /// Springs that end in these planes, in the axes of the sheet, with their rest lengths (m).
@@ -32,7 +32,7 @@ pub(crate) struct Calibrated {
     pub delivered: f64,
 }
 
-impl Calibrated {
+impl CalibratedSprings {
     /// Springs between lattice and clamp, placed in the world.
     pub fn wall_springs(
         &self,
@@ -46,14 +46,14 @@ impl Calibrated {
         }
         let walls = WallSprings::new(each, material.plate_stiffness());
         Some(Box::new(match creeps {
-            Some(share) => walls.creeping(share),
+            Some(share) => walls.with_creep(share),
             None => walls,
         }))
     }
 }
 
 /// Whether a pin is a fixed clamp along an edge, which cuts the springs of a calibrated lattice.
-pub(crate) fn cuts(pin: &PinSpec) -> bool {
+pub(crate) fn is_cutting_clamp(pin: &PinSpec) -> bool {
     let edge = matches!(pin.region, Region::Left | Region::Right | Region::Back | Region::Front);
     pin.clamp && pin.path.is_empty() && edge
 }
@@ -65,7 +65,7 @@ pub(crate) fn generated(
     material: &Material,
     base: &Path,
     described: (u32, u32, u32),
-) -> Result<Parts, InputError> {
+) -> Result<SheetParts, InputError> {
     if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
         return outlined(spec, material, base, described);
     }
@@ -83,12 +83,12 @@ pub(crate) fn generated(
     let sheet_mass = material.areal_mass() * spec.size.0 * spec.size.1;
     let mass = match spec.node_mass {
         Some(mass) => vec![mass; n],
-        None if spec.structure == StructureKind::Shell => shares(spec.grid).map(|s| s * sheet_mass).collect(),
+        None if spec.structure == StructureKind::Shell => node_area_shares(spec.grid).map(|s| s * sheet_mass).collect(),
         None => vec![sheet_mass / n as f64; n],
     };
     let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
     let stiffness = stiffnesses(spec, material, &lattice, &rest);
-    Ok(still(spec, lattice, rest, stiffness, mass))
+    Ok(parts_at_rest(spec, lattice, rest, stiffness, mass))
 }
 
 /// Parts of a shell with an outline: one layer with the nodes of a triangle mesh.
@@ -97,7 +97,7 @@ fn outlined(
     material: &Material,
     base: &Path,
     described: (u32, u32, u32),
-) -> Result<Parts, InputError> {
+) -> Result<SheetParts, InputError> {
     let outline = Outline::new(spec.outline.as_ref(), &spec.holes, &spec.cuts, spec.size, base)?;
     let mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
     let n = mesh.positions.len();
@@ -108,19 +108,19 @@ fn outlined(
         // `node_mass` was scaled by the node counts of rectangular grids, which differ from those
         // of the outline.
         let first = outline::mesh(&outline, (described.0, described.2))?.positions.len();
-        let rectangles = masses_of(spec.grid) as f64 / masses_of(described) as f64;
+        let rectangles = nodes_of(spec.grid) as f64 / nodes_of(described) as f64;
         *mass *= rectangles * first as f64 / n as f64;
     }
     let lattice = Lattice {
         positions: mesh.positions.iter().map(|[u, v]| DVec3::new(*u, 0.0, *v)).collect(),
         layer_of: vec![0; n],
         border: mesh.border.clone(),
-        layers: vec![Layer { first: 0, nx: n as u32, nz: 1, triangular: false }],
+        layers: vec![LatticeLayer { first: 0, nx: n as u32, nz: 1, triangular: false }],
         ..Lattice::default()
     };
     let each = |area: &f64| node_mass.unwrap_or(area * material.areal_mass());
     let mass = mesh.lumped.iter().map(each).collect();
-    let mut parts = still(spec, lattice, Vec::new(), Vec::new(), mass);
+    let mut parts = parts_at_rest(spec, lattice, Vec::new(), Vec::new(), mass);
     parts.mesh = Some(mesh);
     Ok(parts)
 }
@@ -138,23 +138,23 @@ fn check_levels(spec: &SheetSpec, outline: &Outline) -> Result<(), InputError> {
     Ok(())
 }
 
-fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<Parts, InputError> {
-    let clamped = |region: Region| spec.pins.iter().any(|p| cuts(p) && p.region == region);
+fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<SheetParts, InputError> {
+    let clamped = |region: Region| spec.pins.iter().any(|p| is_cutting_clamp(p) && p.region == region);
     // After a change of grid the layers keep the distance that they have on the described grid. The
     // minimum prevents a bend from snapping one layer through the other.
     let gap = |grid| default_gap(spec.structure, grid, spec.size);
-    let gap = (described != spec.grid).then(|| gap(described).max(NEAREST * gap(spec.grid)));
-    let request = Request {
+    let gap = (described != spec.grid).then(|| gap(described).max(MIN_GAP_RATIO * gap(spec.grid)));
+    let request = CalibrationRequest {
         gap,
         cross_over: spec.cross_over,
         second_neighbour: spec.flexion_stiffness,
-        clamped: Clamped {
+        clamped: ClampedEdges {
             left: clamped(Region::Left),
             right: clamped(Region::Right),
             back: clamped(Region::Back),
             front: clamped(Region::Front),
         },
-        ..Request::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass())
+        ..CalibrationRequest::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass())
     };
     let found = calibrate(&request)?;
     let mut lattice = found.lattice;
@@ -168,14 +168,20 @@ fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32))
     let rest_of = |w: &WallSpring| lattice.positions[w.mass as usize].distance(w.point);
     let delivered = found.delivered.bending.iter().sum::<f64>() / found.delivered.bending.len() as f64;
     let walls = found.walls.iter().map(|w| (*w, rest_of(w))).collect();
-    let mut parts = still(spec, lattice, rest, stiffness, mass);
-    parts.calibrated = Some(Calibrated { held: found.held, walls, delivered });
+    let mut parts = parts_at_rest(spec, lattice, rest, stiffness, mass);
+    parts.calibrated = Some(CalibratedSprings { held: found.held, walls, delivered });
     Ok(parts)
 }
 
-fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>, mass: Vec<f64>) -> Parts {
+fn parts_at_rest(
+    spec: &SheetSpec,
+    lattice: Lattice,
+    rest: Vec<f64>,
+    stiffness: Vec<f64>,
+    mass: Vec<f64>,
+) -> SheetParts {
     let n = lattice.positions.len();
-    Parts {
+    SheetParts {
         rest,
         stiffness,
         mass,
@@ -193,7 +199,7 @@ fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>
 }
 
 /// Fraction of a single layer's area per node, in order.
-fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
+fn node_area_shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
     let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
     (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
 }

@@ -1,18 +1,18 @@
-//! Grabs: springs between a hand and a material point of a sheet, see [`Pull`].
+//! Grabs: springs between a hand and a material point of a sheet, see [`GrabSpring`].
 
 use glam::DVec3;
 
-use crate::elements::grab_spring::Pull;
+use crate::elements::grab_spring::GrabSpring;
 use crate::elements::{Element, NO_BLOCK};
 use crate::error::{InputError, check_range};
 use crate::sheet::{Probe, Sheet};
 
 /// Maximum number of grabs of one sheet.
-pub const MOST_PULLS: usize = 8;
+pub const MAX_GRABS: usize = 8;
 /// Maximum stiffness of a grab, N/m.
-const STIFFEST: f64 = 1e9;
+const MAX_GRAB_STIFFNESS: f64 = 1e9;
 /// Maximum coordinate of a target, m.
-const FURTHEST: f64 = 1e6;
+const MAX_TARGET_COORDINATE: f64 = 1e6;
 
 impl Sheet {
     /// Apply an impulse (N s) to node `node` and wake the sheet. A fixed node does not move.
@@ -20,8 +20,8 @@ impl Sheet {
     /// # Errors
     /// When there is no such node, or the impulse is not finite; nothing changes then.
     pub fn apply_impulse(&mut self, node: usize, impulse: DVec3) -> Result<(), InputError> {
-        if node >= self.masses() {
-            let problem = format!("no node {node}; the sheet has {}", self.masses());
+        if node >= self.node_count() {
+            let problem = format!("no node {node}; the sheet has {}", self.node_count());
             return Err(InputError::new("node", problem));
         }
         if !impulse.is_finite() {
@@ -41,9 +41,9 @@ impl Sheet {
     pub fn grab(&mut self, uv: (f64, f64), stiffness: f64) -> Result<usize, InputError> {
         check_range("u", uv.0, 0.0, 1.0, "")?;
         check_range("v", uv.1, 0.0, 1.0, "")?;
-        check_range("stiffness", stiffness, 1e-9, STIFFEST, "N/m")?;
-        if self.pulls.len() >= MOST_PULLS {
-            return Err(InputError::new("grab", format!("{MOST_PULLS} pull at {} already", self.name)));
+        check_range("stiffness", stiffness, 1e-9, MAX_GRAB_STIFFNESS, "N/m")?;
+        if self.grabs.len() >= MAX_GRABS {
+            return Err(InputError::new("grab", format!("{MAX_GRABS} pull at {} already", self.name)));
         }
         let triangles = match (&self.triangles, self.layers.first()) {
             (Some(triangles), _) => triangles.clone(),
@@ -52,11 +52,11 @@ impl Sheet {
         };
         let first = self.layers.first().map_or(0, |l| l.first);
         let (masses, weights) = Probe::new("", uv, first, &triangles, &self.uv).terms();
-        let mut pull = Pull::new(masses, weights, DVec3::ZERO, stiffness);
+        let mut pull = GrabSpring::new(masses, weights, DVec3::ZERO, stiffness);
         pull.target = pull.point(&self.x);
-        self.pulls.push(pull);
+        self.grabs.push(pull);
         self.add_pull();
-        Ok(self.pulls.len() - 1)
+        Ok(self.grabs.len() - 1)
     }
 
     /// Move the target of grab `index` to `target` (m, each coordinate within ±1e6), from the next
@@ -66,28 +66,28 @@ impl Sheet {
     /// When there is no such grab, or the target is out of range; nothing is changed then.
     pub fn pull(&mut self, index: usize, target: DVec3) -> Result<(), InputError> {
         for (axis, value) in target.to_array().into_iter().enumerate() {
-            check_range(&format!("target.{axis}"), value, -FURTHEST, FURTHEST, "m")?;
+            check_range(&format!("target.{axis}"), value, -MAX_TARGET_COORDINATE, MAX_TARGET_COORDINATE, "m")?;
         }
-        let Some(pull) = self.pulls.get_mut(index) else { return Err(InputError::new("pull", "nobody pulls there")) };
+        let Some(pull) = self.grabs.get_mut(index) else { return Err(InputError::new("pull", "nobody pulls there")) };
         if pull.target != target {
             pull.target = target;
             // The element keeps its place in the list, so the block indices of the others stay
             // valid.
-            let at = self.elements.len() - self.pulls.len() + index;
-            self.elements[at] = self.boxed(index);
+            let at = self.elements.len() - self.grabs.len() + index;
+            self.elements[at] = self.bound_element(index);
             self.wake();
         }
         Ok(())
     }
 
     /// Release grab `index`; later indices decrease by one. False when there is none.
-    pub fn let_go(&mut self, index: usize) -> bool {
-        if index >= self.pulls.len() {
+    pub fn release_grab(&mut self, index: usize) -> bool {
+        if index >= self.grabs.len() {
             return false;
         }
-        let at = self.elements.len() - self.pulls.len() + index;
+        let at = self.elements.len() - self.grabs.len() + index;
         self.elements.remove(at);
-        self.pulls.remove(index);
+        self.grabs.remove(index);
         if let Some(system) = &mut self.system {
             system.forget_constant();
         }
@@ -96,34 +96,34 @@ impl Sheet {
     }
 
     /// Grabs of the sheet.
-    pub fn pulls(&self) -> &[Pull] {
-        &self.pulls
+    pub fn pulls(&self) -> &[GrabSpring] {
+        &self.grabs
     }
 
     /// Grab `index` as an element, bound to the blocks of the linear system if there is one.
-    fn boxed(&self, index: usize) -> Box<Pull> {
-        let mut pull = Box::new(self.pulls[index]);
+    fn bound_element(&self, index: usize) -> Box<GrabSpring> {
+        let mut pull = Box::new(self.grabs[index]);
         if let Some(system) = &self.system {
-            pull.bind(&|a, b| system.block(a, b).unwrap_or(NO_BLOCK));
+            pull.bind_blocks(&|a, b| system.block(a, b).unwrap_or(NO_BLOCK));
         }
         pull
     }
 
     /// Add the last grab to the elements.
     pub(crate) fn add_pull(&mut self) {
-        let Some(pull) = self.pulls.last() else { return };
+        let Some(pull) = self.grabs.last() else { return };
         if let Some(system) = &mut self.system {
             let mut missing = false;
-            pull.couples(&mut |a, b| missing |= system.lacks(a, b));
+            pull.visit_coupled_nodes(&mut |a, b| missing |= system.lacks_block(a, b));
             system.forget_constant();
             if missing {
                 // No element couples these nodes of one triangle, so the linear system is rebuilt
                 // and the integrator restarts.
                 self.system = None;
-                self.field_before = None;
+                self.last_field = None;
             }
         }
-        self.elements.push(self.boxed(self.pulls.len() - 1));
+        self.elements.push(self.bound_element(self.grabs.len() - 1));
         self.wake();
     }
 }

@@ -9,17 +9,17 @@
 use glam::{DMat3, DVec3};
 
 use crate::elements::mixed_spring::MixedSprings;
-use crate::elements::spring::{SpringScratch, Springs};
+use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK};
-use crate::integrators::implicit::{Implicit, Stage};
-use crate::integrators::{Advance, Forces};
-use crate::linear::{Backend, Factor, HalfSolutions, Loads, NotPositive, Pattern, analyse};
+use crate::integrators::implicit::{ImplicitProblem, StageProblem};
+use crate::integrators::{AdvanceReport, Forces};
+use crate::linear::{Backend, Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads, analyse};
 use crate::math::Vectors;
-use crate::sheet::air_drag::Drag;
+use crate::sheet::air_drag::AirDrag;
 use crate::sheet::{Field, Sheet};
 
 /// Linear system of a sheet with its workspace.
-pub(crate) struct System {
+pub(crate) struct ImplicitSystem {
     /// Node of each block row, and block row of each node.
     masses: Vec<u32>,
     row: Vec<u32>,
@@ -27,7 +27,7 @@ pub(crate) struct System {
     free: Vec<DVec3>,
     pattern: Pattern,
     factor: Box<dyn Factor>,
-    places: Vec<[f64; 2]>,
+    node_places: Vec<[f64; 2]>,
     /// Factor for unstable equilibria, created at the first one.
     indefinite: Option<Box<dyn Factor>>,
     /// Constant part of the tangent (N/m), and its 1/h (1/s).
@@ -35,7 +35,7 @@ pub(crate) struct System {
     constant_at: Option<f64>,
     values: Vec<f64>,
     /// Whether the factor is that of the tangent without contact.
-    is_plain: bool,
+    is_factor_without_contact: bool,
     /// Tangent with contact.
     augmented: Vec<f64>,
     right: Vec<f64>,
@@ -47,11 +47,11 @@ pub(crate) struct System {
     pub springs: MixedSprings,
 }
 
-impl System {
+impl ImplicitSystem {
     /// Build the system of `sheet` and bind its elements.
     pub fn new(sheet: &mut Sheet) -> Self {
         let mut springs = MixedSprings::new(&sheet.springs);
-        let mut row = vec![NO_BLOCK; sheet.masses()];
+        let mut row = vec![NO_BLOCK; sheet.node_count()];
         let mut masses = Vec::new();
         for (i, w) in sheet.inverse_mass.iter().enumerate() {
             if *w > 0.0 {
@@ -66,15 +66,15 @@ impl System {
                 pairs.push((a, b));
             }
         };
-        springs.couples(&mut couple);
-        sheet.elements.iter().for_each(|e| e.couples(&mut couple));
+        springs.visit_coupled_nodes(&mut couple);
+        sheet.elements.iter().for_each(|e| e.visit_coupled_nodes(&mut couple));
         let pattern = Pattern::new(masses.len(), pairs);
         let block = |a: u32, b: u32| {
             let (a, b) = (row[a as usize], row[b as usize]);
             if a == NO_BLOCK || b == NO_BLOCK { NO_BLOCK } else { pattern.slot(a, b).unwrap_or(NO_BLOCK) }
         };
-        springs.bind(&block);
-        sheet.elements.iter_mut().for_each(|e| e.bind(&block));
+        springs.bind_blocks(&block);
+        sheet.elements.iter_mut().for_each(|e| e.bind_blocks(&block));
         let (nu, nv) = (f64::from(sheet.grid.0), f64::from(sheet.grid.2));
         let place = |m: &u32| {
             let (u, v) = sheet.uv[*m as usize];
@@ -91,18 +91,18 @@ impl System {
         let numbers = 9 * pattern.blocks();
         Self {
             right: vec![0.0; 3 * masses.len()],
-            gradient: Vectors::zeros(sheet.masses()),
+            gradient: Vectors::zeros(sheet.node_count()),
             constant: vec![0.0; numbers],
             constant_at: None,
             values: vec![0.0; numbers],
-            is_plain: false,
+            is_factor_without_contact: false,
             augmented: Vec::new(),
             masses,
             row,
             free,
             pattern,
             factor,
-            places,
+            node_places: places,
             indefinite: None,
             zeros,
             ones,
@@ -113,7 +113,7 @@ impl System {
     /// Take over changed spring stiffnesses and invalidate the constant part.
     pub fn refresh(&mut self, springs: &Springs) {
         self.constant_at = None;
-        self.springs.follow(springs);
+        self.springs.update_from(springs);
     }
 
     /// Invalidate the constant part after a change of forces or of the step.
@@ -134,17 +134,17 @@ impl System {
     /// Index of the block of nodes `a` and `b`, a ≥ b; `None` for a fixed node or an uncoupled
     /// pair.
     pub fn block(&self, a: u32, b: u32) -> Option<u32> {
-        let (a, b) = (self.row_of(a), self.row_of(b));
+        let (a, b) = (self.block_row(a), self.block_row(b));
         if a == NO_BLOCK || b == NO_BLOCK { None } else { self.pattern.slot(a, b) }
     }
 
     /// Whether nodes `a` and `b`, a ≥ b, are dynamic and have no block.
-    pub fn lacks(&self, a: u32, b: u32) -> bool {
-        self.row_of(a) != NO_BLOCK && self.row_of(b) != NO_BLOCK && self.block(a, b).is_none()
+    pub fn lacks_block(&self, a: u32, b: u32) -> bool {
+        self.block_row(a) != NO_BLOCK && self.block_row(b) != NO_BLOCK && self.block(a, b).is_none()
     }
 
     /// Block row of node `i`; [`NO_BLOCK`] for a fixed node.
-    pub fn row_of(&self, i: u32) -> u32 {
+    pub fn block_row(&self, i: u32) -> u32 {
         self.row[i as usize]
     }
 
@@ -154,7 +154,7 @@ impl System {
     }
 
     /// Add the half solutions of `loads` with the last factor.
-    pub fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+    pub fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
         self.factor.half_solve(loads, solutions);
     }
 
@@ -171,7 +171,7 @@ impl System {
     /// Factorise the last assembled tangent with the entries that `add` adds; false when the sum is
     /// not positive definite.
     pub fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
-        self.is_plain = false;
+        self.is_factor_without_contact = false;
         self.augmented.clone_from(&self.values);
         add(&mut self.augmented);
         self.factor.factorize(&self.augmented).is_ok()
@@ -179,8 +179,8 @@ impl System {
 
     /// Factorise the last assembled tangent, unless the factor is that of this tangent.
     pub fn restore_factor(&mut self) {
-        if !self.is_plain {
-            self.is_plain = self.factorize_with(&mut |_| {});
+        if !self.is_factor_without_contact {
+            self.is_factor_without_contact = self.factorize_with(&mut |_| {});
         }
     }
 
@@ -191,7 +191,7 @@ impl System {
 
     /// Name of the linear solver, block rows of the matrix, blocks of the matrix, nonzeros of the
     /// factor.
-    pub fn about(&self) -> (&'static str, usize, usize, usize) {
+    pub fn statistics(&self) -> (&'static str, usize, usize, usize) {
         (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
     }
 }
@@ -223,7 +223,7 @@ impl ContactTangent<'_> {
 /// Entries of the rows and columns of fixed directions.
 fn held_entries(sheet: &Sheet, pattern: &Pattern, row: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let mut held = vec![[false; 3]; pattern.size()];
-    for (mass, axes) in sheet.pins.rails() {
+    for (mass, axes) in sheet.pins.fixed_axes() {
         if row[mass as usize] != NO_BLOCK {
             let all = &mut held[row[mass as usize] as usize];
             all.iter_mut().zip(axes).for_each(|(held, axis)| *held |= axis);
@@ -256,14 +256,14 @@ pub(crate) struct ImplicitSheet<'a> {
     pub applied: &'a Vectors,
     pub pins: &'a crate::sheet::Pins,
     pub springs: &'a Springs,
-    pub scratch: &'a mut SpringScratch,
+    pub scratch: &'a mut SpringWorkspace,
     pub elements: &'a mut [Box<dyn Element>],
-    pub system: &'a mut System,
-    pub drag: &'a mut Drag,
+    pub system: &'a mut ImplicitSystem,
+    pub drag: &'a mut AirDrag,
 }
 
 impl ImplicitSheet<'_> {
-    fn parts(&mut self) -> impl Iterator<Item = &mut dyn Element> {
+    fn elements_and_springs(&mut self) -> impl Iterator<Item = &mut dyn Element> {
         let springs: &mut dyn Element = &mut self.system.springs;
         std::iter::once(springs).chain(self.elements.iter_mut().map(|e| &mut **e as &mut dyn Element))
     }
@@ -290,16 +290,16 @@ impl ImplicitSheet<'_> {
 
     /// Start the elements without rates, with the stress at `x`.
     pub fn start(&mut self, x: &Vectors, still: &Vectors) {
-        self.begin(0.0, &[], 0.0, x, still);
-        self.settle(x);
+        self.begin_stage(0.0, &[], 0.0, x, still);
+        self.update_stress(x);
     }
 
     /// Assemble the tangent at `x`.
-    fn assemble(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) {
+    fn assemble(&mut self, stage: &StageProblem, x: &Vectors, geometric: Geometric) {
         self.constant(stage.per_time);
         let mut values = std::mem::take(&mut self.system.values);
         values.copy_from_slice(&self.system.constant);
-        self.parts().for_each(|e| e.add_tangent(x, geometric, &mut values));
+        self.elements_and_springs().for_each(|e| e.add_tangent(x, geometric, &mut values));
         let system = &mut *self.system;
         self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
         system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
@@ -311,14 +311,19 @@ impl ImplicitSheet<'_> {
     ///
     /// # Errors
     /// When the tangent is not positive definite.
-    pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
+    pub fn factorize(
+        &mut self,
+        stage: &StageProblem,
+        x: &Vectors,
+        geometric: Geometric,
+    ) -> Result<(), NotPositiveDefinite> {
         self.assemble(stage, x, geometric);
-        self.system.is_plain = true;
+        self.system.is_factor_without_contact = true;
         self.system.factor.factorize(&self.system.values)
     }
 
     /// Compute g = ∇Φ (N) into the system's gradient; entries of fixed nodes are undefined.
-    fn gradient(&mut self, stage: &Stage, x: &Vectors) {
+    fn gradient(&mut self, stage: &StageProblem, x: &Vectors) {
         let mut g = std::mem::take(&mut self.system.gradient);
         let (inertia, air) = (stage.per_time * stage.per_time, self.field.air * stage.per_time);
         let gravity = self.field.gravity.to_array();
@@ -330,37 +335,37 @@ impl ImplicitSheet<'_> {
             }
         }
         self.drag.add_gradient(stage, x, &mut g);
-        self.parts().for_each(|e| e.add_gradient(x, &mut g));
+        self.elements_and_springs().for_each(|e| e.add_gradient(x, &mut g));
         self.system.gradient = g;
     }
 }
 
 impl Forces for ImplicitSheet<'_> {
     fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
-        Implicit::accelerations(self, x, v, a);
+        ImplicitProblem::accelerations(self, x, v, a);
     }
 
-    fn implicit(&mut self) -> Option<&mut dyn Implicit> {
+    fn implicit(&mut self) -> Option<&mut dyn ImplicitProblem> {
         Some(self)
     }
 }
 
-impl Implicit for ImplicitSheet<'_> {
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors) {
-        self.parts().for_each(|e| e.begin(per_time, anchors, follow));
+impl ImplicitProblem for ImplicitSheet<'_> {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors) {
+        self.elements_and_springs().for_each(|e| e.begin_stage(per_time, anchors, follow));
         self.drag.begin(&self.field, x, v);
     }
 
-    fn finish(&mut self, x: &Vectors) {
-        self.parts().for_each(|e| e.finish(x));
+    fn finish_stage(&mut self, x: &Vectors) {
+        self.elements_and_springs().for_each(|e| e.finish_stage(x));
     }
 
-    fn forget(&mut self) {
-        self.parts().for_each(|e| e.forget());
+    fn reset_rates(&mut self) {
+        self.elements_and_springs().for_each(|e| e.reset_rates());
     }
 
-    fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {
-        let mut sum = self.inertial(stage, x);
+    fn potential(&mut self, stage: &StageProblem, x: &Vectors) -> f64 {
+        let mut sum = self.inertial_potential(stage, x);
         let gravity = self.field.gravity;
         for i in 0..x.len() {
             if self.inverse_mass[i] > 0.0 {
@@ -377,10 +382,10 @@ impl Implicit for ImplicitSheet<'_> {
             }
         }
         sum += self.drag.potential(stage, x);
-        sum + self.parts().map(|e| e.potential(x)).sum::<f64>()
+        sum + self.elements_and_springs().map(|e| e.potential(x)).sum::<f64>()
     }
 
-    fn inertial(&self, stage: &Stage, x: &Vectors) -> f64 {
+    fn inertial_potential(&self, stage: &StageProblem, x: &Vectors) -> f64 {
         let mut sum = 0.0;
         for i in 0..x.len() {
             if self.inverse_mass[i] > 0.0 {
@@ -390,40 +395,41 @@ impl Implicit for ImplicitSheet<'_> {
         0.5 * sum * stage.per_time * stage.per_time
     }
 
-    fn kinetic_at(&self, speed: f64) -> f64 {
+    fn kinetic_energy_at(&self, speed: f64) -> f64 {
         0.5 * self.mass.iter().sum::<f64>() * speed * speed
     }
 
-    fn is_glued(&self) -> bool {
-        self.pins.glues()
+    fn has_dynamic_attachments(&self) -> bool {
+        self.pins.has_dynamic_attachments()
     }
 
-    fn pressed(&self, from: &Vectors, to: &Vectors) -> f64 {
+    fn pressure_work(&self, from: &Vectors, to: &Vectors) -> f64 {
         self.drag.pushed(from, to)
     }
 
-    fn direction(
+    fn newton_direction(
         &mut self,
-        stage: &Stage,
+        stage: &StageProblem,
         x: &Vectors,
         geometric: Geometric,
         d: &mut Vectors,
-    ) -> Result<f64, NotPositive> {
+    ) -> Result<f64, NotPositiveDefinite> {
         self.gradient(stage, x);
         self.assemble(stage, x, geometric);
-        self.pins.hold_rails(&mut self.system.gradient);
+        self.pins.zero_fixed_axes(&mut self.system.gradient);
         let system = &mut *self.system;
         for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
             right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
         }
-        system.is_plain = true;
+        system.is_factor_without_contact = true;
         if system.factor.factorize_and_solve(&system.values, &mut system.right).is_err() {
             // Newton's method also finds unstable equilibria; their tangent is indefinite.
             if stage.per_time > 0.0 || geometric == Geometric::Clipped {
-                return Err(NotPositive);
+                return Err(NotPositiveDefinite);
             }
-            let factor =
-                system.indefinite.get_or_insert_with(|| analyse(&system.pattern, &system.places, Backend::Indefinite));
+            let factor = system
+                .indefinite
+                .get_or_insert_with(|| analyse(&system.pattern, &system.node_places, Backend::Indefinite));
             for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
                 right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
             }
@@ -439,35 +445,35 @@ impl Implicit for ImplicitSheet<'_> {
         Ok(slope)
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        self.parts().map(|e| e.predict(x, d)).sum()
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.elements_and_springs().map(|e| e.predict_stress(x, d)).sum()
     }
 
-    fn settle(&mut self, x: &Vectors) {
-        self.parts().for_each(|e| e.settle(x));
+    fn update_stress(&mut self, x: &Vectors) {
+        self.elements_and_springs().for_each(|e| e.update_stress(x));
     }
 
-    fn hold(&self, a: &mut Vectors) {
+    fn zero_prescribed(&self, a: &mut Vectors) {
         for (i, w) in self.inverse_mass.iter().enumerate() {
             if *w == 0.0 {
                 a.set(i, DVec3::ZERO);
             }
         }
-        self.pins.hold_rails(a);
+        self.pins.zero_fixed_axes(a);
     }
 
-    fn led(&self, x: &Vectors, to: &mut Vectors) {
+    fn copy_prescribed(&self, x: &Vectors, to: &mut Vectors) {
         for (i, w) in self.inverse_mass.iter().enumerate() {
             if *w == 0.0 {
                 to.set(i, x.get(i));
             }
         }
-        self.pins.follow_rails(x, to);
+        self.pins.copy_fixed_axes(x, to);
     }
 
     fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64 {
         a.clear();
-        self.springs.add_forces(x, v, self.springs.damped(), self.scratch, a);
+        self.springs.add_forces(x, v, self.springs.is_damped(), self.scratch, a);
         self.elements.iter_mut().for_each(|e| e.add_forces(x, v, a));
         let mut own = 0.0_f64;
         for i in 0..a.len() {
@@ -483,10 +489,10 @@ impl Implicit for ImplicitSheet<'_> {
 
 impl Sheet {
     /// Call `work` with the sheet as an implicit integrator sees it.
-    pub(crate) fn with_problem<R>(
+    pub(crate) fn with_implicit_sheet<R>(
         &mut self,
         field: Field,
-        system: &mut System,
+        system: &mut ImplicitSystem,
         work: impl FnOnce(&mut ImplicitSheet) -> R,
     ) -> R {
         let mut problem = ImplicitSheet {
@@ -505,32 +511,33 @@ impl Sheet {
     }
 
     /// Advance by an implicit integrator; see [`Sheet::advance`].
-    pub(crate) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
-        self.ready_implicit(field);
-        let Some(mut system) = self.system.take() else { return Advance::default() };
+    pub(crate) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
+        self.prepare_implicit(field);
+        let Some(mut system) = self.system.take() else { return AdvanceReport::default() };
         // Moved out for the step, so that they are borrowed separately from the rest of the sheet.
         let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
-        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::Resting));
-        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::IdleIntegrator));
+        let done =
+            self.with_implicit_sheet(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
         (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
         done
     }
 
     /// Build the linear system where there is none, and restart the elements after an explicit
     /// integrator or a change of the field.
-    pub(crate) fn ready_implicit(&mut self, field: Field) {
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
-        if self.field_before.is_none() {
+    pub(crate) fn prepare_implicit(&mut self, field: Field) {
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
+        if self.last_field.is_none() {
             let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
-            self.with_problem(field, &mut system, |problem| {
-                problem.forget();
+            self.with_implicit_sheet(field, &mut system, |problem| {
+                problem.reset_rates();
                 problem.start(&x, &v);
             });
             (self.x, self.v) = (x, v);
         }
-        if self.field_before != Some(field) {
+        if self.last_field != Some(field) {
             system.forget_constant();
-            self.field_before = Some(field);
+            self.last_field = Some(field);
         }
         self.system = Some(system);
     }

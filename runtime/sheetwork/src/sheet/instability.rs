@@ -12,132 +12,148 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::elements::strain_limit::{Joint, StrainLimit, largest_strain};
+use crate::elements::strain_limit::{LimitedSpring, StrainLimit, largest_strain};
 use crate::math::Vectors;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 use crate::scene::WhenUnstable;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Field, Sheet, energy};
 
 /// Implicit integrator that replaces one that failed.
-pub(crate) const GUARDED: EngineKind = EngineKind::TrBdf2;
+pub(crate) const RECOVERY_INTEGRATOR: IntegratorKind = IntegratorKind::TrBdf2;
 
 /// Delay (s of simulated time) without a detection after which a step is lengthened or the original
 /// integrator is tried again: initial value, and maximum. The delay doubles after each attempt that
 /// came too early.
-const QUIET: f64 = 0.25;
-const QUIET_MOST: f64 = 8.0;
+const MIN_RECOVERY_DELAY: f64 = 0.25;
+const MAX_RECOVERY_DELAY: f64 = 8.0;
 
 /// Allowed work of prescribed motion per step, over m v² of the whole sheet at the speed v of a
 /// prescribed node or kinematic body. Work against the tension of a sheet at the explicit stability
 /// limit is about this large.
-pub(crate) const LED: f64 = 32.0;
+pub(crate) const PRESCRIBED_MOTION_ENERGY_FACTOR: f64 = 32.0;
 
 /// Actions of a recovery policy so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct GuardState {
+pub(crate) struct RecoveryState {
     /// Base-2 logarithm of the number of substeps.
-    pub level: u32,
+    pub bisections: u32,
     /// Whether the strain of springs is limited.
-    pub limiting: bool,
+    pub limits_strain: bool,
     /// Replaced integrator, while the implicit one takes its place.
-    pub own: Option<EngineKind>,
+    pub replaced_integrator: Option<IntegratorKind>,
     /// Whether the integrator is replaced before the next step.
-    pub replace: bool,
+    pub replaces_integrator: bool,
     /// Energy budget (J) of a sheet with strain limiting, without strain from contact.
-    pub energy: f64,
+    pub energy_budget: f64,
     /// Energy error that has not decayed, J.
-    pub surplus: f64,
+    pub energy_error: f64,
     /// Time since the last detection (s), the delay before an action is relaxed (s), and whether
     /// one has been relaxed since.
-    pub calm: f64,
-    pub wait: f64,
-    pub eased: bool,
+    pub time_since_detection: f64,
+    pub delay: f64,
+    pub is_relaxed: bool,
 }
 
-impl Default for GuardState {
+impl Default for RecoveryState {
     fn default() -> Self {
         Self {
-            level: 0,
-            limiting: false,
-            own: None,
-            replace: false,
-            energy: 0.0,
-            surplus: 0.0,
-            calm: 0.0,
-            wait: QUIET,
-            eased: false,
+            bisections: 0,
+            limits_strain: false,
+            replaced_integrator: None,
+            replaces_integrator: false,
+            energy_budget: 0.0,
+            energy_error: 0.0,
+            time_since_detection: 0.0,
+            delay: MIN_RECOVERY_DELAY,
+            is_relaxed: false,
         }
     }
 }
 
-impl GuardState {
+impl RecoveryState {
     /// Whether any action is in effect.
-    pub fn acts(&self) -> bool {
-        self.level > 0 || self.limiting || self.own.is_some() || self.replace
+    pub fn is_active(&self) -> bool {
+        self.bisections > 0 || self.limits_strain || self.replaced_integrator.is_some() || self.replaces_integrator
     }
 
     /// Double the number of substeps, up to `parts`; return the new number, or `None` at the limit.
-    pub fn shorten(&mut self, parts: u32) -> Option<u32> {
-        (2_u32 << self.level <= parts).then(|| {
-            self.level += 1;
-            1 << self.level
+    pub fn bisect(&mut self, parts: u32) -> Option<u32> {
+        (2_u32 << self.bisections <= parts).then(|| {
+            self.bisections += 1;
+            1 << self.bisections
         })
     }
 
     /// Record a detection.
-    pub fn alarmed(&mut self) {
-        if std::mem::take(&mut self.eased) {
-            self.wait = (2.0 * self.wait).min(QUIET_MOST);
+    pub fn record_detection(&mut self) {
+        if std::mem::take(&mut self.is_relaxed) {
+            self.delay = (2.0 * self.delay).min(MAX_RECOVERY_DELAY);
         }
-        (self.calm, self.surplus) = (0.0, 0.0);
+        (self.time_since_detection, self.energy_error) = (0.0, 0.0);
     }
 
     /// Add `dt` (s) without a detection; true when an action can be relaxed.
-    pub fn pass(&mut self, dt: f64) -> bool {
-        self.calm += dt;
-        if self.calm < self.wait {
+    pub fn advance_time(&mut self, dt: f64) -> bool {
+        self.time_since_detection += dt;
+        if self.time_since_detection < self.delay {
             return false;
         }
-        self.calm = 0.0;
-        if !self.acts() {
-            (self.wait, self.eased) = (QUIET, false);
+        self.time_since_detection = 0.0;
+        if !self.is_active() {
+            (self.delay, self.is_relaxed) = (MIN_RECOVERY_DELAY, false);
             return false;
         }
-        self.eased = true;
+        self.is_relaxed = true;
         true
     }
 }
 
-impl GuardState {
+impl RecoveryState {
     /// Serialise the state.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.count(self.level.into());
-        [self.limiting, self.replace, self.eased, self.own.is_some()].into_iter().for_each(|f| to.flag(f));
-        self.own.iter().for_each(|own| to.text(own.name()));
-        to.numbers(&[self.energy, self.surplus, self.calm, self.wait]);
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.count(self.bisections.into());
+        [self.limits_strain, self.replaces_integrator, self.is_relaxed, self.replaced_integrator.is_some()]
+            .into_iter()
+            .for_each(|f| to.flag(f));
+        self.replaced_integrator.iter().for_each(|own| to.text(own.name()));
+        to.numbers(&[self.energy_budget, self.energy_error, self.time_since_detection, self.delay]);
     }
 
     /// Deserialise a state.
-    pub fn taken(from: &mut Taker) -> Taken<Self> {
-        let level = from.small()?;
+    pub fn deserialise(from: &mut StateReader) -> ReadResult<Self> {
+        let level = from.count_u32()?;
         let (limiting, replace, eased) = (from.flag()?, from.flag()?, from.flag()?);
-        let own = if from.flag()? { Some(from.text()?.parse().map_err(|_| Cut)?) } else { None };
+        let own = if from.flag()? { Some(from.text()?.parse().map_err(|_| CorruptState)?) } else { None };
         let (energy, surplus) = (from.number()?, from.number()?);
         let (calm, wait) = (from.number()?, from.number()?);
         // The scene reader limits a step to 2^12 substeps.
         let sound = level <= 12 && energy >= 0.0 && surplus >= 0.0 && calm >= 0.0 && wait > 0.0;
-        if sound { Ok(Self { level, limiting, own, replace, energy, surplus, calm, wait, eased }) } else { Err(Cut) }
+        if sound {
+            Ok(Self {
+                bisections: level,
+                limits_strain: limiting,
+                replaced_integrator: own,
+                replaces_integrator: replace,
+                energy_budget: energy,
+                energy_error: surplus,
+                time_since_detection: calm,
+                delay: wait,
+                is_relaxed: eased,
+            })
+        } else {
+            Err(CorruptState)
+        }
     }
 }
 
 /// Recovery policy of a sheet and its workspace.
-pub(crate) struct Guard {
+pub(crate) struct RecoveryPolicy {
     pub policy: WhenUnstable,
-    pub state: GuardState,
+    pub state: RecoveryState,
     /// Energy at the start of the world's step, or the energy budget of a sheet with strain
     /// limiting, J.
-    pub before: f64,
+    pub energy_budget: f64,
     /// Error tolerance of an adaptive integrator, m.
     pub tolerance: f64,
     /// Strain limit, with the fracture revision that it was built for; created on demand.
@@ -149,22 +165,22 @@ pub(crate) struct Guard {
 
 /// Kinetic energy of the dynamic nodes and elastic energy of the sheet, J.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Level {
-    pub motion: f64,
+pub(crate) struct KineticElasticEnergy {
+    pub kinetic: f64,
     pub elastic: f64,
 }
 
-impl Level {
+impl KineticElasticEnergy {
     /// Sum of both, J.
     pub fn total(self) -> f64 {
-        self.motion + self.elastic
+        self.kinetic + self.elastic
     }
 }
 
 impl Sheet {
     /// Recovery policy after an instability.
     pub fn when_unstable(&self) -> WhenUnstable {
-        self.guard.as_ref().map_or(WhenUnstable::Stop, |g| g.policy)
+        self.recovery.as_ref().map_or(WhenUnstable::Stop, |g| g.policy)
     }
 
     /// Change the recovery policy; actions of the previous policy are undone.
@@ -173,59 +189,59 @@ impl Sheet {
     /// When its number is out of range; nothing is changed then.
     pub fn set_when_unstable(&mut self, policy: WhenUnstable) -> Result<(), crate::InputError> {
         policy.check()?;
-        self.watch_over(policy, self.guard.as_ref().map_or(1e-7, |g| g.tolerance));
+        self.set_recovery_policy(policy, self.recovery.as_ref().map_or(1e-7, |g| g.tolerance));
         self.wake();
         Ok(())
     }
 
     /// Chosen integrator, also while another one replaces it.
-    pub(crate) fn own_engine(&self) -> EngineKind {
-        self.guard.as_ref().and_then(|g| g.state.own).unwrap_or(self.engine_kind)
+    pub(crate) fn chosen_engine(&self) -> IntegratorKind {
+        self.recovery.as_ref().and_then(|g| g.state.replaced_integrator).unwrap_or(self.engine_kind)
     }
 
-    pub(crate) fn watch_over(&mut self, policy: WhenUnstable, tolerance: f64) {
-        if let Some(own) = self.guard.as_mut().and_then(|g| g.state.own.take()) {
+    pub(crate) fn set_recovery_policy(&mut self, policy: WhenUnstable, tolerance: f64) {
+        if let Some(own) = self.recovery.as_mut().and_then(|g| g.state.replaced_integrator.take()) {
             self.change_engine(own, tolerance);
         }
         let watched = policy != WhenUnstable::Stop;
         let guard = || {
-            let state = GuardState::default();
-            Box::new(Guard {
+            let state = RecoveryState::default();
+            Box::new(RecoveryPolicy {
                 policy,
                 state,
-                before: 0.0,
+                energy_budget: 0.0,
                 tolerance,
                 limit: None,
                 start: Vectors::default(),
                 end: Default::default(),
             })
         };
-        self.guard = watched.then(guard);
+        self.recovery = watched.then(guard);
     }
 
     /// Restore the recovery state of another time.
-    pub(crate) fn restore_guard(&mut self, state: Option<GuardState>) {
-        let Some(guard) = &mut self.guard else { return };
+    pub(crate) fn restore_recovery_state(&mut self, state: Option<RecoveryState>) {
+        let Some(guard) = &mut self.recovery else { return };
         let (now, then) = (guard.state, state.unwrap_or_default());
         (guard.state, guard.limit) = (then, None);
         let tolerance = guard.tolerance;
-        match (now.own, then.own) {
+        match (now.replaced_integrator, then.replaced_integrator) {
             (Some(own), None) => self.change_engine(own, tolerance),
             (None, Some(_)) => {
                 // The chosen integrator may differ from the one of that time.
-                if let Some(guard) = &mut self.guard {
-                    guard.state.own = Some(self.engine_kind);
+                if let Some(guard) = &mut self.recovery {
+                    guard.state.replaced_integrator = Some(self.engine_kind);
                 }
-                self.change_engine(GUARDED, tolerance);
+                self.change_engine(RECOVERY_INTEGRATOR, tolerance);
             }
             _ => {}
         }
     }
 
-    pub(crate) fn level(&self) -> Level {
+    pub(crate) fn kinetic_elastic_energy(&self) -> KineticElasticEnergy {
         let each = self.v.iter().zip(&self.mass).zip(&self.inverse_mass);
         let motion = each.filter(|(_, w)| **w > 0.0).map(|((v, m), _)| 0.5 * m * v.length_squared()).sum();
-        Level { motion, elastic: energy::elastic(self) }
+        KineticElasticEnergy { kinetic: motion, elastic: energy::elastic(self) }
     }
 
     /// Kinetic energy at the start of the step, J.
@@ -235,7 +251,7 @@ impl Sheet {
 
     /// Work of gravity, applied forces and pressure on the dynamic nodes since the positions
     /// `from`, J.
-    pub(crate) fn work_since(&self, from: &Vectors, field: &Field) -> f64 {
+    pub(crate) fn work_of_loads(&self, from: &Vectors, field: &Field) -> f64 {
         let mut work = self.drag.pushed(from, &self.x);
         for (i, w) in self.inverse_mass.iter().enumerate() {
             if *w > 0.0 {
@@ -248,52 +264,54 @@ impl Sheet {
 
     /// Tolerance of the energy balance of a step of `dt` (s), J: work of prescribed nodes and wind,
     /// and the error of the coarsest integrator in free fall.
-    pub(crate) fn may_gain(&self, field: &Field, dt: f64) -> f64 {
-        let held = (0..self.masses()).filter(|i| self.inverse_mass[*i] == 0.0);
+    pub(crate) fn energy_gain_tolerance(&self, field: &Field, dt: f64) -> f64 {
+        let held = (0..self.node_count()).filter(|i| self.inverse_mass[*i] == 0.0);
         let led = held.map(|i| self.v.get(i).length_squared()).fold(0.0, f64::max);
-        let glued = self.pins.glued_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
+        let glued = self.pins.attached_body_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
         let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
         let fall = field.gravity.length_squared() * dt * dt;
-        self.total_mass() * (LED * led.max(glued) + wind + fall)
+        self.total_mass() * (PRESCRIBED_MOTION_ENERGY_FACTOR * led.max(glued) + wind + fall)
     }
 
     /// Pairs of nodes joined by a spring, or neighbours in a shell, with their distances in the
     /// flat sheet.
-    fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
+    fn strain_pairs(&self) -> impl Iterator<Item = LimitedSpring> + '_ {
         let springs = &self.springs;
         let closed = (0..springs.len()).filter(|i| springs.stiffness[*i] > 0.0);
-        let joined = closed.map(|i| Joint { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
+        let joined = closed.map(|i| LimitedSpring { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
         let edges = if springs.is_empty() { self.edges() } else { Vec::new() };
         let place = |i: u32| {
             let (u, v) = self.uv[i as usize];
             DVec3::new(u * self.extent.0, v * self.extent.1, 0.0)
         };
-        joined.chain(edges.into_iter().map(move |ends| Joint { ends, rest: place(ends[0]).distance(place(ends[1])) }))
+        joined.chain(
+            edges.into_iter().map(move |ends| LimitedSpring { ends, rest: place(ends[0]).distance(place(ends[1])) }),
+        )
     }
 
     pub(crate) fn strain_limit(&self) -> StrainLimit {
-        StrainLimit::new(self.joints())
+        StrainLimit::new(self.strain_pairs())
     }
 
     /// Largest present strain between joined nodes; infinite for non-finite positions.
     pub(crate) fn largest_strain(&self) -> f64 {
-        largest_strain(self.joints(), &self.x)
+        largest_strain(self.strain_pairs(), &self.x)
     }
 
     /// Reduce the kinetic energy to `most` (J). The motion relative to the rigid motion slows down;
     /// a sheet without fixed nodes keeps its rigid motion. Return whether the energy was above
     /// `most`.
-    pub(crate) fn slow_down(&mut self, most: f64) -> bool {
-        let motion = self.level().motion;
+    pub(crate) fn limit_kinetic_energy(&mut self, most: f64) -> bool {
+        let motion = self.kinetic_elastic_energy().kinetic;
         if motion <= most {
             return false;
         }
-        let whole = self.whole_motion(&self.x, &self.v);
+        let whole = self.rigid_velocity(&self.x, &self.v);
         let at = |i: usize| whole.at(self.x.get(i));
-        let own: f64 = (0..self.masses()).map(|i| 0.5 * self.mass[i] * at(i).length_squared()).sum();
+        let own: f64 = (0..self.node_count()).map(|i| 0.5 * self.mass[i] * at(i).length_squared()).sum();
         // The rigid and the relative motion are orthogonal, so their energies add.
         let keep = ((most - own).max(0.0) / (motion - own).max(f64::MIN_POSITIVE)).min(1.0).sqrt();
-        for i in 0..self.masses() {
+        for i in 0..self.node_count() {
             if self.inverse_mass[i] > 0.0 {
                 let base = whole.at(self.x.get(i));
                 self.v.set(i, base + (self.v.get(i) - base) * keep);
@@ -304,14 +322,14 @@ impl Sheet {
 
     /// Reduce the spin of the whole sheet until its kinetic energy is `most` (J) or the spin is
     /// zero. After a failed integrator step the spin is unreliable.
-    pub(crate) fn slow_spin(&mut self, most: f64) {
-        let whole = self.whole_motion(&self.x, &self.v);
+    pub(crate) fn limit_spin(&mut self, most: f64) {
+        let whole = self.rigid_velocity(&self.x, &self.v);
         let turning = |i: usize| whole.spin.cross(self.x.get(i) - whole.centre);
-        let turns: f64 = (0..self.masses()).map(|i| 0.5 * self.mass[i] * turning(i).length_squared()).sum();
-        let excess = self.level().motion - most;
+        let turns: f64 = (0..self.node_count()).map(|i| 0.5 * self.mass[i] * turning(i).length_squared()).sum();
+        let excess = self.kinetic_elastic_energy().kinetic - most;
         if excess > 0.0 && turns > 0.0 {
             let less = 1.0 - (1.0 - excess / turns).max(0.0).sqrt();
-            for i in 0..self.masses() {
+            for i in 0..self.node_count() {
                 let slowed = self.v.get(i) - turning(i) * less;
                 self.v.set(i, slowed);
             }
@@ -321,15 +339,15 @@ impl Sheet {
     /// Restore the mean velocity at the start of the substep plus `fallen` (m/s), for a free sheet
     /// whose kinetic energy is above `most` (J) and whose mean speed has grown. The air force on a
     /// failed state is unreliable.
-    pub(crate) fn slow_drift(&mut self, most: f64, fallen: DVec3) {
-        if !self.pins.is_empty() || self.level().motion <= most {
+    pub(crate) fn limit_drift(&mut self, most: f64, fallen: DVec3) {
+        if !self.pins.is_empty() || self.kinetic_elastic_energy().kinetic <= most {
             return;
         }
         let total = self.total_mass();
         let mean = |v: &Vectors| v.iter().zip(&self.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
         let (was, is) = (mean(&self.work.v_before) + fallen, mean(&self.v));
         if is.length_squared() > was.length_squared() {
-            for i in 0..self.masses() {
+            for i in 0..self.node_count() {
                 let moved = self.v.get(i) + (was - is);
                 self.v.set(i, moved);
             }
@@ -338,15 +356,15 @@ impl Sheet {
 
     /// Fallback: scale back a step from `start` to `end` (positions, velocities) of `dt` (s). The
     /// rigid motion stays, and `part` (0 to 1) of the remaining motion is kept.
-    pub(crate) fn carry_part(&mut self, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {
-        let shift = self.shift(start, end.0, dt);
+    pub(crate) fn scale_back_step(&mut self, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {
+        let shift = self.mean_rigid_velocity(start, end.0, dt);
         let turn = DQuat::from_scaled_axis(shift.spin * dt);
         let total = self.total_mass();
         let ahead = shift.centre + shift.velocity * dt;
-        let drift = (0..self.masses()).map(|i| end.1.get(i) * self.mass[i]).sum::<DVec3>() / total;
+        let drift = (0..self.node_count()).map(|i| end.1.get(i) * self.mass[i]).sum::<DVec3>() / total;
         // A sheet with fixed nodes has no free rigid motion.
         let drift = if self.pins.is_empty() { drift } else { DVec3::ZERO };
-        for i in 0..self.masses() {
+        for i in 0..self.node_count() {
             if self.inverse_mass[i] == 0.0 {
                 self.x.set(i, end.0.get(i));
                 self.v.set(i, end.1.get(i));
@@ -360,8 +378,8 @@ impl Sheet {
     }
 
     /// Largest change of strain of the whole step, the rigid motion excluded.
-    pub(crate) fn stretch_to(&self, limit: &StrainLimit, start: &Vectors, end: &Vectors, dt: f64) -> f64 {
-        let shift = self.shift(start, end, dt);
+    pub(crate) fn largest_strain_change(&self, limit: &StrainLimit, start: &Vectors, end: &Vectors, dt: f64) -> f64 {
+        let shift = self.mean_rigid_velocity(start, end, dt);
         let turn = DQuat::from_scaled_axis(shift.spin * dt);
         let own = |i: u32| {
             let (from, to) = (start.get(i as usize), end.get(i as usize));
@@ -371,24 +389,24 @@ impl Sheet {
     }
 
     /// Rigid velocity from `start` to `end` within `dt` (s).
-    fn shift(&self, start: &Vectors, end: &Vectors, dt: f64) -> Whole {
+    fn mean_rigid_velocity(&self, start: &Vectors, end: &Vectors, dt: f64) -> RigidVelocity {
         let rate = |i: usize| (end.get(i) - start.get(i)) / dt;
-        self.whole_of(start, rate)
+        self.rigid_velocity_of(start, rate)
     }
 
-    fn whole_motion(&self, x: &Vectors, v: &Vectors) -> Whole {
-        self.whole_of(x, |i| v.get(i))
+    fn rigid_velocity(&self, x: &Vectors, v: &Vectors) -> RigidVelocity {
+        self.rigid_velocity_of(x, |i| v.get(i))
     }
 
     /// Rigid velocity with the momenta of the nodes at `x` with velocities `v`; zero for a sheet
     /// with pins.
-    fn whole_of(&self, x: &Vectors, v: impl Fn(usize) -> DVec3) -> Whole {
+    fn rigid_velocity_of(&self, x: &Vectors, v: impl Fn(usize) -> DVec3) -> RigidVelocity {
         if !self.pins.is_empty() {
-            return Whole::default();
+            return RigidVelocity::default();
         }
         let total = self.total_mass();
         let mean =
-            |of: &dyn Fn(usize) -> DVec3| (0..self.masses()).map(|i| of(i) * self.mass[i]).sum::<DVec3>() / total;
+            |of: &dyn Fn(usize) -> DVec3| (0..self.node_count()).map(|i| of(i) * self.mass[i]).sum::<DVec3>() / total;
         let (centre, velocity) = (mean(&|i| x.get(i)), mean(&v));
         let (mut inertia, mut turning) = (DMat3::ZERO, DVec3::ZERO);
         for (i, m) in self.mass.iter().enumerate() {
@@ -400,19 +418,19 @@ impl Sheet {
         let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
         let turns = inertia.determinant() > 1e-9 * size * size * size;
         let spin = if turns { inertia.inverse() * turning } else { DVec3::ZERO };
-        Whole { centre, velocity, spin }
+        RigidVelocity { centre, velocity, spin }
     }
 }
 
 /// Velocity of a rigid motion: `velocity` (m/s) at the point `centre` (m), and `spin` (rad/s).
 #[derive(Clone, Copy, Default)]
-struct Whole {
+struct RigidVelocity {
     centre: DVec3,
     velocity: DVec3,
     spin: DVec3,
 }
 
-impl Whole {
+impl RigidVelocity {
     fn at(&self, x: DVec3) -> DVec3 {
         self.velocity + self.spin.cross(x - self.centre)
     }

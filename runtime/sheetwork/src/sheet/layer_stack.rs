@@ -8,7 +8,7 @@ use crate::mesh::spring_class::SpringClass;
 
 /// Impact on a node in this step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Strike {
+pub struct LayerImpact {
     /// Share of the impact, 0 (none) to 1.
     pub share: f64,
     /// Outward unit normal of the body.
@@ -25,21 +25,21 @@ pub struct Strike {
 
 /// Connections of every node to the layers below and above.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stack {
+pub struct LayerStack {
     pub(crate) layers: u32,
     pub(crate) layer_of: Vec<u32>,
-    pub(crate) below: Neighbours,
-    pub(crate) above: Neighbours,
+    pub(crate) below: NeighbourLists,
+    pub(crate) above: NeighbourLists,
 }
 
 /// Lists of connected nodes, one per node, stored in one array.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Neighbours {
+pub(crate) struct NeighbourLists {
     first: Vec<u32>,
     list: Vec<u32>,
 }
 
-impl Neighbours {
+impl NeighbourLists {
     fn new(lists: &[Vec<u32>]) -> Self {
         let mut all = Self { first: vec![0], list: Vec::new() };
         for list in lists {
@@ -54,7 +54,7 @@ impl Neighbours {
     }
 }
 
-impl Stack {
+impl LayerStack {
     /// Build the connections from the inter-layer springs of a lattice and the layer of every node.
     pub fn new(springs: &Springs, layer_of: &[u32]) -> Self {
         let mut below = vec![Vec::new(); layer_of.len()];
@@ -68,8 +68,8 @@ impl Stack {
         Self {
             layers: layer_of.iter().max().map_or(0, |l| l + 1),
             layer_of: layer_of.to_vec(),
-            below: Neighbours::new(&below),
-            above: Neighbours::new(&above),
+            below: NeighbourLists::new(&below),
+            above: NeighbourLists::new(&above),
         }
     }
 

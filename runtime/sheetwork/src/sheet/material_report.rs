@@ -13,7 +13,7 @@
 use serde::Serialize;
 
 use crate::error::{InputError, check_range};
-use crate::material::calibration::{Delivered, Request, calibrate, strip_bending};
+use crate::material::calibration::{CalibrationRequest, DeliveredRatios, calibrate, strip_bending};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{Material, validate};
 
@@ -79,8 +79,8 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
     validate::material("material", material)?;
     check_range("gravity", request.gravity, 1e-6, 1e3, "m/s²")?;
     let target = material.target();
-    let base = Request::new(request.structure, request.grid, request.size, target, material.areal_mass());
-    let found = calibrate(&Request { gap: request.gap, ..base })?;
+    let base = CalibrationRequest::new(request.structure, request.grid, request.size, target, material.areal_mass());
+    let found = calibrate(&CalibrationRequest { gap: request.gap, ..base })?;
     let delivered = found.delivered;
     let bending = target.bending[0][0];
     let length = (bending / (material.areal_mass() * request.gravity)).cbrt();
@@ -132,10 +132,10 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
 
 /// Fraction of its bending stiffness that a cantilever of the sheet loses at its root because the
 /// membrane is softer than requested.
-fn soft_membrane_loss(request: &ReportRequest, delivered: &Delivered, gamma: f64) -> f64 {
+fn soft_membrane_loss(request: &ReportRequest, delivered: &DeliveredRatios, gamma: f64) -> f64 {
     let target = request.material.target();
     let curvature = (0.5 * gamma).min((2.0 * gamma).sqrt()) / request.size.0;
-    let asked = Delivered::exact(&target).stretch;
+    let asked = DeliveredRatios::exact(&target).stretch;
     // Both have one Poisson's ratio, so that only the membrane differs.
     let strip =
         |stretch: f64| strip_bending(target.bending[0][0], stretch, delivered.poisson_ratio, curvature, request.size.1);
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn the_soft_membrane_is_charged_what_it_costs() {
+    fn the_soft_membrane_loss_is_reported() {
         // The tip of this lattice lies 1.2 % lower than that of its continuum, by the soft membrane
         // alone; the loss at the root is larger.
         let found = material_report(&request(StructureKind::DoubleDiagonal, 2)).expect("valid");

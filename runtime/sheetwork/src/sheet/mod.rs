@@ -47,38 +47,40 @@ use glam::DVec3;
 
 pub use crate::math::Vectors;
 pub use crate::sheet::accelerations::Field;
-pub use crate::sheet::buckling::Buckle;
+pub use crate::sheet::buckling::Buckling;
 pub use crate::sheet::build::{from_file, to_file};
 pub use crate::sheet::delivered_stiffness::DeliveredStiffness;
 pub use crate::sheet::energy::Energy;
 pub use crate::sheet::equilibrium::Equilibrium;
-pub use crate::sheet::fracture::Opening;
-use crate::sheet::fracture::Tears;
-pub(crate) use crate::sheet::instability::{GUARDED, Guard, GuardState, LED, Level};
+pub use crate::sheet::fracture::FractureOpening;
+use crate::sheet::fracture::FractureState;
+pub(crate) use crate::sheet::instability::{
+    KineticElasticEnergy, PRESCRIBED_MOTION_ENERGY_FACTOR, RECOVERY_INTEGRATOR, RecoveryPolicy, RecoveryState,
+};
 pub use crate::sheet::modes::Mode;
 pub use crate::sheet::pins::Pins;
 pub use crate::sheet::probe::Probe;
 pub use crate::sheet::region::select;
-pub(crate) use crate::sheet::snapshot::SheetState;
-use crate::sheet::surface::Surface;
+pub(crate) use crate::sheet::snapshot::SavedSheetState;
+use crate::sheet::surface::DrawingSurface;
 
 use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
-use crate::elements::grab_spring::Pull;
-use crate::elements::spring::{SpringScratch, Springs};
+use crate::elements::grab_spring::GrabSpring;
+use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
 use crate::error::{InputError, check_range};
-use crate::integrators::Engine;
-use crate::material::law::Law;
-use crate::mesh::outline::Mesh;
-use crate::mesh::structure::{Layer, StructureKind};
-use crate::scene::EngineKind;
-use crate::scene::{Material, Tack};
-use crate::sheet::air_drag::Drag;
-use crate::sheet::creep::Flow;
-pub(crate) use crate::sheet::implicit_system::System;
-use crate::sheet::layer_stack::{Stack, Strike};
-use crate::sheet::temperature::Heat;
+use crate::integrators::Integrator;
+use crate::material::law::ElementLaw;
+use crate::mesh::outline::TriangleMesh;
+use crate::mesh::structure::{LatticeLayer, StructureKind};
+use crate::scene::IntegratorKind;
+use crate::scene::{Adhesion, Material};
+use crate::sheet::air_drag::AirDrag;
+use crate::sheet::creep::InelasticState;
+pub(crate) use crate::sheet::implicit_system::ImplicitSystem;
+use crate::sheet::layer_stack::{LayerImpact, LayerStack};
+use crate::sheet::temperature::SheetTemperature;
 
 /// Motion status of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -111,16 +113,16 @@ pub enum Status {
 /// because neighbouring triangles see opposite sides; contact between the two sheets is left out
 /// until they are apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Crossing {
+pub(crate) enum Interpenetration {
     /// Unknown; tested before the next step.
     #[default]
     Unknown,
     /// No interpenetration.
-    No,
+    None,
     /// Interpenetration that has not been reported.
-    Seen,
+    Detected,
     /// Interpenetration that has been reported.
-    Told,
+    Reported,
 }
 
 /// Counters of the steps of a sheet since its start.
@@ -157,14 +159,14 @@ pub struct Sheet {
     /// Restitution coefficient, 0 to 1.
     pub restitution: f64,
     /// Layers, bottom first.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<LatticeLayer>,
     /// Triangles of a sheet with an outline, counter-clockwise seen from the upper side; such a
     /// sheet has one layer without a grid.
     pub triangles: Option<Vec<[u32; 3]>>,
-    /// Mesh of an outlined sheet; `first_mesh` is the mesh of the grid in the scene after a change
+    /// Mesh of an outlined sheet; `described_mesh` is the mesh of the grid in the scene after a change
     /// of grid.
-    mesh: Option<Arc<Mesh>>,
-    first_mesh: Option<((u32, u32), Arc<Mesh>)>,
+    mesh: Option<Arc<TriangleMesh>>,
+    described_mesh: Option<((u32, u32), Arc<TriangleMesh>)>,
     /// Material coordinates (u, v) of each node, 0 to 1 over the bottom layer.
     pub uv: Vec<(f64, f64)>,
     /// Nodes on the outline of their layer.
@@ -176,7 +178,7 @@ pub struct Sheet {
     /// Motion status.
     pub status: Status,
     /// Interpenetration with another sheet.
-    pub(crate) crossing: Crossing,
+    pub(crate) interpenetration: Interpenetration,
     /// Counters of its steps.
     pub counters: Counters,
     pub(crate) mass: Vec<f64>,
@@ -185,42 +187,42 @@ pub struct Sheet {
     /// Membrane and bending of a shell, wall springs of clamps, and grab springs last.
     pub(crate) elements: Vec<Box<dyn Element>>,
     /// Grab springs. Each is also one of the last elements, in this order.
-    pulls: Vec<Pull>,
-    pub(crate) drag: Drag,
+    grabs: Vec<GrabSpring>,
+    pub(crate) drag: AirDrag,
     /// Temperatures; `None` for a sheet without a thermal network.
-    pub(crate) heat: Option<Box<Heat>>,
+    pub(crate) heat: Option<Box<SheetTemperature>>,
     /// Initial temperature in the scene, °C; `has_gradient` allows different temperatures of the
     /// two sides.
-    pub(crate) first_temperature: Option<f64>,
+    pub(crate) initial_temperature: Option<f64>,
     pub(crate) has_gradient: bool,
     /// Instability detector and recovery policy; `None` for [`crate::scene::WhenUnstable::Stop`].
-    pub(crate) guard: Option<Box<Guard>>,
+    pub(crate) recovery: Option<Box<RecoveryPolicy>>,
     /// Buckling detector; `None` where buckling is not reported.
-    watch: Option<Box<buckling::Watch>>,
+    buckle_detector: Option<Box<buckling::BuckleDetector>>,
     /// State of creep and plasticity; `None` for an elastic sheet.
-    flow: Option<Box<Flow>>,
+    inelastic: Option<Box<InelasticState>>,
     /// Fracture state; `None` for a sheet whose cells cannot open.
-    tears: Option<Box<Tears>>,
+    fracture: Option<Box<FractureState>>,
     /// Area per node of an adhesive sheet, m²; empty otherwise.
-    areas: Vec<f64>,
+    adhesion_areas: Vec<f64>,
     /// Linear system of an implicit integrator, built by the first implicit step.
-    system: Option<Box<System>>,
-    field_before: Option<Field>,
+    system: Option<Box<ImplicitSystem>>,
+    last_field: Option<Field>,
     pub(crate) flexion: Vec<[u32; 3]>,
     pub(crate) flexion_limit: Option<FlexionLimit>,
     pub(crate) thickness_limit: Option<ThicknessLimit>,
     pub(crate) pins: Pins,
     /// Nodes clamped in position and slope.
     pub(crate) clamped: Vec<bool>,
-    pub(crate) engine_kind: EngineKind,
-    pub(crate) engine: Box<dyn Engine>,
-    pub(crate) stack: Stack,
-    /// Time below the sleep threshold, s; `still_at` are the positions (m) at its start.
-    pub(crate) quiet: f64,
+    pub(crate) engine_kind: IntegratorKind,
+    pub(crate) engine: Box<dyn Integrator>,
+    pub(crate) stack: LayerStack,
+    /// Time below the sleep threshold, s; `rest_positions` are the positions (m) at its start.
+    pub(crate) rest_time: f64,
     /// Whether the nodes or their mobility may have changed other than by a step.
     pub(crate) displaced: bool,
-    pub(crate) still_at: Vectors,
-    pub(crate) work: Work,
+    pub(crate) rest_positions: Vectors,
+    pub(crate) work: StepWorkspace,
     material: Material,
     damping: f64,
     damping_ratio: f64,
@@ -234,22 +236,22 @@ pub struct Sheet {
     /// springs.
     stiffness_per_unit: Vec<f64>,
     /// Whether the springs are calibrated to the bending stiffness.
-    bends: bool,
+    is_calibrated: bool,
     /// Delivered over requested bending stiffness; `None` for springs that are not calibrated.
-    delivered: Option<f64>,
+    delivered_fraction: Option<f64>,
     /// Initial diagonal of the bounding box, m.
-    pub(crate) spread: f64,
+    pub(crate) initial_diagonal: f64,
     /// Columns and rows of nodes along creases.
-    folds: surface::Folds,
+    folds: surface::CreaseLines,
     /// Longest stable step of the explicit integrator, s; infinite unless the grid has changed.
-    pub(crate) longest: f64,
-    damped: bool,
+    pub(crate) max_step: f64,
+    has_dashpots: bool,
 }
 
 /// Workspace of a step. It persists between steps, so that a warm step does not allocate.
 #[derive(Default)]
-pub(crate) struct Work {
-    pub springs: SpringScratch,
+pub(crate) struct StepWorkspace {
+    pub springs: SpringWorkspace,
     pub force: Vectors,
     pub x_before: Vectors,
     pub v_before: Vectors,
@@ -257,29 +259,29 @@ pub(crate) struct Work {
     pub start: (Vectors, Vectors),
     /// Unit normal and fraction of the impact of each node in this step; the fraction is 0 without
     /// an impact.
-    pub struck: Vec<Strike>,
+    pub layer_impacts: Vec<LayerImpact>,
     pub touching: Vec<bool>,
-    pub stage: stage::StageWork,
+    pub stage: stage::StageWorkspace,
     /// Adhesive bonds.
-    pub stuck: Option<Box<bonds::Stuck>>,
+    pub adhesion: Option<Box<bonds::AdhesionState>>,
     /// Positions (m) of the first and last node and the bounding box (m) of a sheet at rest.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
     /// Positions during the step, recorded when buckling is detected.
-    pub trace: Option<Box<stage_trace::Trace>>,
+    pub trace: Option<Box<stage_trace::StageTrace>>,
     /// Colliders touched by nodes in this step.
-    pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
-    /// Number of entries of `met` that touch at the end of the step.
-    pub met_at_end: usize,
+    pub touched_colliders: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
+    /// Number of entries of `touched_colliders` that touch at the end of the step.
+    pub touched_at_end: usize,
 }
 
 impl Sheet {
     /// Number of nodes.
-    pub fn masses(&self) -> usize {
+    pub fn node_count(&self) -> usize {
         self.x.len()
     }
 
     /// Mass of node `i`, kg. Panics for an index out of range.
-    pub fn mass(&self, i: usize) -> f64 {
+    pub fn node_mass(&self, i: usize) -> f64 {
         self.mass[i]
     }
 
@@ -296,17 +298,19 @@ impl Sheet {
     /// Drawing surface of layer `index` with `parts` spline segments between neighbouring nodes;
     /// `None` for a layer that does not exist. A sheet with open cells is drawn flat between its
     /// nodes, without the open cells.
-    pub fn surface(&self, index: usize, parts: u32) -> Option<Surface> {
-        if self.opened().is_some() {
+    pub fn surface(&self, index: usize, parts: u32) -> Option<DrawingSurface> {
+        if self.open_cell_set().is_some() {
             let layer = self.layers.get(index)?;
-            let mut surface = Surface::new(layer, &self.uv, 1);
+            let mut surface = DrawingSurface::new(layer, &self.uv, 1);
             let closed = self.closed_triangles(layer.triangles());
-            surface.keep(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
+            surface.set_triangles(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
             return Some(surface);
         }
         match &self.mesh {
-            Some(mesh) => (index == 0).then(|| Surface::of_triangles(mesh, &self.uv, parts)),
-            None => self.layers.get(index).map(|layer| Surface::folded(layer, &self.uv, parts, &self.folds)),
+            Some(mesh) => (index == 0).then(|| DrawingSurface::from_mesh(mesh, &self.uv, parts)),
+            None => {
+                self.layers.get(index).map(|layer| DrawingSurface::with_creases(layer, &self.uv, parts, &self.folds))
+            }
         }
     }
 
@@ -337,14 +341,14 @@ impl Sheet {
     }
 
     /// Present membrane stiffness, bending stiffness and retardation time.
-    pub fn law(&self) -> Law {
+    pub fn law(&self) -> ElementLaw {
         self.material.law(self.length, self.damping_ratio)
     }
 
     /// Linear solver of an implicit integrator: name, block rows of the matrix, blocks of the
     /// matrix, nonzeros of the factor. `None` before the first implicit step.
     pub fn solver(&self) -> Option<(&'static str, usize, usize, usize)> {
-        self.system.as_ref().map(|s| s.about())
+        self.system.as_ref().map(|s| s.statistics())
     }
 
     /// Spring dashpots as a fraction of critical damping.
@@ -389,27 +393,27 @@ impl Sheet {
     /// Angular momentum about the centre of mass, kg m²/s.
     pub fn angular_momentum(&self) -> DVec3 {
         let centre = self.centre_of_mass();
-        (0..self.masses()).map(|i| (self.x.get(i) - centre).cross(self.v.get(i)) * self.mass[i]).sum()
+        (0..self.node_count()).map(|i| (self.x.get(i) - centre).cross(self.v.get(i)) * self.mass[i]).sum()
     }
 
     /// Whether an applied force, a grab or a pressure acts on it.
-    pub(crate) fn is_pulled(&self) -> bool {
-        !self.pulls.is_empty() || self.applied.max_squared() > 0.0 || self.drag.pressure != 0.0
+    pub(crate) fn is_loaded(&self) -> bool {
+        !self.grabs.is_empty() || self.applied.max_squared() > 0.0 || self.drag.pressure != 0.0
     }
 
     /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.
     pub fn energy(&self, gravity: DVec3) -> Energy {
-        Energy::of(self, gravity)
+        Energy::new(self, gravity)
     }
 
     /// Adhesion parameters; `None` for a sheet without adhesion.
-    pub(crate) fn tack(&self) -> Option<Tack> {
-        if self.areas.is_empty() { None } else { self.material.tack }
+    pub(crate) fn tack(&self) -> Option<Adhesion> {
+        if self.adhesion_areas.is_empty() { None } else { self.material.tack }
     }
 
     /// Area of node `i` of an adhesive sheet, m².
     pub(crate) fn area_of(&self, i: u32) -> f64 {
-        self.areas.get(i as usize).copied().unwrap_or(0.0)
+        self.adhesion_areas.get(i as usize).copied().unwrap_or(0.0)
     }
 
     /// Largest speed of a node, m/s.
@@ -425,31 +429,31 @@ impl Sheet {
     }
 
     /// Time integrator (scene keyword `engine`).
-    pub fn engine(&self) -> EngineKind {
+    pub fn engine(&self) -> IntegratorKind {
         self.engine_kind
     }
 
     /// Change the time integrator from the next step on; `tolerance` is the error tolerance (m) of
     /// an adaptive integrator.
-    pub fn set_engine(&mut self, kind: EngineKind, tolerance: f64) {
-        if let Some(guard) = &mut self.guard {
-            (guard.state, guard.tolerance) = (GuardState::default(), tolerance);
+    pub fn set_engine(&mut self, kind: IntegratorKind, tolerance: f64) {
+        if let Some(guard) = &mut self.recovery {
+            (guard.state, guard.tolerance) = (RecoveryState::default(), tolerance);
         }
         self.change_engine(kind, tolerance);
-        if self.longest.is_finite() {
-            self.fit_step();
+        if self.max_step.is_finite() {
+            self.update_max_step();
         }
         self.wake();
     }
 
     /// Change the integrator and its tolerance (m), and nothing else.
-    pub(crate) fn change_engine(&mut self, kind: EngineKind, tolerance: f64) {
+    pub(crate) fn change_engine(&mut self, kind: IntegratorKind, tolerance: f64) {
         if kind != self.engine_kind {
-            self.engine = kind.make();
+            self.engine = kind.construct();
             self.engine_kind = kind;
             // A new implicit integrator restarts without the rates that another left in the
             // elements.
-            self.field_before = None;
+            self.last_field = None;
         }
         self.engine.set_tolerance(tolerance);
     }
@@ -460,7 +464,7 @@ impl Sheet {
     /// When a constant is out of range; nothing is changed then.
     pub fn set_material(&mut self, material: Material) -> Result<(), InputError> {
         crate::scene::validate::material("material", &material)?;
-        if self.flow.is_some() && material.burgers != self.material.burgers {
+        if self.inelastic.is_some() && material.burgers != self.material.burgers {
             return Err(InputError::new("material.burgers", "cannot change while the sheet creeps"));
         }
         if let Some(heat) = &mut self.heat {
@@ -468,9 +472,9 @@ impl Sheet {
         }
         self.material = material;
         self.refresh();
-        self.follow_heat();
-        if self.longest.is_finite() {
-            self.fit_step();
+        self.update_thermal_stiffness();
+        if self.max_step.is_finite() {
+            self.update_max_step();
         }
         Ok(())
     }
@@ -505,18 +509,18 @@ impl Sheet {
 
     /// Wake a sleeping or frozen sheet.
     pub fn wake(&mut self) {
-        self.quiet = 0.0;
+        self.rest_time = 0.0;
         self.displaced = true;
-        self.doubt_apart();
+        self.invalidate_interpenetration();
         if matches!(self.status, Status::Asleep | Status::Frozen { .. }) {
             self.status = Status::Awake;
         }
     }
 
     /// Request a test of interpenetration with other sheets before the next step.
-    pub(crate) fn doubt_apart(&mut self) {
-        if self.crossing == Crossing::No {
-            self.crossing = Crossing::Unknown;
+    pub(crate) fn invalidate_interpenetration(&mut self) {
+        if self.interpenetration == Interpenetration::None {
+            self.interpenetration = Interpenetration::Unknown;
         }
     }
 
@@ -531,8 +535,11 @@ impl Sheet {
     /// Update the springs as [`Sheet::refresh`] does, without the elements.
     pub(crate) fn refresh_springs(&mut self) {
         let law = self.law();
-        let unit =
-            if self.bends { self.material.plate_stiffness() } else { self.material.young * self.material.thickness };
+        let unit = if self.is_calibrated {
+            self.material.plate_stiffness()
+        } else {
+            self.material.young * self.material.thickness
+        };
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
             let mut k = self.stiffness_per_unit[i] * unit;
@@ -540,11 +547,11 @@ impl Sheet {
                 k *= heat.spring_softness(i);
             }
             let critical = 2.0 * (k * ma * mb / (ma + mb)).sqrt();
-            let dashpot = if self.bends { law.retardation * k } else { self.damping * critical };
+            let dashpot = if self.is_calibrated { law.retardation * k } else { self.damping * critical };
             self.springs.set_law(i, k, dashpot);
         }
-        self.damped = self.springs.damped();
-        self.refresh_flow();
+        self.has_dashpots = self.springs.is_damped();
+        self.update_inelastic_law();
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);
         }

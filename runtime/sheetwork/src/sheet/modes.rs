@@ -7,9 +7,9 @@
 use faer::{Mat, Side};
 
 use crate::elements::Geometric;
-use crate::integrators::implicit::Stage;
+use crate::integrators::implicit::StageProblem;
 use crate::math::Vectors;
-use crate::sheet::implicit_system::System;
+use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::{Field, Sheet};
 
 /// Vibration mode.
@@ -24,15 +24,15 @@ pub struct Mode {
 }
 
 /// Iterated vectors beyond the requested modes.
-const GUARDS: usize = 8;
-const MOST_ITERATIONS: usize = 300;
+const EXTRA_VECTORS: usize = 8;
+const MAX_ITERATIONS: usize = 300;
 
 impl Sheet {
     /// Lowest `count` modes about the present state, lowest first; fewer for a sheet with fewer
     /// unknowns, none if the tangent is far from positive definite.
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
-        self.stand_still();
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        self.use_instantaneous_law();
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
         let law = self.law();
         // The shift is a tenth of the lowest cantilever frequency: far below the requested modes,
@@ -46,10 +46,10 @@ impl Sheet {
         let mut found = false;
         for _ in 0..20 {
             system.forget_constant();
-            found = self.with_problem(Field::default(), &mut system, |problem| {
+            found = self.with_implicit_sheet(Field::default(), &mut system, |problem| {
                 let still = Vectors::zeros(x.len());
                 problem.start(&x, &still);
-                let stage = Stage { per_time: shift, y: &x, w: &x };
+                let stage = StageProblem { per_time: shift, y: &x, w: &x };
                 problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
             });
             if found {
@@ -66,14 +66,14 @@ impl Sheet {
     /// Whether the present state is stable: the tangent stiffness with the present stress is
     /// positive definite.
     pub fn is_stable(&mut self) -> bool {
-        self.stand_still();
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        self.use_instantaneous_law();
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
         let x = self.x.clone();
-        let stands = self.with_problem(Field::default(), &mut system, |problem| {
+        let stands = self.with_implicit_sheet(Field::default(), &mut system, |problem| {
             let still = Vectors::zeros(x.len());
             problem.start(&x, &still);
-            let stage = Stage { per_time: 0.0, y: &x, w: &x };
+            let stage = StageProblem { per_time: 0.0, y: &x, w: &x };
             problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
         });
         system.forget_constant();
@@ -83,9 +83,9 @@ impl Sheet {
 }
 
 /// Subspace iteration with the present factor, that of K + σM with σ = `shift`².
-fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<Mode> {
+fn iterate(sheet: &Sheet, system: &mut ImplicitSystem, count: usize, shift: f64) -> Vec<Mode> {
     let n = 3 * system.masses().len();
-    let size = (count + GUARDS).min(n);
+    let size = (count + EXTRA_VECTORS).min(n);
     let weight: Vec<f64> = system
         .masses()
         .iter()
@@ -101,7 +101,7 @@ fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<
     let mut basis: Vec<Vec<f64>> = (0..size).map(|_| (0..n).map(|_| draw()).collect()).collect();
     let mut before = vec![0.0; size];
     let mut values = vec![0.0; size];
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..MAX_ITERATIONS {
         let loads: Vec<Vec<f64>> = basis.iter().map(|v| v.iter().zip(&weight).map(|(v, m)| v * m).collect()).collect();
         let mut moved = loads.clone();
         moved.iter_mut().for_each(|b| system.solve(b));
@@ -133,7 +133,7 @@ fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<
     (0..count.min(size))
         .map(|k| {
             let squared = values[k] - sigma;
-            let mut shape = Vectors::zeros(sheet.masses());
+            let mut shape = Vectors::zeros(sheet.node_count());
             for (p, mass) in basis[k].chunks_exact(3).zip(system.masses()) {
                 shape.set(*mass as usize, glam::DVec3::from_slice(p));
             }

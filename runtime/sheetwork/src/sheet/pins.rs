@@ -11,20 +11,20 @@ use glam::DVec3;
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pins {
-    groups: Vec<Group>,
-    glue: Vec<Glue>,
-    rails: Vec<Rail>,
+    groups: Vec<PrescribedNodes>,
+    glue: Vec<Attachment>,
+    fixed_axes: Vec<FixedAxes>,
     /// Detached nodes, whose attachments are void; empty without any.
-    gone: Vec<bool>,
+    detached: Vec<bool>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Group {
+struct PrescribedNodes {
     masses: Vec<u32>,
     start: Vec<DVec3>,
     path: Vec<PathKey>,
@@ -34,21 +34,21 @@ struct Group {
 
 /// Nodes attached to a body.
 #[derive(Clone, Debug, PartialEq)]
-struct Glue {
+struct Attachment {
     name: String,
     /// Each node, its initial position (m), and its position in the frame of the body (m) once the
     /// body is known.
     masses: Vec<(u32, DVec3, DVec3)>,
-    body: Option<Hold>,
+    body: Option<AttachedBody>,
 }
 
 /// Body of an attachment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Hold {
+struct AttachedBody {
     index: usize,
     /// Whether the body is kinematic or static and prescribes the nodes; otherwise the contact
     /// solver acts on them.
-    leads: bool,
+    is_kinematic: bool,
     /// States of the body at the start and the end of the world's step, start time of the step (s)
     /// and its length (s).
     from: BodyState,
@@ -57,17 +57,17 @@ struct Hold {
     dt: f64,
 }
 
-impl Hold {
+impl AttachedBody {
     /// State of the body at time `t` (s); exactly the final state at the end of the step.
     fn at(&self, t: f64) -> BodyState {
         let done = t - self.time;
-        if done >= self.dt * (1.0 - 1e-12) { self.to } else { self.from.fly(done, DVec3::ZERO) }
+        if done >= self.dt * (1.0 - 1e-12) { self.to } else { self.from.free_flight(done, DVec3::ZERO) }
     }
 }
 
 /// Node fixed along some axes of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Rail {
+struct FixedAxes {
     mass: u32,
     held: [bool; 3],
     start: DVec3,
@@ -77,11 +77,11 @@ impl Pins {
     /// Prescribe `masses`, now at `start` (m): along `path` (empty: fixed), until the time `until`
     /// (s) if given.
     pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
-        self.groups.push(Group { masses, start, path, until });
+        self.groups.push(PrescribedNodes { masses, start, path, until });
     }
 
     /// Serialise the pins that can be released.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.count(self.groups.len() as u64);
         for group in &self.groups {
             to.count(group.masses.len() as u64);
@@ -101,10 +101,10 @@ impl Pins {
 
     /// Deserialise the pins of a sheet with `masses` nodes; true if they differ from the present
     /// ones.
-    pub(crate) fn take(&mut self, from: &mut Taker, masses: usize) -> Taken<bool> {
+    pub(crate) fn deserialise(&mut self, from: &mut StateReader, masses: usize) -> ReadResult<bool> {
         let mut groups = Vec::new();
         for _ in 0..from.length(3)? {
-            let mut group = Group { masses: Vec::new(), start: Vec::new(), path: Vec::new(), until: None };
+            let mut group = PrescribedNodes { masses: Vec::new(), start: Vec::new(), path: Vec::new(), until: None };
             for _ in 0..from.length(25)? {
                 group.masses.push(from.index(masses)?);
                 group.start.push(from.vector()?);
@@ -121,61 +121,69 @@ impl Pins {
     }
 
     /// Whether a pin is released by time `t` (s).
-    pub fn ends(&self, t: f64) -> bool {
+    pub fn has_release_by(&self, t: f64) -> bool {
         self.groups.iter().any(|g| g.until.is_some_and(|until| until <= t))
     }
 
     /// Remove the pins whose release time is not after `t` (s); return their nodes.
     pub(crate) fn release(&mut self, t: f64) -> Vec<u32> {
-        let over = |g: &Group| g.until.is_some_and(|until| until <= t);
+        let over = |g: &PrescribedNodes| g.until.is_some_and(|until| until <= t);
         let freed = self.groups.iter().filter(|g| over(g)).flat_map(|g| g.masses.iter().copied()).collect();
         self.groups.retain(|g| !over(g));
         freed
     }
 
     /// Fix the node `mass`, now at `start` (m), along the axes (x, y, z) selected by `held`.
-    pub fn add_rail(&mut self, mass: u32, start: DVec3, held: [bool; 3]) {
-        self.rails.push(Rail { mass, held, start });
+    pub fn add_fixed_axes(&mut self, mass: u32, start: DVec3, held: [bool; 3]) {
+        self.fixed_axes.push(FixedAxes { mass, held, start });
     }
 
     /// Attach `masses`, each with its present position (m), to the body called `name`.
-    pub fn add_glue(&mut self, masses: impl Iterator<Item = (u32, DVec3)>, name: &str) {
+    pub fn add_attachment(&mut self, masses: impl Iterator<Item = (u32, DVec3)>, name: &str) {
         let masses = masses.map(|(mass, place)| (mass, place, DVec3::ZERO)).collect();
-        self.glue.push(Glue { name: name.to_owned(), masses, body: None });
+        self.glue.push(Attachment { name: name.to_owned(), masses, body: None });
     }
 
     /// Look up the bodies of new attachments by name: index and state. Return the nodes attached to
     /// static or kinematic bodies, which must be fixed. The error is the name of the first body
     /// that does not exist.
-    pub(crate) fn bind(&mut self, find: impl Fn(&str) -> Option<(usize, BodyState)>) -> Result<Vec<u32>, String> {
+    pub(crate) fn bind_bodies(
+        &mut self,
+        find: impl Fn(&str) -> Option<(usize, BodyState)>,
+    ) -> Result<Vec<u32>, String> {
         let mut led = Vec::new();
         for glue in self.glue.iter_mut().filter(|g| g.body.is_none()) {
             let Some((index, state)) = find(&glue.name) else { return Err(glue.name.clone()) };
-            glue.masses.iter_mut().for_each(|(_, place, local)| *local = state.local(*place));
-            let leads = !state.gives();
+            glue.masses.iter_mut().for_each(|(_, place, local)| *local = state.local_point(*place));
+            let leads = !state.is_dynamic();
             if leads {
                 led.extend(glue.masses.iter().map(|m| m.0));
             }
-            glue.body = Some(Hold { index, leads, from: state, to: state, time: 0.0, dt: 0.0 });
+            glue.body = Some(AttachedBody { index, is_kinematic: leads, from: state, to: state, time: 0.0, dt: 0.0 });
         }
         Ok(led)
     }
 
     /// Set the step of the bodies, from `time` on and `dt` long (s); `find` gives the states of a
     /// body at its start and end.
-    pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
+    pub(crate) fn set_body_motion(
+        &mut self,
+        time: f64,
+        dt: f64,
+        find: impl Fn(usize) -> Option<(BodyState, BodyState)>,
+    ) {
         for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()) {
             if let Some((from, to)) = find(hold.index) {
-                *hold = Hold { from, to, time, dt, ..*hold };
+                *hold = AttachedBody { from, to, time, dt, ..*hold };
             }
         }
     }
 
     /// Remove the attachments to the removed body `index` and decrement the indices of later
     /// bodies; return the nodes that the body prescribed.
-    pub(crate) fn unglue(&mut self, index: usize) -> Vec<u32> {
-        let on_it = |g: &Glue| g.body.is_some_and(|h| h.index == index);
-        let led = |g: &&Glue| on_it(g) && g.body.is_some_and(|h| h.leads);
+    pub(crate) fn detach_body(&mut self, index: usize) -> Vec<u32> {
+        let on_it = |g: &Attachment| g.body.is_some_and(|h| h.index == index);
+        let led = |g: &&Attachment| on_it(g) && g.body.is_some_and(|h| h.is_kinematic);
         let freed = self.glue.iter().filter(led).flat_map(|g| g.masses.iter().map(|m| m.0)).collect();
         self.glue.retain(|g| !on_it(g));
         for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()).filter(|h| h.index > index) {
@@ -185,73 +193,76 @@ impl Pins {
     }
 
     /// Dynamic attached nodes: node, index of the body, position in the frame of the body (m).
-    pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
-        let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.leads).map(|h| (g, h.index)));
+    pub fn dynamic_attachments(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
+        let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.is_kinematic).map(|h| (g, h.index)));
         let all = free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)));
-        all.filter(|(mass, ..)| !self.gone.get(*mass as usize).is_some_and(|gone| *gone))
+        all.filter(|(mass, ..)| !self.detached.get(*mass as usize).is_some_and(|gone| *gone))
     }
 
     /// Void the attachments of exactly the nodes in `gone`.
     pub(crate) fn set_gone(&mut self, gone: &[bool]) {
-        self.gone.clear();
-        self.gone.extend_from_slice(gone);
+        self.detached.clear();
+        self.detached.extend_from_slice(gone);
     }
 
     /// Dynamic attached nodes, each with the state of its body at the end of the step.
-    pub(crate) fn glued_states(&self) -> impl Iterator<Item = (u32, &BodyState)> + '_ {
-        let free = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| !h.leads).map(|h| (g, &h.to)));
+    pub(crate) fn attached_body_states(&self) -> impl Iterator<Item = (u32, &BodyState)> + '_ {
+        let free = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| !h.is_kinematic).map(|h| (g, &h.to)));
         free.flat_map(|(g, state)| g.masses.iter().map(move |m| (m.0, state)))
     }
 
     /// Kinematic attached nodes: motion of the body, node, position in the frame of the body (m).
-    fn led(&self) -> impl Iterator<Item = (&Hold, u32, DVec3)> + '_ {
-        let led = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| h.leads).map(|h| (g, h)));
+    fn kinematic_attachments(&self) -> impl Iterator<Item = (&AttachedBody, u32, DVec3)> + '_ {
+        let led = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| h.is_kinematic).map(|h| (g, h)));
         led.flat_map(|(g, h)| g.masses.iter().map(move |(mass, _, local)| (h, *mass, *local)))
     }
 
     /// Whether no node is prescribed, fixed or attached.
     pub fn is_empty(&self) -> bool {
-        self.groups.is_empty() && self.rails.is_empty() && self.glue.is_empty()
+        self.groups.is_empty() && self.fixed_axes.is_empty() && self.glue.is_empty()
     }
 
     /// Whether it fixes or prescribes any node, attachments to dynamic bodies aside.
-    pub(crate) fn holds(&self) -> bool {
-        !self.rails.is_empty() || self.masses().next().is_some()
+    pub(crate) fn fixes_nodes(&self) -> bool {
+        !self.fixed_axes.is_empty() || self.masses().next().is_some()
     }
 
     /// Whether any node is attached to a dynamic body.
-    pub(crate) fn glues(&self) -> bool {
-        self.glued().next().is_some()
+    pub(crate) fn has_dynamic_attachments(&self) -> bool {
+        self.dynamic_attachments().next().is_some()
     }
 
     /// Nodes that are prescribed in every direction, kinematic attached nodes included.
     pub fn masses(&self) -> impl Iterator<Item = u32> + '_ {
-        self.groups.iter().flat_map(|g| g.masses.iter().copied()).chain(self.led().map(|(_, mass, _)| mass))
+        self.groups
+            .iter()
+            .flat_map(|g| g.masses.iter().copied())
+            .chain(self.kinematic_attachments().map(|(_, mass, _)| mass))
     }
 
     /// Nodes fixed along some axes, and those axes.
-    pub fn rails(&self) -> impl Iterator<Item = (u32, [bool; 3])> + '_ {
-        self.rails.iter().map(|r| (r.mass, r.held))
+    pub fn fixed_axes(&self) -> impl Iterator<Item = (u32, [bool; 3])> + '_ {
+        self.fixed_axes.iter().map(|r| (r.mass, r.held))
     }
 
     /// Free (1) and fixed (0) axes of node `i`.
     pub(crate) fn free_axes(&self, i: u32) -> DVec3 {
-        let free = |r: &Rail| DVec3::from_array(r.held.map(|held| if held { 0.0 } else { 1.0 }));
-        self.rails.iter().filter(|r| r.mass == i).map(free).fold(DVec3::ONE, |a, b| a * b)
+        let free = |r: &FixedAxes| DVec3::from_array(r.held.map(|held| if held { 0.0 } else { 1.0 }));
+        self.fixed_axes.iter().filter(|r| r.mass == i).map(free).fold(DVec3::ONE, |a, b| a * b)
     }
 
     /// Whether any pin moves between the times `from` and `to`, s.
-    pub fn moving(&self, from: f64, to: f64) -> bool {
+    pub fn moves_between(&self, from: f64, to: f64) -> bool {
         let led = self.glue.iter().filter_map(|g| g.body);
         self.groups.iter().any(|g| path_at(&g.path, from).0 != path_at(&g.path, to).0)
             || led
                 .into_iter()
-                .any(|h| h.from.moves() || (h.from.origin(), h.from.rotation()) != (h.to.origin(), h.to.rotation()))
+                .any(|h| h.from.is_moving() || (h.from.origin(), h.from.rotation()) != (h.to.origin(), h.to.rotation()))
     }
 
     /// Set the constant velocity of every prescribed node that takes it to its position at `t +
     /// dt`.
-    pub(crate) fn lead(&self, t: f64, dt: f64, x: &Vectors, v: &mut Vectors) {
+    pub(crate) fn prescribe_velocities(&self, t: f64, dt: f64, x: &Vectors, v: &mut Vectors) {
         for group in &self.groups {
             let offset = path_at(&group.path, t + dt).0;
             for (i, start) in group.masses.iter().zip(&group.start) {
@@ -260,29 +271,29 @@ impl Pins {
             }
         }
         for glue in &self.glue {
-            let Some(hold) = glue.body.filter(|h| h.leads) else { continue };
+            let Some(hold) = glue.body.filter(|h| h.is_kinematic) else { continue };
             let there = hold.at(t + dt);
             for (mass, _, local) in &glue.masses {
                 let i = *mass as usize;
-                v.set(i, (there.place(*local) - x.get(i)) / dt);
+                v.set(i, (there.world_point(*local) - x.get(i)) / dt);
             }
         }
-        self.hold_rails(v);
+        self.zero_fixed_axes(v);
     }
 
     /// Set the exact position of every prescribed node at `t` (s), which prevents the accumulation
     /// of rounding errors.
-    pub(crate) fn place(&self, t: f64, x: &mut Vectors) {
+    pub(crate) fn prescribe_positions(&self, t: f64, x: &mut Vectors) {
         for group in &self.groups {
             let offset = path_at(&group.path, t).0;
             for (i, start) in group.masses.iter().zip(&group.start) {
                 x.set(*i as usize, *start + offset);
             }
         }
-        for (hold, mass, local) in self.led() {
-            x.set(mass as usize, hold.at(t).place(local));
+        for (hold, mass, local) in self.kinematic_attachments() {
+            x.set(mass as usize, hold.at(t).world_point(local));
         }
-        for rail in &self.rails {
+        for rail in &self.fixed_axes {
             let i = rail.mass as usize;
             x.set(i, rail.replaced(x.get(i), rail.start));
         }
@@ -290,7 +301,7 @@ impl Pins {
 
     /// Adopt the positions `x` at time `t` (s): a node further than `slack` (m) from its prescribed
     /// position gets a new start position. All others are set to their exact positions.
-    pub(crate) fn anchor(&mut self, t: f64, x: &mut Vectors, slack: f64) {
+    pub(crate) fn adopt_positions(&mut self, t: f64, x: &mut Vectors, slack: f64) {
         for group in &mut self.groups {
             let offset = path_at(&group.path, t).0;
             for (i, start) in group.masses.iter().zip(&mut group.start) {
@@ -300,20 +311,20 @@ impl Pins {
                 }
             }
         }
-        for rail in &mut self.rails {
+        for rail in &mut self.fixed_axes {
             let there = x.get(rail.mass as usize);
             if rail.replaced(there, rail.start).distance(there) > slack {
                 rail.start = there;
             }
         }
-        self.place(t, x);
+        self.prescribe_positions(t, x);
     }
 
     /// Nodes with their start positions (m), pin by pin, and at the end the nodes fixed along some
     /// axes.
     pub(crate) fn starts(&self) -> impl Iterator<Item = Vec<(u32, DVec3)>> + '_ {
         let groups = self.groups.iter().map(|g| g.masses.iter().copied().zip(g.start.iter().copied()).collect());
-        groups.chain(std::iter::once(self.rails.iter().map(|r| (r.mass, r.start)).collect()))
+        groups.chain(std::iter::once(self.fixed_axes.iter().map(|r| (r.mass, r.start)).collect()))
     }
 
     /// Shift the start position of node `i` of pin `k`, counted as in [`Pins::starts`], by `by(k,
@@ -323,27 +334,27 @@ impl Pins {
             group.masses.iter().zip(&mut group.start).for_each(|(i, start)| *start += by(k, *i));
         }
         let last = self.groups.len();
-        self.rails.iter_mut().for_each(|r| r.start += by(last, r.mass));
+        self.fixed_axes.iter_mut().for_each(|r| r.start += by(last, r.mass));
     }
 
     /// Set the fixed components of velocities, accelerations or forces to zero.
-    pub(crate) fn hold_rails(&self, a: &mut Vectors) {
-        for rail in &self.rails {
+    pub(crate) fn zero_fixed_axes(&self, a: &mut Vectors) {
+        for rail in &self.fixed_axes {
             let i = rail.mass as usize;
             a.set(i, rail.replaced(a.get(i), DVec3::ZERO));
         }
     }
 
     /// Copy the fixed components of `x` to `to`.
-    pub(crate) fn follow_rails(&self, x: &Vectors, to: &mut Vectors) {
-        for rail in &self.rails {
+    pub(crate) fn copy_fixed_axes(&self, x: &Vectors, to: &mut Vectors) {
+        for rail in &self.fixed_axes {
             let i = rail.mass as usize;
             to.set(i, rail.replaced(to.get(i), x.get(i)));
         }
     }
 }
 
-impl Rail {
+impl FixedAxes {
     /// `p` with the fixed components of `q`.
     fn replaced(&self, p: DVec3, q: DVec3) -> DVec3 {
         let pick = |axis: usize| if self.held[axis] { q[axis] } else { p[axis] };

@@ -45,7 +45,7 @@ impl Probe {
     }
 
     /// Value of a nodal quantity at the probe; its position (m) for positions.
-    pub fn of(&self, field: &Vectors) -> DVec3 {
+    pub fn at(&self, field: &Vectors) -> DVec3 {
         self.masses.iter().zip(&self.weights).map(|(i, w)| field.get(*i as usize) * *w).sum()
     }
 }

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringScratch;
+use crate::elements::spring::SpringWorkspace;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
@@ -15,14 +15,14 @@ impl Sheet {
     /// Write the contact force on each node (N) under `gravity` (m/s²), for a sheet at rest; 0 for
     /// nodes that neither touch anything nor share an edge with a node that does.
     pub fn contact_forces(&self, gravity: DVec3, out: &mut Vec<DVec3>) {
-        let n = self.masses();
+        let n = self.node_count();
         out.clear();
         out.resize(n, DVec3::ZERO);
         if !self.touching().contains(&true) {
             return;
         }
         let still = Vectors::zeros(n);
-        let (mut force, mut scratch) = (self.applied.clone(), SpringScratch::default());
+        let (mut force, mut scratch) = (self.applied.clone(), SpringWorkspace::default());
         self.springs.add_forces(&self.x, &still, false, &mut scratch, &mut force);
         self.elements.iter().for_each(|e| e.add_forces(&self.x, &still, &mut force));
         // A contact within a face or an edge acts on its corners.
@@ -34,7 +34,7 @@ impl Sheet {
             near[b] |= at_a;
         }
         for i in (0..n).filter(|i| near[*i] && !self.is_held(*i)) {
-            out[i] = -(force.get(i) + gravity * self.mass(i));
+            out[i] = -(force.get(i) + gravity * self.node_mass(i));
         }
     }
 }
@@ -47,7 +47,7 @@ mod tests {
     use crate::scene::Scene;
 
     #[test]
-    fn a_sheet_at_rest_is_held_by_its_weight() {
+    fn contact_forces_of_a_resting_sheet_balance_its_weight() {
         for (structure, layers, springs) in [("shell", 1, "Uniform"), ("slamm", 2, "Calibrated")] {
             let scene = Scene::parse(&format!(
                 r#"(dt: 0.002, engine: "tr-bdf2", room: (x: (-1, 1), y: (0, 1), z: (-1, 1), back_wall: false), contact: (restitution: 0),

@@ -1,12 +1,12 @@
 //! Selection of the nodes of a region of a scene file.
 
 use crate::error::InputError;
-use crate::mesh::structure::Layer;
+use crate::mesh::structure::LatticeLayer;
 use crate::scene::Region;
 use crate::sheet::Sheet;
 
 /// Tolerance on the borders of a rectangle, so that 0.1 includes the row at 0.1 despite rounding.
-const SLACK: f64 = 1e-9;
+const BORDER_TOLERANCE: f64 = 1e-9;
 
 /// Indices of the nodes in `region`, in order.
 ///
@@ -24,7 +24,7 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
         row.collect()
     };
     let beyond = |side: fn((f64, f64)) -> f64| {
-        let on = all.clone().filter(|i| side(uv[*i as usize]) <= SLACK);
+        let on = all.clone().filter(|i| side(uv[*i as usize]) <= BORDER_TOLERANCE);
         on.collect::<Vec<u32>>()
     };
     let masses: Vec<u32> = match region {
@@ -40,7 +40,7 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
         Region::Back => rows(false),
         Region::Front => rows(true),
         Region::Rect(u, v) => {
-            let inside = |x: f64, (low, high): (f64, f64)| x >= low - SLACK && x <= high + SLACK;
+            let inside = |x: f64, (low, high): (f64, f64)| x >= low - BORDER_TOLERANCE && x <= high + BORDER_TOLERANCE;
             all.filter(|i| inside(uv[*i as usize].0, *u) && inside(uv[*i as usize].1, *v)).collect()
         }
         Region::Point(u, v) => nearest(*u, *v, layers, uv).into_iter().collect(),
@@ -58,7 +58,7 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
     Ok(masses)
 }
 
-fn nearest(u: f64, v: f64, layers: &[Layer], uv: &[(f64, f64)]) -> Option<u32> {
+fn nearest(u: f64, v: f64, layers: &[LatticeLayer], uv: &[(f64, f64)]) -> Option<u32> {
     let distance = |i: usize| (uv[i].0 - u).powi(2) + (uv[i].1 - v).powi(2);
     let bottom = layers.first()?.range();
     bottom.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).map(|i| i as u32)

@@ -8,47 +8,47 @@
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::elements::grab_spring::Pull;
+use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
-use crate::serialize::{Cut, Keeper, Taken, Taker};
-use crate::sheet::bonds::Stuck;
-use crate::sheet::{Crossing, Field, GuardState, Sheet, Status, System};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::bonds::AdhesionState;
+use crate::sheet::{Field, ImplicitSystem, Interpenetration, RecoveryState, Sheet, Status};
 
 impl Sheet {
     /// Serialise the layout that a snapshot must match.
-    pub(crate) fn keep_make(&self, to: &mut Keeper) {
+    pub(crate) fn serialise_layout(&self, to: &mut StateWriter) {
         to.text(&self.name);
-        let own = self.elements.len() - self.pulls.len();
-        for count in [self.masses(), self.springs.len(), own, self.layers.len()] {
+        let own = self.elements.len() - self.grabs.len();
+        for count in [self.node_count(), self.springs.len(), own, self.layers.len()] {
             to.count(count as u64);
         }
         to.count(self.open_cells().map_or(0, <[bool]>::len) as u64);
-        to.flag(self.flow.is_some());
+        to.flag(self.inelastic.is_some());
     }
 
     /// Whether steps have changed the law of its elements or its open cells.
     pub(crate) fn is_changed(&self) -> bool {
-        self.heat.is_some() || self.flow.is_some() || self.open_count() > 0
+        self.heat.is_some() || self.inelastic.is_some() || self.open_count() > 0
     }
 
     /// Serialise the parameters that can change during a run.
-    pub(crate) fn keep_settings(&self, to: &mut Keeper) {
-        keep_material(&self.material, to);
+    pub(crate) fn serialise_settings(&self, to: &mut StateWriter) {
+        serialise_material(&self.material, to);
         to.numbers(&[self.friction, self.restitution, self.damping, self.damping_ratio]);
         to.optional(self.flexion_angle_limit());
-        self.drag.keep_settings(to);
-        to.optional(self.flow.as_ref().map(|f| f.celsius()));
-        to.text(self.own_engine().name());
-        self.when_unstable().keep(to);
-        to.number(self.longest);
+        self.drag.serialise_settings(to);
+        to.optional(self.inelastic.as_ref().map(|f| f.celsius()));
+        to.text(self.chosen_engine().name());
+        self.when_unstable().serialise(to);
+        to.number(self.max_step);
         self.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
-        to.count(self.pulls.len() as u64);
-        self.pulls.iter().for_each(|pull| pull.keep(to));
+        to.count(self.grabs.len() as u64);
+        self.grabs.iter().for_each(|pull| pull.serialise(to));
     }
 
     /// Deserialise the parameters; `tolerance` is that of an adaptive integrator, m.
-    pub(crate) fn take_settings(&mut self, from: &mut Taker, tolerance: f64) -> Taken {
-        let material = take_material(from)?;
+    pub(crate) fn deserialise_settings(&mut self, from: &mut StateReader, tolerance: f64) -> ReadResult {
+        let material = deserialise_material(from)?;
         (self.friction, self.restitution) = (from.number()?, from.number()?);
         let (damping, ratio) = (from.number()?, from.number()?);
         if (damping, ratio) != (self.damping, self.damping_ratio) {
@@ -56,194 +56,199 @@ impl Sheet {
             self.refresh();
         }
         if material != self.material {
-            self.set_material(material).map_err(|_| Cut)?;
+            self.set_material(material).map_err(|_| CorruptState)?;
         }
         let limit = from.optional()?;
         if limit != self.flexion_angle_limit() {
-            self.set_flexion_limit(limit).map_err(|_| Cut)?;
+            self.set_flexion_limit(limit).map_err(|_| CorruptState)?;
         }
-        self.drag.take_settings(from)?;
+        self.drag.deserialise_settings(from)?;
         let celsius = from.optional()?;
-        if let Some((flow, celsius)) = self.flow.as_mut().zip(celsius) {
+        if let Some((flow, celsius)) = self.inelastic.as_mut().zip(celsius) {
             flow.set_celsius(celsius);
         }
-        let engine = from.text()?.parse().map_err(|_| Cut)?;
-        if engine != self.own_engine() {
+        let engine = from.text()?.parse().map_err(|_| CorruptState)?;
+        if engine != self.chosen_engine() {
             self.set_engine(engine, tolerance);
         }
         self.engine.set_tolerance(tolerance);
-        let policy = WhenUnstable::taken(from)?;
+        let policy = WhenUnstable::deserialise(from)?;
         if policy != self.when_unstable() {
-            self.watch_over(policy, tolerance);
+            self.set_recovery_policy(policy, tolerance);
         }
-        self.guard.iter_mut().for_each(|guard| guard.tolerance = tolerance);
-        self.longest = from.number()?;
+        self.recovery.iter_mut().for_each(|guard| guard.tolerance = tolerance);
+        self.max_step = from.number()?;
         // A shorter step than 1e-9 s would need an unbounded number of substeps.
-        if self.longest.is_nan() || self.longest < 1e-9 {
-            return Err(Cut);
+        if self.max_step.is_nan() || self.max_step < 1e-9 {
+            return Err(CorruptState);
         }
         self.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
-        self.take_pulls(from)
+        self.deserialise_grabs(from)
     }
 
-    fn take_pulls(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_grabs(&mut self, from: &mut StateReader) -> ReadResult {
         let mut pulls = Vec::new();
         for _ in 0..from.length(59)? {
-            pulls.push(Pull::taken(from, self.masses())?);
+            pulls.push(GrabSpring::deserialise(from, self.node_count())?);
         }
-        let same = pulls.len() == self.pulls.len() && pulls.iter().zip(&self.pulls).all(|(a, b)| a.is_of(b));
+        let same = pulls.len() == self.grabs.len() && pulls.iter().zip(&self.grabs).all(|(a, b)| a.is_same_grab(b));
         if same {
             let targets = pulls.iter().enumerate();
-            return targets.into_iter().try_for_each(|(i, p)| self.pull(i, p.target).map_err(|_| Cut));
+            return targets.into_iter().try_for_each(|(i, p)| self.pull(i, p.target).map_err(|_| CorruptState));
         }
-        while self.let_go(0) {}
+        while self.release_grab(0) {}
         for pull in pulls {
-            self.pulls.push(pull);
+            self.grabs.push(pull);
             self.add_pull();
         }
         Ok(())
     }
 
     /// Serialise the state that a step takes from earlier steps, without contact.
-    pub(crate) fn keep_state(&self, to: &mut Keeper, clearance: impl FnOnce(&mut Keeper)) {
-        self.pins.keep(to);
-        keep_status(&self.status, to);
-        to.byte(self.crossing as u8);
-        to.numbers(&[self.quiet, self.drag.pressure]);
+    pub(crate) fn serialise_state(&self, to: &mut StateWriter, clearance: impl FnOnce(&mut StateWriter)) {
+        self.pins.serialise(to);
+        serialise_status(&self.status, to);
+        to.byte(self.interpenetration as u8);
+        to.numbers(&[self.rest_time, self.drag.pressure]);
         let c = &self.counters;
         [c.accepted, c.rejected, c.evaluations, c.guarded, c.contacts].into_iter().for_each(|n| to.count(n));
         to.vectors(&self.x);
         to.vectors(&self.v);
-        if self.quiet > 0.0 {
-            to.vector_list(&self.still_at);
+        if self.rest_time > 0.0 {
+            to.vector_list(&self.rest_positions);
         }
-        if let Some(tears) = &self.tears {
+        if let Some(tears) = &self.fracture {
             to.flags(tears.cells());
-            tears.keep(to);
+            tears.serialise(to);
         }
         to.flag(self.heat.is_some());
-        self.heat.iter().for_each(|heat| heat.keep(to));
+        self.heat.iter().for_each(|heat| heat.serialise(to));
         if self.is_changed() {
-            self.keep_changes(to);
+            self.serialise_changes(to);
         }
-        self.guard.iter().for_each(|guard| guard.state.keep(to));
-        self.keep_history(to);
+        self.recovery.iter().for_each(|guard| guard.state.serialise(to));
+        self.serialise_history(to);
         to.flags(&self.work.touching);
-        to.flag(self.work.stage.astray);
+        to.flag(self.work.stage.has_diverged);
         clearance(to);
-        to.flag(self.work.stuck.is_some());
-        self.work.stuck.iter().for_each(|stuck| stuck.keep(to));
-        to.flag(self.watch.is_some());
-        self.watch.iter().for_each(|watch| watch.keep(to));
+        to.flag(self.work.adhesion.is_some());
+        self.work.adhesion.iter().for_each(|stuck| stuck.serialise(to));
+        to.flag(self.buckle_detector.is_some());
+        self.buckle_detector.iter().for_each(|watch| watch.serialise(to));
     }
 
     /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
     /// this sheet.
-    pub(crate) fn take_state(&mut self, from: &mut Taker, clearance: impl FnOnce(&mut Taker, usize) -> Taken) -> Taken {
-        let masses = self.masses();
+    pub(crate) fn deserialise_state(
+        &mut self,
+        from: &mut StateReader,
+        clearance: impl FnOnce(&mut StateReader, usize) -> ReadResult,
+    ) -> ReadResult {
+        let masses = self.node_count();
         let mut pins = std::mem::take(&mut self.pins);
-        let others = pins.take(from, masses);
+        let others = pins.deserialise(from, masses);
         self.pins = pins;
         if others? {
-            self.hold_pinned();
+            self.fix_pinned_nodes();
         }
-        let status = take_status(from)?;
+        let status = deserialise_status(from)?;
         let crossing = match from.byte()? {
-            0 => Crossing::Unknown,
-            1 => Crossing::No,
-            2 => Crossing::Seen,
-            3 => Crossing::Told,
-            _ => return Err(Cut),
+            0 => Interpenetration::Unknown,
+            1 => Interpenetration::None,
+            2 => Interpenetration::Detected,
+            3 => Interpenetration::Reported,
+            _ => return Err(CorruptState),
         };
-        (self.quiet, self.drag.pressure) = (from.number()?, from.number()?);
+        (self.rest_time, self.drag.pressure) = (from.number()?, from.number()?);
         let c = &mut self.counters;
         let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
         counts.into_iter().try_for_each(|n| from.count().map(|count| *n = count))?;
-        let quiet = self.quiet;
+        let quiet = self.rest_time;
         from.vectors(&mut self.x)?;
         from.vectors(&mut self.v)?;
         if quiet > 0.0 {
-            from.vector_list(&mut self.still_at, masses)?;
+            from.vector_list(&mut self.rest_positions, masses)?;
         }
-        self.take_openings_back(from)?;
-        self.take_heat(from)?;
+        self.deserialise_fracture(from)?;
+        self.deserialise_heat(from)?;
         if self.is_changed() {
-            self.take_changes(from)?;
+            self.deserialise_changes(from)?;
         }
-        if self.guard.is_some() {
-            let state = GuardState::taken(from)?;
-            self.restore_guard(Some(state));
+        if self.recovery.is_some() {
+            let state = RecoveryState::deserialise(from)?;
+            self.restore_recovery_state(Some(state));
         }
-        self.take_history(from)?;
+        self.deserialise_history(from)?;
         let mut touching = Vec::new();
         from.flags(&mut touching)?;
         if touching.len() == masses {
-            self.size_work();
+            self.resize_workspace();
             self.work.touching = touching;
         } else if !touching.is_empty() {
-            return Err(Cut);
+            return Err(CorruptState);
         }
-        self.work.stage.astray = from.flag()?;
+        self.work.stage.has_diverged = from.flag()?;
         clearance(from, masses)?;
         self.displaced = false;
-        self.work.stuck = if from.flag()? { Some(Box::new(Stuck::taken(from, masses)?)) } else { None };
+        self.work.adhesion =
+            if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
         if from.flag()? {
-            let mut watch = crate::sheet::buckling::Watch::default();
-            watch.take(from, masses, self.opening_revision())?;
-            self.watch.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
+            let mut watch = crate::sheet::buckling::BuckleDetector::default();
+            watch.deserialise(from, masses, self.opening_revision())?;
+            self.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
         }
         // Deserialising the other state may have woken the sheet.
-        (self.status, self.crossing, self.quiet) = (status, crossing, quiet);
+        (self.status, self.interpenetration, self.rest_time) = (status, crossing, quiet);
         Ok(())
     }
 
     /// Fix exactly the nodes that are pinned or detached.
-    fn hold_pinned(&mut self) {
-        let mut held = vec![false; self.masses()];
+    fn fix_pinned_nodes(&mut self) {
+        let mut held = vec![false; self.node_count()];
         self.pins.masses().for_each(|m| held[m as usize] = true);
         for (i, held) in held.into_iter().enumerate() {
-            self.inverse_mass[i] = if held || self.is_gone(i) { 0.0 } else { 1.0 / self.mass[i] };
+            self.inverse_mass[i] = if held || self.is_detached(i) { 0.0 } else { 1.0 / self.mass[i] };
         }
-        self.forget_system();
+        self.invalidate_system();
     }
 
-    fn take_openings_back(&mut self, from: &mut Taker) -> Taken {
-        if self.tears.is_none() {
+    fn deserialise_fracture(&mut self, from: &mut StateReader) -> ReadResult {
+        if self.fracture.is_none() {
             return Ok(());
         }
         let mut cells = Vec::new();
         from.flags(&mut cells)?;
         if self.open_cells().is_none_or(|own| own.len() != cells.len()) {
-            return Err(Cut);
+            return Err(CorruptState);
         }
         self.set_open(&cells);
-        self.tears.as_mut().map_or(Ok(()), |tears| tears.take(from))
+        self.fracture.as_mut().map_or(Ok(()), |tears| tears.deserialise(from))
     }
 
-    fn take_heat(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_heat(&mut self, from: &mut StateReader) -> ReadResult {
         if !from.flag()? {
-            return if self.heat.is_none() { Ok(()) } else { Err(Cut) };
+            return if self.heat.is_none() { Ok(()) } else { Err(CorruptState) };
         }
-        self.begin_heat(crate::units::temperature::REFERENCE);
-        let Some(mut heat) = self.heat.take() else { return Err(Cut) };
-        let taken = heat.take(from, self);
+        self.start_temperatures(crate::units::temperature::REFERENCE);
+        let Some(mut heat) = self.heat.take() else { return Err(CorruptState) };
+        let taken = heat.deserialise(from, self);
         self.heat = Some(heat);
         taken
     }
 
     fn own_elements(&self) -> &[Box<dyn Element>] {
-        &self.elements[..self.elements.len() - self.pulls.len()]
+        &self.elements[..self.elements.len() - self.grabs.len()]
     }
 
-    fn keep_changes(&self, to: &mut Keeper) {
+    fn serialise_changes(&self, to: &mut StateWriter) {
         for list in [&self.springs.stiffness, &self.springs.rest, &self.springs.damping] {
             to.numbers(list);
         }
-        self.own_elements().iter().for_each(|e| e.keep_changes(to));
-        self.flow.iter().for_each(|flow| flow.keep(to));
+        self.own_elements().iter().for_each(|e| e.serialise_changes(to));
+        self.inelastic.iter().for_each(|flow| flow.serialise(to));
     }
 
-    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
         let count = self.springs.len();
         let mut lists = [(); 3].map(|()| vec![0.0; count]);
         lists.iter_mut().try_for_each(|list| from.numbers(list))?;
@@ -252,11 +257,11 @@ impl Sheet {
             self.springs.set_law(i, stiffness[i], damping[i]);
             self.springs.set_rest(i, rest[i]);
         }
-        self.damped = self.springs.damped();
-        let own = self.elements.len() - self.pulls.len();
-        self.elements[..own].iter_mut().try_for_each(|e| e.take_changes(from))?;
-        if let Some(flow) = &mut self.flow {
-            flow.take(from)?;
+        self.has_dashpots = self.springs.is_damped();
+        let own = self.elements.len() - self.grabs.len();
+        self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_changes(from))?;
+        if let Some(flow) = &mut self.inelastic {
+            flow.deserialise(from)?;
         }
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);
@@ -266,40 +271,40 @@ impl Sheet {
 
     /// Serialise the history of an implicit integrator; empty before its first step and after a
     /// restart.
-    fn keep_history(&self, to: &mut Keeper) {
-        self.engine.keep(to);
-        let begun = self.field_before.zip(self.system.as_ref());
+    fn serialise_history(&self, to: &mut StateWriter) {
+        self.engine.serialise(to);
+        let begun = self.last_field.zip(self.system.as_ref());
         to.flag(begun.is_some());
         if let Some((field, system)) = begun {
             to.vector(field.gravity);
             to.numbers(&[field.air, field.air_density]);
             to.vector(field.wind);
-            system.springs.keep_history(to);
-            self.own_elements().iter().for_each(|e| e.keep_history(to));
+            system.springs.serialise_history(to);
+            self.own_elements().iter().for_each(|e| e.serialise_history(to));
         }
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
-        self.engine.take(from, self.masses())?;
-        self.field_before = None;
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+        self.engine.deserialise(from, self.node_count())?;
+        self.last_field = None;
         if !from.flag()? {
             return Ok(());
         }
         let (gravity, air, air_density) = (from.vector()?, from.number()?, from.number()?);
         let field = Field { gravity, air, air_density, wind: from.vector()? };
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
-        let taken = system.springs.take_history(from);
+        let taken = system.springs.deserialise_history(from);
         self.system = Some(system);
         taken?;
-        let own = self.elements.len() - self.pulls.len();
-        self.elements[..own].iter_mut().try_for_each(|e| e.take_history(from))?;
-        self.field_before = Some(field);
+        let own = self.elements.len() - self.grabs.len();
+        self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_history(from))?;
+        self.last_field = Some(field);
         Ok(())
     }
 }
 
-fn keep_material(material: &Material, to: &mut Keeper) {
+fn serialise_material(material: &Material, to: &mut StateWriter) {
     to.text(&material.name);
     // `Material` omits an empty name when it is written, so the name is written separately.
     let named = Material { name: "-".to_owned(), ..material.clone() };
@@ -307,15 +312,15 @@ fn keep_material(material: &Material, to: &mut Keeper) {
     to.blob(&bytes);
 }
 
-fn take_material(from: &mut Taker) -> Taken<Material> {
+fn deserialise_material(from: &mut StateReader) -> ReadResult<Material> {
     let name = from.text()?.to_owned();
-    let mut material: Material = postcard::from_bytes(from.blob()?).map_err(|_| Cut)?;
+    let mut material: Material = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
     material.name = name;
-    validate::material("material", &material).map_err(|_| Cut)?;
+    validate::material("material", &material).map_err(|_| CorruptState)?;
     Ok(material)
 }
 
-fn keep_status(status: &Status, to: &mut Keeper) {
+fn serialise_status(status: &Status, to: &mut StateWriter) {
     match status {
         Status::Awake => to.byte(0),
         Status::Asleep => to.byte(1),
@@ -332,16 +337,16 @@ fn keep_status(status: &Status, to: &mut Keeper) {
     }
 }
 
-fn take_status(from: &mut Taker) -> Taken<Status> {
+fn deserialise_status(from: &mut StateReader) -> ReadResult<Status> {
     Ok(match from.byte()? {
         0 => Status::Awake,
         1 => Status::Asleep,
         2 => {
-            let (time, speed, mass) = (from.number()?, from.number()?, from.small()?);
+            let (time, speed, mass) = (from.number()?, from.number()?, from.count_u32()?);
             let place: DVec3 = from.vector()?;
             Status::Unstable { time, mass, place, speed }
         }
         3 => Status::Frozen { time: from.number()? },
-        _ => return Err(Cut),
+        _ => return Err(CorruptState),
     })
 }

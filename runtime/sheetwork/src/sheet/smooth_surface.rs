@@ -11,27 +11,27 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use crate::mesh::outline::Mesh;
+use crate::mesh::outline::TriangleMesh;
 
 /// Number of coefficients of a parabola in two variables.
 const TERMS: usize = 6;
 /// Regularisation of the quadratic terms, relative to the moments, for fewer nodes than a parabola
 /// needs.
-const RIDGE: f64 = 1e-6;
+const REGULARISATION: f64 = 1e-6;
 
 /// Weighted sum of nodes.
-pub(crate) type Combination = Vec<(u32, f64)>;
+pub(crate) type NodeWeights = Vec<(u32, f64)>;
 
 /// Subdivide the edges of `mesh`; return the new mesh and its vertices as combinations of nodes.
 /// `vertices` are those of `mesh`.
-pub(crate) fn halve(mesh: &Mesh, vertices: &[Combination]) -> Option<(Mesh, Vec<Combination>)> {
+pub(crate) fn halve(mesh: &TriangleMesh, vertices: &[NodeWeights]) -> Option<(TriangleMesh, Vec<NodeWeights>)> {
     let n = mesh.positions.len();
     let neighbours = mesh.neighbours();
     let (mut positions, mut all) = (mesh.positions.clone(), vertices.to_vec());
     for edge in &mesh.edges {
         positions.push(mesh.middle(edge));
-        let mut sum = Combination::new();
-        for (vertex, weight) in bow(mesh, &neighbours, edge.nodes) {
+        let mut sum = NodeWeights::new();
+        for (vertex, weight) in bowed_middle(mesh, &neighbours, edge.nodes) {
             for (mass, part) in &vertices[vertex as usize] {
                 match sum.iter_mut().find(|(m, _)| m == mass) {
                     Some((_, s)) => *s += weight * part,
@@ -45,11 +45,11 @@ pub(crate) fn halve(mesh: &Mesh, vertices: &[Combination]) -> Option<(Mesh, Vec<
         let [ab, bc, ca] = edges.map(|e| n as u32 + e);
         [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
     });
-    Some((Mesh::new(positions, parts.collect()).ok()?, all))
+    Some((TriangleMesh::new(positions, parts.collect()).ok()?, all))
 }
 
 /// Vertex in the middle of edge `a`, `b` as a combination of the surrounding vertices.
-fn bow(mesh: &Mesh, neighbours: &[Vec<u32>], [a, b]: [u32; 2]) -> Combination {
+fn bowed_middle(mesh: &TriangleMesh, neighbours: &[Vec<u32>], [a, b]: [u32; 2]) -> NodeWeights {
     let mut around = vec![a, b];
     for m in neighbours[a as usize].iter().chain(&neighbours[b as usize]) {
         if !around.contains(m) {
@@ -68,7 +68,7 @@ fn bow(mesh: &Mesh, neighbours: &[Vec<u32>], [a, b]: [u32; 2]) -> Combination {
             [1.0, s, t, s * s, s * t, t * t]
         })
         .collect();
-    let ridge = |i: usize, j: usize| if i == j && i > 2 { RIDGE } else { 0.0 };
+    let ridge = |i: usize, j: usize| if i == j && i > 2 { REGULARISATION } else { 0.0 };
     let moments = Mat::from_fn(TERMS, TERMS, |i, j| rows.iter().map(|r| r[i] * r[j]).sum::<f64>() + ridge(i, j));
     let mut sum = vec![(a, 0.5), (b, 0.5)];
     let Ok(factor) = moments.llt(Side::Lower) else { return sum };
@@ -91,7 +91,7 @@ mod tests {
     use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, mesh};
     use std::path::Path;
 
-    fn ring(n: u32) -> Mesh {
+    fn ring(n: u32) -> TriangleMesh {
         let disc = OutlineSpec::Disc { radius: 0.5 };
         let hole = HoleSpec::Disc { centre: (0.1, 0.0), radius: 0.15 };
         let outline = Outline::new(Some(&disc), &[hole], &[], (1.0, 1.0), Path::new(".")).expect("an outline");
@@ -102,7 +102,7 @@ mod tests {
     fn worst(n: u32, levels: u32, f: impl Fn(f64, f64) -> f64) -> f64 {
         let mut mesh = ring(n);
         let heights: Vec<f64> = mesh.positions.iter().map(|[u, v]| f(*u, *v)).collect();
-        let mut vertices: Vec<Combination> = (0..heights.len() as u32).map(|i| vec![(i, 1.0)]).collect();
+        let mut vertices: Vec<NodeWeights> = (0..heights.len() as u32).map(|i| vec![(i, 1.0)]).collect();
         for _ in 0..levels {
             (mesh, vertices) = halve(&mesh, &vertices).expect("a mesh");
         }
@@ -114,13 +114,13 @@ mod tests {
     }
 
     #[test]
-    fn planes_and_parabolas_are_drawn_as_they_are() {
+    fn halving_reproduces_planes_and_parabolas() {
         assert!(worst(11, 2, |u, v| 1.0 + 2.0 * u - v) < 1e-9);
         assert!(worst(11, 2, |u, v| u * u - 0.5 * u * v + 2.0 * v * v) < 1e-3);
     }
 
     #[test]
-    fn a_wave_is_drawn_better_than_flat_triangles_are() {
+    fn halving_draws_a_wave_better_than_flat_triangles() {
         // The bow between nodes is h² κ/8 = 0.02.
         let wave = worst(11, 2, |u, v| (4.0 * u).sin() * (3.0 * v).cos());
         assert!(wave < 5e-3, "{wave}");

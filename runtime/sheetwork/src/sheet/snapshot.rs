@@ -5,65 +5,65 @@ use crate::elements::Element;
 use crate::elements::spring::Springs;
 use crate::math::Vectors;
 use crate::scene::Material;
-use crate::sheet::bonds::Stuck;
-use crate::sheet::creep::Flow;
-use crate::sheet::temperature::Heat;
-use crate::sheet::{GuardState, Sheet, Status};
+use crate::sheet::bonds::AdhesionState;
+use crate::sheet::creep::InelasticState;
+use crate::sheet::temperature::SheetTemperature;
+use crate::sheet::{RecoveryState, Sheet, Status};
 use crate::units::temperature::REFERENCE;
 
 /// State of a sheet at one time.
 #[derive(Clone, Debug)]
-pub(crate) struct SheetState {
+pub(crate) struct SavedSheetState {
     x: Vectors,
     v: Vectors,
     status: Status,
-    quiet: f64,
+    rest_time: f64,
     /// Positions at the start of the rest period, m; `None` for a moving sheet.
-    still_at: Option<Vectors>,
+    rest_positions: Option<Vectors>,
     /// Cells opened since the start; empty for a sheet that cannot open.
     open: Vec<bool>,
-    stuck: Option<Box<Stuck>>,
-    changed: Option<Changed>,
+    adhesion: Option<Box<AdhesionState>>,
+    changed: Option<ElementState>,
     /// State of the recovery policy.
-    guard: Option<GuardState>,
+    recovery: Option<RecoveryState>,
 }
 
 /// Elements, springs and temperatures of a sheet with heat, creep or plasticity.
-struct Changed {
+struct ElementState {
     /// Elements without grab springs.
     elements: Vec<Box<dyn Element>>,
     springs: Springs,
-    heat: Option<Box<Heat>>,
-    flow: Option<Box<Flow>>,
+    heat: Option<Box<SheetTemperature>>,
+    inelastic: Option<Box<InelasticState>>,
     /// Material of this state.
     material: Material,
 }
 
-impl Changed {
+impl ElementState {
     fn copy(
         elements: &[Box<dyn Element>],
         springs: &Springs,
-        heat: Option<&Heat>,
-        flow: Option<&Flow>,
+        heat: Option<&SheetTemperature>,
+        flow: Option<&InelasticState>,
         material: &Material,
     ) -> Self {
         Self {
-            elements: elements.iter().map(|e| e.boxed()).collect(),
+            elements: elements.iter().map(|e| e.clone_box()).collect(),
             springs: springs.clone(),
-            heat: heat.map(|h| Box::new(h.kept())),
-            flow: flow.map(|f| Box::new(f.clone())),
+            heat: heat.map(|h| Box::new(h.copy_state())),
+            inelastic: flow.map(|f| Box::new(f.clone())),
             material: material.clone(),
         }
     }
 }
 
-impl Clone for Changed {
+impl Clone for ElementState {
     fn clone(&self) -> Self {
-        Self::copy(&self.elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
+        Self::copy(&self.elements, &self.springs, self.heat.as_deref(), self.inelastic.as_deref(), &self.material)
     }
 }
 
-impl std::fmt::Debug for Changed {
+impl std::fmt::Debug for ElementState {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Changed").field("elements", &self.elements.len()).finish_non_exhaustive()
     }
@@ -71,56 +71,68 @@ impl std::fmt::Debug for Changed {
 
 impl Sheet {
     /// Copy the present state.
-    pub(crate) fn state(&self) -> SheetState {
+    pub(crate) fn to_state(&self) -> SavedSheetState {
         let open = self.torn_cells();
-        let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.stuck.clone());
-        let own = self.elements.len() - self.pulls.len();
-        let changes = self.heat.is_some() || self.flow.is_some();
+        let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.adhesion.clone());
+        let own = self.elements.len() - self.grabs.len();
+        let changes = self.heat.is_some() || self.inelastic.is_some();
         let changed = changes.then(|| {
             let elements = &self.elements[..own];
-            Changed::copy(elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
+            ElementState::copy(elements, &self.springs, self.heat.as_deref(), self.inelastic.as_deref(), &self.material)
         });
-        let guard = self.guard.as_ref().map(|g| g.state);
-        let still_at = (self.quiet > 0.0).then(|| self.still_at.clone());
-        SheetState { x, v, status: self.status, quiet: self.quiet, still_at, open, stuck, changed, guard }
+        let guard = self.recovery.as_ref().map(|g| g.state);
+        let still_at = (self.rest_time > 0.0).then(|| self.rest_positions.clone());
+        SavedSheetState {
+            x,
+            v,
+            status: self.status,
+            rest_time: self.rest_time,
+            rest_positions: still_at,
+            open,
+            adhesion: stuck,
+            changed,
+            recovery: guard,
+        }
     }
 
     /// Whether `state` is compatible with this sheet.
-    pub(crate) fn takes(&self, state: &SheetState) -> bool {
+    pub(crate) fn accepts_state(&self, state: &SavedSheetState) -> bool {
         let own = self.open_cells().map_or(0, <[bool]>::len);
         // A change of the slits since then leaves the nodes as they are.
         let cells = state.open.len() == own || !state.open.contains(&true);
-        let flows = |c: &Changed| c.flow.is_some() == self.flow.is_some() && c.springs.len() == self.springs.len();
-        state.x.len() == self.masses() && cells && state.changed.as_ref().is_none_or(flows)
+        let flows = |c: &ElementState| {
+            c.inelastic.is_some() == self.inelastic.is_some() && c.springs.len() == self.springs.len()
+        };
+        state.x.len() == self.node_count() && cells && state.changed.as_ref().is_none_or(flows)
     }
 
     /// Restore a compatible `state`. The integrator restarts; the material stays as it is now.
-    pub(crate) fn go_back(&mut self, state: &SheetState) {
+    pub(crate) fn restore(&mut self, state: &SavedSheetState) {
         self.wake();
         self.x.copy_from(&state.x);
         self.v.copy_from(&state.v);
         self.set_open(&state.open);
-        self.work.stuck.clone_from(&state.stuck);
+        self.work.adhesion.clone_from(&state.adhesion);
         match &state.changed {
-            Some(changed) => self.take_back(changed.clone()),
+            Some(changed) => self.restore_elements(changed.clone()),
             // A state without temperatures is at the reference temperature.
             None if self.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
             None => {}
         }
         self.status = state.status;
-        self.quiet = state.quiet;
-        state.still_at.iter().for_each(|at| self.still_at.clone_from(at));
+        self.rest_time = state.rest_time;
+        state.rest_positions.iter().for_each(|at| self.rest_positions.clone_from(at));
         self.work.touching.fill(false);
-        self.work.stage.astray = false;
-        self.restore_guard(state.guard);
+        self.work.stage.has_diverged = false;
+        self.restore_recovery_state(state.recovery);
         self.engine.restart();
-        self.field_before = None;
+        self.last_field = None;
     }
 
-    fn take_back(&mut self, changed: Changed) {
-        let own = self.elements.len() - self.pulls.len();
+    fn restore_elements(&mut self, changed: ElementState) {
+        let own = self.elements.len() - self.grabs.len();
         self.elements.splice(..own, changed.elements);
-        (self.springs, self.flow) = (changed.springs, changed.flow);
+        (self.springs, self.inelastic) = (changed.springs, changed.inelastic);
         if changed.heat.is_some() {
             self.heat = changed.heat;
         }

@@ -1,44 +1,44 @@
 //! One implicit stage of a sheet in contact.
 //!
 //! [`crate::contact`] drives the stage: [`Sheet::prepare_stage`], then outer iterations of
-//! [`Sheet::free_motion`] (positions without contact, linearised at the last iterate) and
-//! [`Sheet::accept`] (positions with contact), then [`Sheet::finish_stage`]. In between, the factor
+//! [`Sheet::solve_free_motion`] (positions without contact, linearised at the last iterate) and
+//! [`Sheet::update_iterate`] (positions with contact), then [`Sheet::finish_stage`]. In between, the factor
 //! of the tangent gives the displacement of the nodes by contact forces.
 
 use glam::DVec3;
 
 use crate::elements::{Geometric, NO_BLOCK};
-use crate::integrators::implicit::Implicit;
-use crate::integrators::implicit::staged::{Jump, Staged};
+use crate::integrators::implicit::ImplicitProblem;
+use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
 use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
-use crate::linear::{HalfSolutions, Loads};
+use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
 use crate::rigid::BodyState;
-use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, System};
+use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, ImplicitSystem};
 use crate::sheet::{Field, Sheet};
 
 const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 
 /// Workspace and state of a stage.
 #[derive(Default)]
-pub(crate) struct StageWork {
+pub(crate) struct StageWorkspace {
     /// Positions of the last iterate, m.
     pub iterate: Vectors,
     /// Positions without contact, m.
-    pub free: Vectors,
+    pub free_positions: Vectors,
     /// Whether the stage needs no further outer iteration.
-    pub done: bool,
+    pub is_finished: bool,
     /// Energy of mispredicted strain in the last outer iteration (J), and its ratio to the
     /// tolerance.
-    missed: f64,
-    pub excess: f64,
+    misprediction: f64,
+    pub misprediction_ratio: f64,
     /// Whether the linear system could not be solved.
-    pub failed: bool,
+    pub has_failed: bool,
     /// Whether the integrator has already advanced the sheet, and each node responds to contact
     /// with its mass alone.
-    pub by_mass: bool,
+    pub node_by_node: bool,
     /// Whether the step diverged: the energy of the sheet grew beyond its bound.
-    pub astray: bool,
+    pub has_diverged: bool,
     /// Velocity at the end of the stage without contact, m/s.
     pub velocity: Vectors,
     /// Length of the stage (s), and weight of the new acceleration in its displacement (s).
@@ -49,9 +49,9 @@ pub(crate) struct StageWork {
     scale: f64,
     right: Vec<f64>,
     /// Saved history of integrator and elements.
-    kept: Vec<f64>,
-    kept_x: Vectors,
-    kept_v: Vectors,
+    saved_history: Vec<f64>,
+    saved_positions: Vectors,
+    saved_velocities: Vectors,
 }
 
 impl Sheet {
@@ -60,14 +60,19 @@ impl Sheet {
     fn with_scheme<R>(
         &mut self,
         field: Field,
-        work: impl FnOnce(&mut ImplicitSheet, &mut dyn Staged, &mut StageWork, (&mut Vectors, &mut Vectors)) -> R,
+        work: impl FnOnce(
+            &mut ImplicitSheet,
+            &mut dyn StagedIntegrator,
+            &mut StageWorkspace,
+            (&mut Vectors, &mut Vectors),
+        ) -> R,
     ) -> Option<R> {
         let mut system = self.system.take()?;
         let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
-        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::Resting));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::IdleIntegrator));
         let mut stage = std::mem::take(&mut self.work.stage);
         let result = engine.staged().map(|scheme| {
-            self.with_problem(field, &mut system, |problem| work(problem, scheme, &mut stage, (&mut x, &mut v)))
+            self.with_implicit_sheet(field, &mut system, |problem| work(problem, scheme, &mut stage, (&mut x, &mut v)))
         });
         (self.x, self.v, self.engine, self.system, self.work.stage) = (x, v, engine, Some(system), stage);
         result
@@ -75,12 +80,12 @@ impl Sheet {
 
     /// Begin a step of `dt` (s) that proceeds in stages.
     pub(crate) fn begin_step(&mut self, field: Field, dt: f64) {
-        self.begin_flow(dt);
-        self.ready_implicit(field);
-        let n = self.masses();
+        self.begin_inelastic_step(dt);
+        self.prepare_implicit(field);
+        let n = self.node_count();
         let stage = &mut self.work.stage;
-        stage.by_mass = false;
-        for buffer in [&mut stage.iterate, &mut stage.free, &mut stage.d, &mut stage.velocity] {
+        stage.node_by_node = false;
+        for buffer in [&mut stage.iterate, &mut stage.free_positions, &mut stage.d, &mut stage.velocity] {
             if buffer.len() != n {
                 *buffer = Vectors::zeros(n);
             }
@@ -101,7 +106,7 @@ impl Sheet {
     }
 
     /// Weight θ of an acceleration in the displacement of a step of `dt` (s): see
-    /// [`crate::integrators::EngineInfo::drift`].
+    /// [`crate::integrators::IntegratorInfo::drift`].
     pub(crate) fn drift(&self, dt: f64) -> f64 {
         self.engine.drift(dt).unwrap_or(self.engine_kind.info().drift)
     }
@@ -112,25 +117,25 @@ impl Sheet {
             scheme.prepare(problem, k, dt, (x, v), &mut stage.iterate);
             // A film under vacuum moves slowly and turns much work into strain, so the work of
             // pressure is also a reference energy.
-            let pressed = problem.pressed(x, &stage.iterate).abs();
+            let pressed = problem.pressure_work(x, &stage.iterate).abs();
             let problem_stage = scheme.stage();
             // The stage starts from the present positions, or from the extrapolated ones if their
             // potential is lower.
-            stage.free.copy_from(x);
-            problem.led(&stage.iterate, &mut stage.free);
+            stage.free_positions.copy_from(x);
+            problem.copy_prescribed(&stage.iterate, &mut stage.free_positions);
             let ahead = problem.potential(&problem_stage, &stage.iterate);
-            let back = problem.potential(&problem_stage, &stage.free);
+            let back = problem.potential(&problem_stage, &stage.free_positions);
             if back < ahead || !ahead.is_finite() {
-                stage.iterate.copy_from(&stage.free);
+                stage.iterate.copy_from(&stage.free_positions);
             }
             stage.reference = back.min(ahead);
             stage.scale = problem
-                .inertial(&problem_stage, x)
-                .max(problem.kinetic_at(SETTINGS.reference_speed_stage))
+                .inertial_potential(&problem_stage, x)
+                .max(problem.kinetic_energy_at(SETTINGS.reference_speed_stage))
                 .max(pressed);
-            stage.done = false;
-            stage.missed = f64::INFINITY;
-            stage.failed = false;
+            stage.is_finished = false;
+            stage.misprediction = f64::INFINITY;
+            stage.has_failed = false;
             stage.length = scheme.length(k, dt);
             stage.h = 1.0 / problem_stage.per_time;
         });
@@ -139,34 +144,34 @@ impl Sheet {
     /// Start the stage from the rigid rotation given by `own` at its start, if that has a lower
     /// potential. Motion along straight lines stretches a sheet that rotates by φ by φ²/2, and the
     /// outer iterations would have to remove this strain.
-    pub(crate) fn begin_turned(&mut self, field: Field, own: &BodyState) {
+    pub(crate) fn start_from_rotation(&mut self, field: Field, own: &BodyState) {
         self.with_scheme(field, |problem, scheme, stage, (x, v)| {
-            let end = own.fly(stage.length, DVec3::ZERO);
+            let end = own.free_flight(stage.length, DVec3::ZERO);
             for i in 0..x.len() {
                 let within = v.get(i) - own.velocity_at(x.get(i));
-                stage.free.set(i, end.place(own.local(x.get(i))) + within * stage.length);
+                stage.free_positions.set(i, end.world_point(own.local_point(x.get(i))) + within * stage.length);
             }
-            problem.led(&stage.iterate, &mut stage.free);
-            let turned = problem.potential(&scheme.stage(), &stage.free);
+            problem.copy_prescribed(&stage.iterate, &mut stage.free_positions);
+            let turned = problem.potential(&scheme.stage(), &stage.free_positions);
             if turned < stage.reference {
                 stage.reference = turned;
-                stage.iterate.copy_from(&stage.free);
+                stage.iterate.copy_from(&stage.free_positions);
             }
         });
     }
 
     /// Solve for the positions without contact, linearised at the iterate; false without a finite
     /// solution.
-    pub(crate) fn free_motion(&mut self, field: Field) -> bool {
+    pub(crate) fn solve_free_motion(&mut self, field: Field) -> bool {
         self.counters.evaluations += 1;
         let found = self.with_scheme(field, |problem, scheme, stage, _| {
             let problem_stage = scheme.stage();
-            let mut found = problem.direction(&problem_stage, &stage.iterate, Geometric::Mixed, &mut stage.d);
+            let mut found = problem.newton_direction(&problem_stage, &stage.iterate, Geometric::Mixed, &mut stage.d);
             if found.is_err() {
-                found = problem.direction(&problem_stage, &stage.iterate, Geometric::Clipped, &mut stage.d);
+                found = problem.newton_direction(&problem_stage, &stage.iterate, Geometric::Clipped, &mut stage.d);
             }
-            stage.free.set_sum(&stage.iterate, 1.0, &stage.d);
-            found.is_ok() && stage.free.max_squared() < 1e12
+            stage.free_positions.set_sum(&stage.iterate, 1.0, &stage.d);
+            found.is_ok() && stage.free_positions.max_squared() < 1e12
         });
         found.unwrap_or(false)
     }
@@ -175,22 +180,25 @@ impl Sheet {
     /// converged when the solution agrees with its prediction within the tolerance. `firm` selects
     /// the tighter tolerance of attached sheets, as long as further outer iterations reduce the
     /// error.
-    pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
+    pub(crate) fn update_iterate(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
         let enough = if contact.is_some() { SETTINGS.prediction_error_contact } else { SETTINGS.prediction_error };
-        let passes =
-            if contact.is_some() && firm && self.is_glued() { SETTINGS.prediction_error_attached } else { enough };
+        let passes = if contact.is_some() && firm && self.has_dynamic_attachments() {
+            SETTINGS.prediction_error_attached
+        } else {
+            enough
+        };
         self.with_scheme(field, |problem, scheme, stage, _| {
-            stage.d.set_sum(&stage.free, -1.0, &stage.iterate);
+            stage.d.set_sum(&stage.free_positions, -1.0, &stage.iterate);
             if let Some(dx) = contact {
                 stage.d.add_scaled(1.0, dx);
             }
-            let missed = problem.predict(&stage.iterate, &stage.d);
+            let missed = problem.predict_stress(&stage.iterate, &stage.d);
             stage.iterate.add_scaled(1.0, &stage.d);
             let limit = passes * stage.scale;
-            let stalls = missed > 0.5 * stage.missed && missed <= enough * stage.scale;
+            let stalls = missed > 0.5 * stage.misprediction && missed <= enough * stage.scale;
             let near = missed <= limit || stalls;
-            (stage.missed, stage.excess) = (missed, missed / limit);
-            stage.done = match contact {
+            (stage.misprediction, stage.misprediction_ratio) = (missed, missed / limit);
+            stage.is_finished = match contact {
                 Some(_) => near,
                 None => {
                     let rise = problem.potential(&scheme.stage(), &stage.iterate) - stage.reference;
@@ -207,10 +215,10 @@ impl Sheet {
     }
 
     /// Compute the velocity at the end of the stage without contact.
-    pub(crate) fn free_velocity(&mut self, field: Field) {
+    pub(crate) fn compute_free_velocity(&mut self, field: Field) {
         self.with_scheme(field, |_, scheme, stage, _| {
             let of_stage = scheme.stage();
-            stage.velocity.set_sum(&stage.free, -1.0, of_stage.w);
+            stage.velocity.set_sum(&stage.free_positions, -1.0, of_stage.w);
             stage.velocity.axes_mut().into_iter().flatten().for_each(|v| *v *= of_stage.per_time);
         });
     }
@@ -222,35 +230,35 @@ impl Sheet {
             let solved =
                 crate::integrators::implicit::newton::solve(problem, &scheme.stage(), x, &mut stage.iterate, &mut work);
             *scheme.work() = work;
-            stage.done = true;
+            stage.is_finished = true;
             solved
         });
         let solved = solved.unwrap_or_default();
         self.counters.evaluations += u64::from(solved.solves);
-        self.counters.guarded += u64::from(solved.guarded);
+        self.counters.guarded += u64::from(solved.globalised);
     }
 
     /// Finish stage `k` with the displacement and velocity change by contact.
-    pub(crate) fn finish_stage(&mut self, field: Field, k: usize, dt: f64, jump: Option<&Jump>) {
+    pub(crate) fn finish_stage(&mut self, field: Field, k: usize, dt: f64, jump: Option<&ContactJump>) {
         self.with_scheme(field, |problem, scheme, stage, state| {
             scheme.finish(problem, k, dt, &stage.iterate, jump, state);
         });
     }
 
     /// Add the half solutions of `loads`, given by node, for the present tangent.
-    pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        if self.answers_by_mass() {
-            self.half_solve_masses(loads, solutions);
+    pub(crate) fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
+        if self.solves_node_by_node() {
+            self.half_solve_nodes(loads, solutions);
         } else if let Some(system) = &mut self.system {
             system.half_solve(loads, solutions);
         }
     }
 
     /// Displacement (m) by `force` (N) with the present tangent.
-    pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
+    pub(crate) fn solve_displacement(&mut self, force: &Vectors, dx: &mut Vectors) {
         dx.clear();
-        if self.answers_by_mass() {
-            self.answer_masses(force, dx);
+        if self.solves_node_by_node() {
+            self.node_displacements(force, dx);
             return;
         }
         let Some(system) = &mut self.system else { return };
@@ -270,11 +278,11 @@ impl Sheet {
     /// Present tangent; `None` before the first implicit step, and where nodes respond with their
     /// mass alone.
     pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
-        self.system.as_ref().filter(|_| !self.answers_by_mass()).map(|s| s.tangent())
+        self.system.as_ref().filter(|_| !self.solves_node_by_node()).map(|s| s.tangent())
     }
 
     /// Linear system of the present tangent.
-    pub(crate) fn system_mut(&mut self) -> Option<&mut System> {
+    pub(crate) fn system_mut(&mut self) -> Option<&mut ImplicitSystem> {
         self.system.as_deref_mut()
     }
 
@@ -301,39 +309,39 @@ impl Sheet {
 
     /// Block row of node `i`, and its free (1) and fixed (0) directions; `None` for a fixed node.
     pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
-        if self.answers_by_mass() {
-            return self.free_mass(i);
+        if self.solves_node_by_node() {
+            return self.free_node(i);
         }
         let system = self.system.as_ref()?;
-        let row = system.row_of(i);
+        let row = system.block_row(i);
         (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
     }
 
-    /// Save the state of the sheet for [`Sheet::put_back`].
-    pub(crate) fn keep(&mut self) {
-        self.trace(|trace, _| trace.keep());
+    /// Save the state of the sheet for [`Sheet::restore_state`].
+    pub(crate) fn save_state(&mut self) {
+        self.update_trace(|trace, _| trace.mark_saved());
         let Self { work, x, v, engine, .. } = self;
         let stage = &mut work.stage;
-        stage.kept_x.clone_from(x);
-        stage.kept_v.clone_from(v);
-        stage.kept.clear();
-        let kept = &mut stage.kept;
-        engine.history(&mut |numbers| kept.extend_from_slice(numbers));
-        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut |n| kept.extend_from_slice(n)));
+        stage.saved_positions.clone_from(x);
+        stage.saved_velocities.clone_from(v);
+        stage.saved_history.clear();
+        let kept = &mut stage.saved_history;
+        engine.visit_history(&mut |numbers| kept.extend_from_slice(numbers));
+        for_each_element(&mut self.system, &mut self.elements, |e| e.visit_history(&mut |n| kept.extend_from_slice(n)));
     }
 
     /// Saved positions, m.
-    pub(crate) fn kept_positions(&self) -> &Vectors {
-        &self.work.stage.kept_x
+    pub(crate) fn saved_positions(&self) -> &Vectors {
+        &self.work.stage.saved_positions
     }
 
     /// Restore the saved state.
-    pub(crate) fn put_back(&mut self) {
-        self.trace(|trace, _| trace.put_back());
+    pub(crate) fn restore_state(&mut self) {
+        self.update_trace(|trace, _| trace.truncate_to_saved());
         let Self { work, x, v, engine, .. } = self;
-        x.clone_from(&work.stage.kept_x);
-        v.clone_from(&work.stage.kept_v);
-        let mut rest = work.stage.kept.as_slice();
+        x.clone_from(&work.stage.saved_positions);
+        v.clone_from(&work.stage.saved_velocities);
+        let mut rest = work.stage.saved_history.as_slice();
         let mut take = |numbers: &mut [f64]| {
             let (these, others) = rest.split_at(numbers.len().min(rest.len()));
             if these.len() == numbers.len() {
@@ -341,13 +349,13 @@ impl Sheet {
             }
             rest = others;
         };
-        engine.history(&mut take);
-        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut take));
+        engine.visit_history(&mut take);
+        for_each_element(&mut self.system, &mut self.elements, |e| e.visit_history(&mut take));
     }
 }
 
 fn for_each_element(
-    system: &mut Option<Box<System>>,
+    system: &mut Option<Box<ImplicitSystem>>,
     elements: &mut [Box<dyn crate::elements::Element>],
     mut visit: impl FnMut(&mut dyn crate::elements::Element),
 ) {

@@ -6,12 +6,12 @@ use crate::sheet::Sheet;
 
 /// Stages of the last implicit step, without rolled-back ones.
 #[derive(Default)]
-pub(crate) struct Trace {
+pub(crate) struct StageTrace {
     pub ends: Vec<(f64, Vectors)>,
     kept: usize,
 }
 
-impl Trace {
+impl StageTrace {
     /// Start the trace of a step.
     pub fn begin(&mut self) {
         self.ends.clear();
@@ -19,12 +19,12 @@ impl Trace {
     }
 
     /// Mark the present stage for a rollback.
-    pub fn keep(&mut self) {
+    pub fn mark_saved(&mut self) {
         self.kept = self.ends.len();
     }
 
     /// Remove the stages after the mark.
-    pub fn put_back(&mut self) {
+    pub fn truncate_to_saved(&mut self) {
         self.ends.truncate(self.kept);
     }
 }
@@ -45,7 +45,7 @@ impl Sheet {
     }
 
     /// Call `with` on the trace of a sheet with recording.
-    pub(crate) fn trace(&mut self, with: impl FnOnce(&mut Trace, &Vectors)) {
+    pub(crate) fn update_trace(&mut self, with: impl FnOnce(&mut StageTrace, &Vectors)) {
         if let Some(trace) = &mut self.work.trace {
             with(trace, &self.x);
         }

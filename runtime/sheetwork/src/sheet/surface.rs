@@ -13,9 +13,9 @@
 use glam::Vec3;
 
 use crate::math::Vectors;
-use crate::mesh::outline::Mesh;
-use crate::mesh::structure::Layer;
-use crate::sheet::smooth_surface::{Combination, halve};
+use crate::mesh::outline::TriangleMesh;
+use crate::mesh::structure::LatticeLayer;
+use crate::sheet::smooth_surface::{NodeWeights, halve};
 
 /// Triangles to draw, in single precision.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +32,7 @@ pub struct SurfaceMesh {
 
 /// Topology and vertex weights of the drawing surface of a layer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub struct DrawingSurface {
     /// First entry of each vertex in `masses` and `weights`, and the end.
     first: Vec<u32>,
     masses: Vec<u32>,
@@ -43,18 +43,18 @@ pub struct Surface {
 
 /// Columns and rows of nodes, ascending, along which a sheet is creased from edge to edge.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Folds {
+pub struct CreaseLines {
     /// Columns, counted along the length.
     pub columns: Vec<u32>,
     /// Rows, counted along the width.
     pub rows: Vec<u32>,
 }
 
-impl Surface {
+impl DrawingSurface {
     /// Surface of a triangle mesh: flat for `parts` of 1, subdivided once from 2 on and twice from
     /// 4 on (see `smooth_surface`); `uv` are the material coordinates of the sheet.
-    pub fn of_triangles(mesh: &Mesh, uv: &[(f64, f64)], parts: u32) -> Self {
-        let mut vertices: Vec<Combination> = (0..uv.len() as u32).map(|i| vec![(i, 1.0)]).collect();
+    pub fn from_mesh(mesh: &TriangleMesh, uv: &[(f64, f64)], parts: u32) -> Self {
+        let mut vertices: Vec<NodeWeights> = (0..uv.len() as u32).map(|i| vec![(i, 1.0)]).collect();
         let mut drawn = std::borrow::Cow::Borrowed(mesh);
         for _ in 0..parts.max(1).ilog2().min(2) {
             let Some((finer, more)) = halve(&drawn, &vertices) else { break };
@@ -69,13 +69,13 @@ impl Surface {
     /// Surface of `layer` with `parts` spline segments between neighbouring nodes (clamped to 1 to
     /// 16); 1 draws flat triangles between the nodes. `uv` are the material coordinates of the
     /// sheet.
-    pub fn new(layer: &Layer, uv: &[(f64, f64)], parts: u32) -> Self {
-        Self::folded(layer, uv, parts, &Folds::default())
+    pub fn new(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32) -> Self {
+        Self::with_creases(layer, uv, parts, &CreaseLines::default())
     }
 
-    /// Surface of `layer` as [`Surface::new`], with splines that end on both sides of `folds`, so
+    /// Surface of `layer` as [`DrawingSurface::new`], with splines that end on both sides of `folds`, so
     /// that a crease is equally sharp on every grid.
-    pub fn folded(layer: &Layer, uv: &[(f64, f64)], parts: u32, folds: &Folds) -> Self {
+    pub fn with_creases(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32, folds: &CreaseLines) -> Self {
         let parts = parts.clamp(1, 16);
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {
             return Self::flat(layer, uv);
@@ -86,7 +86,7 @@ impl Surface {
         for r in 0..rows {
             let along_z = catmull_rom(f64::from(r) / f64::from(parts), layer.nz, &folds.rows);
             for c in 0..columns {
-                let mut sum = Combination::new();
+                let mut sum = NodeWeights::new();
                 for (j, wz) in &along_z {
                     let stagger = if layer.triangular && j % 2 == 1 { 0.5 } else { 0.0 };
                     let u = f64::from(c) / f64::from(parts) + middle - stagger;
@@ -98,19 +98,19 @@ impl Surface {
             }
         }
         let mut surface = Self::from_combinations(vertices, uv);
-        let grid = Layer { first: 0, nx: columns, nz: rows, triangular: false };
+        let grid = LatticeLayer { first: 0, nx: columns, nz: rows, triangular: false };
         surface.indices = grid.triangles();
         surface
     }
 
-    fn flat(layer: &Layer, uv: &[(f64, f64)]) -> Self {
+    fn flat(layer: &LatticeLayer, uv: &[(f64, f64)]) -> Self {
         let vertices = layer.range().map(|i| vec![(i as u32, 1.0)]).collect();
         let mut surface = Self::from_combinations(vertices, uv);
         surface.indices = layer.triangles().into_iter().map(|t| t.map(|i| i - layer.first)).collect();
         surface
     }
 
-    fn from_combinations(vertices: Vec<Combination>, uv: &[(f64, f64)]) -> Self {
+    fn from_combinations(vertices: Vec<NodeWeights>, uv: &[(f64, f64)]) -> Self {
         let mut surface = Self { first: vec![0], masses: vec![], weights: vec![], uvs: vec![], indices: vec![] };
         for combination in vertices {
             let (mut u, mut v) = (0.0, 0.0);
@@ -127,7 +127,7 @@ impl Surface {
     }
 
     /// Replace the triangles.
-    pub(crate) fn keep(&mut self, triangles: Vec<[u32; 3]>) {
+    pub(crate) fn set_triangles(&mut self, triangles: Vec<[u32; 3]>) {
         self.indices = triangles;
     }
 
@@ -157,7 +157,7 @@ impl Surface {
     /// Interpolate `values`, one per node, at the vertices, with the weights of positions and
     /// clamped to the range of the nodes used.
     ///
-    /// A shorter `out` than [`Surface::len`] is filled as far as it goes.
+    /// A shorter `out` than [`DrawingSurface::len`] is filled as far as it goes.
     pub fn interpolate(&self, values: &[f64], out: &mut [f32]) {
         for (vertex, out) in out.iter_mut().enumerate().take(self.len()) {
             let (mut sum, mut low, mut high) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
@@ -173,7 +173,7 @@ impl Surface {
     /// Write positions (m) and unit normals at a time between two steps: `before` at s = 0, `after`
     /// at s = 1.
     ///
-    /// Both slices must be [`Surface::len`] long; a shorter one is filled as far as it goes.
+    /// Both slices must be [`DrawingSurface::len`] long; a shorter one is filled as far as it goes.
     pub fn update(
         &self,
         before: &Vectors,
@@ -210,7 +210,7 @@ impl Surface {
 
 /// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2, ...; beyond the ends the
 /// row continues in a straight line. The row ends on both sides of each of `folds`.
-fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
+fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> NodeWeights {
     let last = n as i64 - 1;
     let piece = (u.floor() as i64).clamp(0, last - 1);
     let within = || folds.iter().map(|f| i64::from(*f));
@@ -228,7 +228,7 @@ fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
     } else {
         [0.0, 1.0 - t, t, 0.0]
     };
-    let mut weights = Combination::new();
+    let mut weights = NodeWeights::new();
     let mut add = |i: i64, w: f64| {
         if w != 0.0 {
             match weights.iter_mut().find(|(j, _)| *j == i as u32) {
@@ -278,7 +278,7 @@ mod tests {
         for structure in ["samm", "trimm"] {
             let sheet = sheet(structure);
             for parts in [1, 4] {
-                let mesh = Surface::new(&sheet.layers[0], &sheet.uv, parts).mesh(&sheet.x);
+                let mesh = DrawingSurface::new(&sheet.layers[0], &sheet.uv, parts).mesh(&sheet.x);
                 for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
                     assert!(p[1].abs() < 1e-7 && p[0].abs() < 0.2501 && p[2].abs() < 0.2001, "{structure} {p:?}");
                     assert!((n[1] - 1.0).abs() < 1e-5, "{structure} {n:?}");
@@ -288,10 +288,10 @@ mod tests {
     }
 
     #[test]
-    fn values_are_smoothed_as_positions_are_and_do_not_overshoot() {
+    fn values_are_interpolated_like_positions_without_overshoot() {
         for structure in ["samm", "trimm"] {
             let sheet = sheet(structure);
-            let surface = Surface::new(&sheet.layers[0], &sheet.uv, 4);
+            let surface = DrawingSurface::new(&sheet.layers[0], &sheet.uv, 4);
             let mut seen = vec![0.0; surface.len()];
             let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
             surface.interpolate(&along, &mut seen);
@@ -308,14 +308,14 @@ mod tests {
     }
 
     #[test]
-    fn the_smooth_surface_passes_through_every_mass_of_a_square_layer() {
+    fn the_smooth_surface_passes_through_every_node_of_a_square_layer() {
         let mut sheet = sheet("samm");
-        for i in 0..sheet.masses() {
+        for i in 0..sheet.node_count() {
             let mut p = sheet.x.get(i);
             p.y = (7.0 * p.x).sin() * (5.0 * p.z).cos();
             sheet.x.set(i, p);
         }
-        let mesh = Surface::new(&sheet.layers[0], &sheet.uv, 3).mesh(&sheet.x);
+        let mesh = DrawingSurface::new(&sheet.layers[0], &sheet.uv, 3).mesh(&sheet.x);
         for p in sheet.x.iter() {
             let near = |q: &[f32; 3]| Vec3::from(*q).distance(p.as_vec3()) < 1e-6;
             assert!(mesh.positions.iter().any(near), "no drawn vertex at {p}");

@@ -9,15 +9,15 @@ use glam::{DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::sheet::temperature::patches::Faces;
+use crate::sheet::temperature::patches::SheetPatches;
 
 /// Value of sin β up to which self-shadowing is neglected.
-const GRAZING: f64 = 0.1;
+const NEGLIGIBLE_SLOPE: f64 = 0.1;
 
 /// Triangles of a sheet as obstacles of radiation.
-pub(crate) struct Own {
+pub(crate) struct SelfShadow {
     triangles: Vec<[u32; 3]>,
     tree: Bvh,
     /// m, and sin β; 1 where the sheet is no graph.
@@ -27,8 +27,8 @@ pub(crate) struct Own {
     boxes: Vec<[f32; 6]>,
 }
 
-impl Own {
-    pub fn new(sheet: &Sheet, faces: &Faces) -> Self {
+impl SelfShadow {
+    pub fn new(sheet: &Sheet, faces: &SheetPatches) -> Self {
         let triangles: Vec<[u32; 3]> = faces.triangles().copied().collect();
         let boxes: Vec<[f32; 6]> = triangles.iter().map(|t| around(sheet, *t)).collect();
         let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.iter().map(aabb).enumerate());
@@ -36,19 +36,19 @@ impl Own {
     }
 
     /// Whether the triangles are those of `faces`.
-    pub fn is_of(&self, faces: &Faces) -> bool {
+    pub fn is_of(&self, faces: &SheetPatches) -> bool {
         self.triangles.iter().eq(faces.triangles())
     }
 
     /// Serialise the state for a snapshot.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         to.vector(self.facing);
         to.number(self.steepest);
         self.boxes.iter().for_each(|b| to.singles(b));
     }
 
     /// Deserialise the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         (self.facing, self.steepest) = (from.vector()?, from.number()?);
         self.boxes.iter_mut().try_for_each(|b| from.singles(b))?;
         self.refit();
@@ -63,7 +63,7 @@ impl Own {
     }
 
     /// Update direction, slope and tree to the present shape of the sheet.
-    pub fn refresh(&mut self, sheet: &Sheet, faces: &Faces) {
+    pub fn refresh(&mut self, sheet: &Sheet, faces: &SheetPatches) {
         let normals = || {
             faces.triangles().map(|t| {
                 let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
@@ -74,7 +74,7 @@ impl Own {
         let least = normals().map(|n| n.normalize_or_zero().dot(self.facing)).fold(1.0, f64::min);
         // Margin of a degree.
         self.steepest = if least > 0.1 { ((1.0 - least * least).max(0.0).sqrt() + 0.02).min(1.0) } else { 1.0 };
-        if self.steepest > GRAZING {
+        if self.steepest > NEGLIGIBLE_SLOPE {
             for (to, t) in self.boxes.iter_mut().zip(&self.triangles) {
                 *to = around(sheet, *t);
             }
@@ -85,7 +85,7 @@ impl Own {
     /// Whether a triangle without the corner `mass` blocks the line from `from` to `to`.
     pub fn stops(&self, sheet: &Sheet, mass: u32, from: DVec3, to: DVec3) -> bool {
         let way = to - from;
-        if self.steepest <= GRAZING || way.dot(self.facing).abs() > self.steepest * way.length() {
+        if self.steepest <= NEGLIGIBLE_SLOPE || way.dot(self.facing).abs() > self.steepest * way.length() {
             return false;
         }
         let ray = Aabb::new(from.min(to).as_vec3(), from.max(to).as_vec3());
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ray_pierces_what_it_goes_through() {
+    fn a_ray_intersects_the_triangle_in_its_path() {
         let t = [DVec3::ZERO, DVec3::X, DVec3::Z];
         let below = DVec3::new(0.2, -1.0, 0.2);
         assert!(pierces(t, below, DVec3::Y * 2.0));

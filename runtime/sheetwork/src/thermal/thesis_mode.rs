@@ -24,10 +24,10 @@ use crate::thermal::source::Surroundings;
 use crate::units::temperature::REFERENCE;
 
 /// Minimum remaining stiffness, as a fraction.
-const LEAST: f64 = 0.01;
+const MIN_STIFFNESS: f64 = 0.01;
 
 /// Hot face in this model.
-struct Face {
+struct ThesisFace {
     centre: DVec3,
     normal: DVec3,
     area: f64,
@@ -36,15 +36,15 @@ struct Face {
 }
 
 /// Thermal model of the thesis.
-pub(crate) struct Thesis {
-    faces: Vec<Face>,
+pub(crate) struct ThesisHeat {
+    faces: Vec<ThesisFace>,
     /// C, N/K.
     sensitivity: f64,
     /// Thermal conductivity coefficient c.
     conductivity: f64,
 }
 
-impl Thesis {
+impl ThesisHeat {
     /// Model of `scene`.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Thesis {
                     let Some(celsius) = face.temperature else { continue };
                     let corners = heater.polyhedron.corners(i);
                     let centre = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
-                    faces.push(Face {
+                    faces.push(ThesisFace {
                         centre: spec.placement.apply(centre),
                         normal: spec.placement.quaternion() * heater.polyhedron.face_normal(i),
                         area: heater.polyhedron.face_area(i),
@@ -71,8 +71,8 @@ impl Thesis {
     }
 
     /// Set the stiffness of `sheet` from the room and the heaters.
-    pub fn soften(&self, sheet: &mut Sheet, room: &Surroundings) {
-        sheet.begin_heat(room.celsius);
+    pub fn apply(&self, sheet: &mut Sheet, room: &Surroundings) {
+        sheet.start_temperatures(room.celsius);
         let Some(mut heat) = sheet.heat.take() else { return };
         let whole = sheet.material().young * sheet.material().thickness;
         let centre = sheet.centre_of_mass();
@@ -93,10 +93,10 @@ impl Thesis {
                 let spread = (1.0 + self.conductivity * (distance - own) / distance).max(0.0);
                 radiant / own * self.sensitivity * spread
             });
-            (1.0 - (oven + each.sum::<f64>()) / whole).max(LEAST)
+            (1.0 - (oven + each.sum::<f64>()) / whole).max(MIN_STIFFNESS)
         });
         sheet.heat = Some(heat);
-        sheet.follow_heat();
+        sheet.update_thermal_stiffness();
     }
 }
 

@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_horizon_hides_does_not_count() {
+    fn the_part_below_the_horizon_has_no_view_factor() {
         let normals = [DVec3::Y, DVec3::new(1.0, 0.2, 0.3), DVec3::new(-0.4, 0.1, 1.0), DVec3::new(0.3, -0.9, 0.2)];
         for normal in normals.map(DVec3::normalize) {
             for height in [0.3, 1.0] {

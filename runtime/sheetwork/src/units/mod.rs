@@ -63,7 +63,7 @@ pub enum UnitError {
         /// Unit in the text.
         unit: String,
         /// Quantity of that unit.
-        of: &'static str,
+        quantity: &'static str,
         /// Admissible units.
         known: String,
     },
@@ -76,7 +76,7 @@ impl fmt::Display for UnitError {
             Self::NoNumber(text) => write!(f, "\"{text}\" does not begin with a number"),
             Self::NotFinite(text) => write!(f, "{text} is not a finite number"),
             Self::UnknownUnit { unit, known } => write!(f, "\"{unit}\" is no unit; there are {known}"),
-            Self::WrongUnit { unit, of, known } => write!(f, "{unit} is a unit of {of}; there are {known}"),
+            Self::WrongUnit { unit, quantity: of, known } => write!(f, "{unit} is a unit of {of}; there are {known}"),
         }
     }
 }
@@ -169,7 +169,7 @@ impl Quantity {
     }
 
     /// Unit in SI (or °C, or degrees); empty for a dimensionless number.
-    pub fn si(self) -> &'static str {
+    pub fn si_unit(self) -> &'static str {
         match self {
             Self::Temperature => "°C",
             _ => self.units().iter().find(|u| u.1 == 1.0).map_or("", |u| u.0),
@@ -177,21 +177,21 @@ impl Quantity {
     }
 
     /// Comma-separated list of the units, for messages.
-    fn known(self) -> String {
+    fn unit_list(self) -> String {
         self.units().iter().map(|u| u.0).collect::<Vec<_>>().join(", ")
     }
 
     /// Quantity of an SI unit (or °C, or degrees) as named by parameters and errors; `None` for an
     /// unknown unit.
-    pub fn of_unit(unit: &str) -> Option<Self> {
+    pub fn from_unit(unit: &str) -> Option<Self> {
         if unit.is_empty() || unit == "of critical" {
             return Some(Self::Number);
         }
-        ALL.into_iter().find(|q| q.scaled(1.0, unit) == Some(1.0))
+        ALL.into_iter().find(|q| q.to_si(1.0, unit) == Some(1.0))
     }
 
     /// SI value of `number` in `unit`; `None` for a unit of another quantity.
-    fn scaled(self, number: f64, unit: &str) -> Option<f64> {
+    fn to_si(self, number: f64, unit: &str) -> Option<f64> {
         if self == Self::Temperature {
             return match unit {
                 "K" => Some(number - 273.15),
@@ -206,7 +206,7 @@ impl Quantity {
 
 /// Unit in which a field is displayed, and which a number without a unit has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shown {
+pub struct DisplayUnit {
     /// Quantity of the field.
     pub quantity: Quantity,
     /// Unit name after the number; may be empty.
@@ -215,7 +215,7 @@ pub struct Shown {
     pub scale: f64,
 }
 
-impl Shown {
+impl DisplayUnit {
     /// Display in this fixed unit.
     pub const fn fixed(quantity: Quantity, unit: &'static str, scale: f64) -> Self {
         Self { quantity, unit, scale }
@@ -245,7 +245,7 @@ impl Shown {
         if unit.is_empty() {
             return Ok(number * if self.scale == 0.0 { 1.0 } else { self.scale });
         }
-        if let Some(value) = self.quantity.scaled(number, unit) {
+        if let Some(value) = self.quantity.to_si(number, unit) {
             return Ok(value);
         }
         // A prefix alone stands for the unit with that prefix: "3 k" equals "3 kPa".
@@ -254,9 +254,9 @@ impl Shown {
         {
             return Ok(number * scale);
         }
-        let (unit, known) = (unit.to_owned(), self.quantity.known());
-        match ALL.iter().find(|q| q.scaled(number, &unit).is_some()) {
-            Some(other) => Err(UnitError::WrongUnit { unit, of: other.name(), known }),
+        let (unit, known) = (unit.to_owned(), self.quantity.unit_list());
+        match ALL.iter().find(|q| q.to_si(number, &unit).is_some()) {
+            Some(other) => Err(UnitError::WrongUnit { unit, quantity: other.name(), known }),
             None => Err(UnitError::UnknownUnit { unit, known }),
         }
     }
@@ -310,9 +310,9 @@ pub fn format_si(value: f64, unit: &str) -> String {
 mod tests {
     use super::*;
 
-    const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
-    const PA: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
-    const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
+    const MM: DisplayUnit = DisplayUnit::fixed(Quantity::Length, "mm", 1e-3);
+    const PA: DisplayUnit = DisplayUnit::prefixed(Quantity::Pressure, "Pa");
+    const CELSIUS: DisplayUnit = DisplayUnit::fixed(Quantity::Temperature, "°C", 1.0);
 
     fn near(a: Result<f64, UnitError>, b: f64) {
         let a = a.expect("understood");
@@ -338,15 +338,15 @@ mod tests {
         near(CELSIUS.parse("140 °C"), 140.0);
         near(CELSIUS.parse("-40 °F"), -40.0);
         near(CELSIUS.parse("373.15 K"), 100.0);
-        near(Shown::fixed(Quantity::Acceleration, "m/s²", 1.0).parse("1 g"), 9.80665);
-        near(Shown::fixed(Quantity::Mass, "g", 1e-3).parse("1 g"), 1e-3);
-        near(Shown::fixed(Quantity::Density, "kg/m³", 1.0).parse("1.05 g/cm3"), 1050.0);
-        near(Shown::fixed(Quantity::Number, "", 1.0).parse("12 %"), 0.12);
-        near(Shown::fixed(Quantity::Angle, "°", 1.0).parse("3.141592653589793 rad"), 180.0);
+        near(DisplayUnit::fixed(Quantity::Acceleration, "m/s²", 1.0).parse("1 g"), 9.80665);
+        near(DisplayUnit::fixed(Quantity::Mass, "g", 1e-3).parse("1 g"), 1e-3);
+        near(DisplayUnit::fixed(Quantity::Density, "kg/m³", 1.0).parse("1.05 g/cm3"), 1050.0);
+        near(DisplayUnit::fixed(Quantity::Number, "", 1.0).parse("12 %"), 0.12);
+        near(DisplayUnit::fixed(Quantity::Angle, "°", 1.0).parse("3.141592653589793 rad"), 180.0);
     }
 
     #[test]
-    fn what_is_not_understood_is_named() {
+    fn unit_errors_name_the_text() {
         assert_eq!(MM.parse("  "), Err(UnitError::Empty));
         assert_eq!(MM.parse("thin"), Err(UnitError::NoNumber("thin".into())));
         assert_eq!(MM.parse("inf mm"), Err(UnitError::NoNumber("inf mm".into())));
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_is_read_back() {
+    fn displayed_values_parse_back() {
         for value in [3e-4, 0.25, 1.6e-5, 0.0, 12.345] {
             let text = MM.format(value);
             near(MM.parse(&text), value);
@@ -368,13 +368,13 @@ mod tests {
         assert_eq!((MM.format(3e-4), MM.format(0.25)), ("0.3 mm".into(), "250 mm".into()));
         assert_eq!(CELSIUS.format(140.0), "140 °C");
         assert_eq!(PA.format(2.1e9), "2.10 GPa");
-        assert_eq!(Shown::fixed(Number, "", 1.0).format(0.115), "0.115");
-        let quantities = ["", "Pa", "kg/m³", "°C", "degrees", "of critical"].map(Quantity::of_unit);
+        assert_eq!(DisplayUnit::fixed(Number, "", 1.0).format(0.115), "0.115");
+        let quantities = ["", "Pa", "kg/m³", "°C", "degrees", "of critical"].map(Quantity::from_unit);
         use Quantity::{Angle, Density, Number, Pressure, Temperature};
         assert_eq!(quantities, [Number, Pressure, Density, Temperature, Angle, Number].map(Some));
-        assert_eq!(Quantity::of_unit("furlong"), None);
+        assert_eq!(Quantity::from_unit("furlong"), None);
         for q in ALL {
-            assert!(!q.name().is_empty() && !q.known().is_empty());
+            assert!(!q.name().is_empty() && !q.unit_list().is_empty());
         }
     }
 

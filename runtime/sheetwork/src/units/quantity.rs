@@ -1,7 +1,7 @@
 //! Quantities of scene fields, for values given with units: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
 
 use crate::error::InputError;
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 
 /// Field names, the last part of a path, by quantity.
 const FIELDS: &[(Quantity, &[&str])] = &[
@@ -22,7 +22,7 @@ const FIELDS: &[(Quantity, &[&str])] = &[
 ];
 
 /// Quantity of the field named last in `path`; a dimensionless number if it is unknown.
-fn of(path: &str) -> Quantity {
+fn quantity_of(path: &str) -> Quantity {
     // An index, as in gravity.1, has the quantity of its list.
     let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or(path);
     FIELDS.iter().find(|(_, names)| names.contains(&name)).map_or(Quantity::Number, |(quantity, _)| *quantity)
@@ -34,7 +34,7 @@ fn of(path: &str) -> Quantity {
 /// # Errors
 /// If the unit does not belong to the quantity of the field.
 pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputError> {
-    let quantity = of(path);
+    let quantity = quantity_of(path);
     let tuple = value.strip_prefix('(').and_then(|v| v.strip_suffix(')'));
     let parts: Vec<&str> = tuple.unwrap_or(value).split(',').map(str::trim).collect();
     let has_unit = |part: &&str| part.parse::<f64>().is_err();
@@ -45,7 +45,7 @@ pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputErro
     if !all_numbers || !parts.iter().any(has_unit) {
         return Ok(None);
     }
-    let shown = Shown::fixed(quantity, quantity.si(), 1.0);
+    let shown = DisplayUnit::fixed(quantity, quantity.si_unit(), 1.0);
     let read = |part: &&str| match part.parse::<f64>() {
         Ok(number) => Ok(number.to_string()),
         Err(_) => shown.parse(part).map(|v| v.to_string()).map_err(|e| InputError::new(path, e.to_string())),

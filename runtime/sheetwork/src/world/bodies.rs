@@ -6,8 +6,8 @@ use crate::error::InputError;
 use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
-use crate::thermal::Room;
-use crate::world::{World, free_name, serialization};
+use crate::thermal::ThermalModel;
+use crate::world::{World, serialization, unique_name};
 
 impl World {
     /// Add a rigid body and return its name: the name of the description, with a number where it is
@@ -23,20 +23,20 @@ impl World {
             ));
         };
         let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
-        let name = free_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
+        let name = unique_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
         let spec = BodySpec { name: name.clone(), ..spec.clone() };
         let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
         validate::scene(&checked)?;
         rigid.add(&self.scene, &spec, 0)?;
         if let Some(celsius) = spec.temperature {
             if self.heat.is_none() {
-                self.heat = Some(Box::new(Room::new(&self.scene)?));
+                self.heat = Some(Box::new(ThermalModel::new(&self.scene)?));
             }
             let conductance = self.scene.contact_conductance;
             self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
         }
         self.scene.bodies.push(spec);
-        self.make = serialization::make_of(&self.scene);
+        self.make = serialization::structure_checksum_of(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(name)
     }
@@ -51,9 +51,9 @@ impl World {
             for sheet in &mut self.scene.sheets {
                 sheet.pins.retain(|p| p.body.as_deref() != Some(name));
             }
-            self.make = serialization::make_of(&self.scene);
+            self.make = serialization::structure_checksum_of(&self.scene);
             for sheet in &mut self.sheets {
-                index.into_iter().for_each(|i| sheet.unglue(i));
+                index.into_iter().for_each(|i| sheet.detach_body(i));
                 sheet.wake();
             }
         }
@@ -63,8 +63,8 @@ impl World {
     /// Prescribe the pose of a rigid body at the end of the next step (m). A dynamic body becomes
     /// kinematic. Returns `false` when there is no body `name`.
     pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        let was_free = self.body_state(name).is_some_and(BodyState::gives);
-        let sent = self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation));
+        let was_free = self.body_state(name).is_some_and(BodyState::is_dynamic);
+        let sent = self.rigid.as_mut().is_some_and(|r| r.set_target(name, position, rotation));
         if sent && was_free {
             // Contact with a kinematic body differs from contact with a dynamic one.
             self.sheets.iter_mut().for_each(Sheet::wake);
@@ -75,7 +75,7 @@ impl World {
     /// Place a dynamic body at a position (m), at once and at rest, and wake the sheets. Objects on
     /// the way are not touched. Returns `false` when there is no dynamic body `name`.
     pub fn place_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        let placed = self.rigid.as_mut().is_some_and(|r| r.put(name, position, rotation));
+        let placed = self.rigid.as_mut().is_some_and(|r| r.teleport(name, position, rotation));
         if placed {
             self.sheets.iter_mut().for_each(Sheet::wake);
         }

@@ -7,7 +7,7 @@ use crate::world::World;
 
 impl World {
     /// Test sheets for fracture, after motion and heat.
-    pub(crate) fn tear_sheets(&mut self) {
+    pub(crate) fn fracture_sheets(&mut self) {
         let mut changed = false;
         for index in 0..self.sheets.len() {
             let sheet = &mut self.sheets[index];
@@ -15,7 +15,7 @@ impl World {
                 continue;
             }
             let before = sheet.opening_revision();
-            let opening = sheet.tear();
+            let opening = sheet.open_cells_after_step();
             changed |= sheet.opening_revision() != before;
             if opening.is_some() {
                 let event = Event::new(self.time, EventKind::Torn, &sheet.name, None);
@@ -23,30 +23,30 @@ impl World {
             }
         }
         if let Some(heat) = self.heat.as_mut().filter(|_| changed) {
-            heat.forget();
+            heat.discard_views();
         }
     }
 
     /// Enable or disable the detection of buckling: an [`EventKind::Buckled`] for each occurrence,
     /// with place and energy. Costs one evaluation of forces and energy per step and moving sheet.
-    pub fn watch_buckling(&mut self, watch: bool) {
+    pub fn set_buckling_detection(&mut self, watch: bool) {
         self.buckling = watch;
-        self.sheets.iter_mut().for_each(|s| s.watch_buckling(watch));
+        self.sheets.iter_mut().for_each(|s| s.set_buckling_detection(watch));
     }
 
     /// Whether the detection of buckling is enabled.
-    pub fn watches_buckling(&self) -> bool {
+    pub fn detects_buckling(&self) -> bool {
         self.buckling
     }
 
-    pub(crate) fn look_for_buckling(&mut self, from: f64) {
+    pub(crate) fn detect_buckling(&mut self, from: f64) {
         if !self.buckling {
             return;
         }
         for sheet in &mut self.sheets {
             // Sheets added later are enabled here.
-            sheet.watch_buckling(true);
-            if let Some(buckle) = sheet.look_for_buckling(from) {
+            sheet.set_buckling_detection(true);
+            if let Some(buckle) = sheet.detect_buckling(from) {
                 let event = Event::new(buckle.time, EventKind::Buckled, &sheet.name, None);
                 let (place_m, energy_j) = (Some(buckle.place.to_array()), Some(buckle.energy));
                 self.events.push(Event { place_m, energy_j, ..event });

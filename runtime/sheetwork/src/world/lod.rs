@@ -11,53 +11,53 @@
 use glam::DVec3;
 
 use crate::error::{InputError, check_range};
-use crate::mesh::structure::masses_of;
+use crate::mesh::structure::nodes_of;
 use crate::scene::{DetailSpec, Scene};
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Sheet, Status};
 use crate::world::World;
-use crate::world::lod_cost::{Candidate, Planner, cost_of};
+use crate::world::lod_cost::{LodCandidate, LodPlanner, cost_of};
 use crate::world::remap::{Grid, grid_of};
 
 /// Fraction of the budget that is planned for, with a margin for steps that cost more than the
 /// mean; and fraction up to which sheets are refined.
-const PLANNED: f64 = 0.88;
-const ROOM: f64 = 0.6;
+const PLANNED_FRACTION: f64 = 0.88;
+const REFINEMENT_FRACTION: f64 = 0.6;
 /// Minimum time on a grid before refinement, s.
-const DWELL: f64 = 0.5;
+const MIN_TIME_ON_GRID: f64 = 0.5;
 /// Time after a change within which coarsening by the budget counts as a premature refinement, and
 /// the additional time before the next refinement, s. A change costs about one step, and the first
 /// steps after it need more solves.
-const SOON: f64 = 2.0;
-const PENALTY: f64 = 4.0;
+const PREMATURE_TIME: f64 = 2.0;
+const PREMATURE_DELAY: f64 = 4.0;
 /// Maximum number of changes in one step: to coarser grids, which are cheap, and to finer ones.
-const MOST: (usize, usize) = (8, 1);
+const MAX_CHANGES: (usize, usize) = (8, 1);
 /// Weight of the present step in the running mean.
-const NEW: f64 = 0.1;
+const MEAN_WEIGHT: f64 = 0.1;
 /// Number of solves per step assumed before the first measurement.
-const FIRST: f64 = 3.0;
+const DEFAULT_SOLVES: f64 = 3.0;
 /// Minimum distance in the measure of importance, m.
-const NEAREST: f64 = 1e-3;
+const MIN_DISTANCE: f64 = 1e-3;
 /// Maximum budget, ms.
-const LARGEST: f64 = 1e6;
+const MAX_BUDGET: f64 = 1e6;
 
 /// Level-of-detail state of a world.
 #[derive(Default)]
-pub(crate) struct Detail {
+pub(crate) struct LodState {
     viewpoint: Option<DVec3>,
     /// Budget, ms per step.
     budget: Option<f64>,
-    sheets: Vec<State>,
+    sheets: Vec<SheetLod>,
     /// Cost of the last step by the model, ns.
     last: f64,
-    work: Work,
+    work: LodWorkspace,
 }
 
 /// Working arrays, reused so that later steps allocate nothing.
 #[derive(Default)]
-struct Work {
-    planner: Planner,
-    candidates: Vec<Candidate>,
+struct LodWorkspace {
+    planner: LodPlanner,
+    candidates: Vec<LodCandidate>,
     /// Levels for the budget, and for a part of it.
     tight: Vec<usize>,
     roomy: Vec<usize>,
@@ -67,7 +67,7 @@ struct Work {
 
 /// Level-of-detail state of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct State {
+struct SheetLod {
     /// Mean number of solves, or force evaluations, per step; `None` before the first step.
     solves: Option<f64>,
     /// Number counted so far.
@@ -78,11 +78,11 @@ struct State {
     stays: bool,
 }
 
-impl Detail {
+impl LodState {
     /// State for a scene; `None` when no sheet has levels.
     pub fn of(scene: &Scene, sheets: &[Sheet]) -> Option<Box<Self>> {
         let any = scene.sheets.iter().any(|s| s.detail.is_some());
-        let state = |s: &Sheet| State { counted: s.counters.evaluations, ..State::default() };
+        let state = |s: &Sheet| SheetLod { counted: s.counters.evaluations, ..SheetLod::default() };
         any.then(|| {
             let viewpoint = scene.camera.map(|c| c.eye);
             let sheets = sheets.iter().map(state).collect();
@@ -91,7 +91,7 @@ impl Detail {
     }
 
     pub fn add(&mut self) {
-        self.sheets.push(State::default());
+        self.sheets.push(SheetLod::default());
     }
 
     pub fn remove(&mut self, index: usize) {
@@ -99,21 +99,21 @@ impl Detail {
     }
 
     /// Serialise the settings for a snapshot.
-    pub fn keep_settings(&self, to: &mut Keeper) {
+    pub fn serialise_settings(&self, to: &mut StateWriter) {
         to.flag(self.viewpoint.is_some());
         self.viewpoint.iter().for_each(|v| to.vector(*v));
         to.optional(self.budget);
     }
 
-    pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.viewpoint = if from.flag()? { Some(from.vector()?) } else { None };
         self.budget = from.optional()?;
         let sound = self.viewpoint.is_none_or(|v| v.is_finite()) && self.budget.is_none_or(|b| b > 0.0);
-        if sound { Ok(()) } else { Err(Cut) }
+        if sound { Ok(()) } else { Err(CorruptState) }
     }
 
     /// Serialise the remaining state.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         for state in &self.sheets {
             to.optional(state.solves);
             to.count(state.counted);
@@ -123,27 +123,27 @@ impl Detail {
         to.number(self.last);
     }
 
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         for state in &mut self.sheets {
             let (solves, counted) = (from.optional()?, from.count()?);
-            *state = State { solves, counted, since: from.number()?, stays: from.flag()? };
+            *state = SheetLod { solves, counted, since: from.number()?, stays: from.flag()? };
         }
         self.last = from.number()?;
         Ok(())
     }
 }
 
-impl State {
+impl SheetLod {
     /// Add a step of `dt` (s) to the counters. Returns its cost, ns.
-    fn pass(&mut self, sheet: &Sheet, dt: f64) -> f64 {
+    fn record_step(&mut self, sheet: &Sheet, dt: f64) -> f64 {
         self.since += dt;
         let taken = sheet.counters.evaluations.saturating_sub(self.counted);
         self.counted = sheet.counters.evaluations;
         if sheet.status == Status::Awake && taken > 0 {
             let mean = self.solves.unwrap_or(taken as f64);
-            self.solves = Some(mean + NEW * (taken as f64 - mean));
+            self.solves = Some(mean + MEAN_WEIGHT * (taken as f64 - mean));
         }
-        taken as f64 * cost_of(sheet.masses(), !sheet.is_explicit())
+        taken as f64 * cost_of(sheet.node_count(), !sheet.is_explicit())
     }
 
     /// Cost of a step of `sheet` on `grid`, ns.
@@ -151,8 +151,8 @@ impl State {
         if sheet.status != Status::Awake {
             return 0.0;
         }
-        let masses = masses_of((grid.0, sheet.grid.1, grid.1)) as usize;
-        self.solves.unwrap_or(FIRST) * cost_of(masses, !sheet.is_explicit())
+        let masses = nodes_of((grid.0, sheet.grid.1, grid.1)) as usize;
+        self.solves.unwrap_or(DEFAULT_SOLVES) * cost_of(masses, !sheet.is_explicit())
     }
 }
 
@@ -165,7 +165,7 @@ fn distance(sheet: &Sheet, eye: Option<DVec3>) -> f64 {
 /// Visual importance: size and speed over distance.
 fn importance(sheet: &Sheet, distance: f64) -> f64 {
     let size = sheet.rest_size().0.max(sheet.rest_size().1);
-    (size + sheet.max_speed()) / distance.max(NEAREST)
+    (size + sheet.max_speed()) / distance.max(MIN_DISTANCE)
 }
 
 /// Level of `spec` with this grid.
@@ -205,7 +205,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_detail_budget(&mut self, budget: Option<f64>) -> Result<(), InputError> {
-        budget.map_or(Ok(()), |b| check_range("detail_budget", b, 1e-3, LARGEST, "ms"))?;
+        budget.map_or(Ok(()), |b| check_range("detail_budget", b, 1e-3, MAX_BUDGET, "ms"))?;
         if let Some(detail) = &mut self.detail {
             detail.budget = budget;
         }
@@ -223,34 +223,34 @@ impl World {
     }
 
     /// Update the cost after a step of `dt` (s), and change grids.
-    pub(crate) fn follow_detail(&mut self, dt: f64) {
+    pub(crate) fn update_lod(&mut self, dt: f64) {
         let Some(mut detail) = self.detail.take() else { return };
-        let Detail { sheets, last, .. } = &mut *detail;
-        *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.pass(sheet, dt)).sum();
+        let LodState { sheets, last, .. } = &mut *detail;
+        *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.record_step(sheet, dt)).sum();
         let mut work = std::mem::take(&mut detail.work);
         self.plan_levels(&detail, &mut work);
         self.find_changes(&detail, &mut work);
         for (k, (index, grid)) in work.coarser.iter().chain(&work.finer).enumerate() {
             let state = &mut detail.sheets[*index];
-            state.stays = self.resample_index(*index, *grid).is_err();
-            let too_early = k < work.coarser.len() && detail.budget.is_some() && state.since < SOON;
-            state.since = if too_early { -PENALTY } else { 0.0 };
+            state.stays = self.remap_index(*index, *grid).is_err();
+            let too_early = k < work.coarser.len() && detail.budget.is_some() && state.since < PREMATURE_TIME;
+            state.since = if too_early { -PREMATURE_DELAY } else { 0.0 };
         }
         detail.work = work;
         self.detail = Some(detail);
     }
 
     /// Sheets that follow their levels, by index, with the levels.
-    fn following<'a>(&'a self, detail: &'a Detail) -> impl Iterator<Item = (usize, &'a DetailSpec)> {
+    fn following<'a>(&'a self, detail: &'a LodState) -> impl Iterator<Item = (usize, &'a DetailSpec)> {
         let levels = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
         (0..self.sheets.len()).filter_map(move |i| Some((i, levels(i)?)))
     }
 
     /// Plan a level for each of these sheets, for the budget and for its part for refinement.
-    fn plan_levels(&self, detail: &Detail, work: &mut Work) {
-        let Work { planner, candidates, tight, roomy, .. } = work;
+    fn plan_levels(&self, detail: &LodState, work: &mut LodWorkspace) {
+        let LodWorkspace { planner, candidates, tight, roomy, .. } = work;
         let count = self.following(detail).count();
-        candidates.resize_with(count, Candidate::default);
+        candidates.resize_with(count, LodCandidate::default);
         let mut others: f64 =
             detail.sheets.iter().zip(&self.sheets).map(|(state, sheet)| state.cost(sheet, grid_of(sheet))).sum();
         for ((i, spec), candidate) in self.following(detail).zip(candidates.iter_mut()) {
@@ -263,24 +263,24 @@ impl World {
             others -= state.cost(sheet, grid_of(sheet));
         }
         let budget = detail.budget.map_or(f64::INFINITY, |ms| ms * 1e6);
-        planner.plan(candidates, others, PLANNED * budget, tight);
-        planner.plan(candidates, others, ROOM * budget, roomy);
+        planner.plan(candidates, others, PLANNED_FRACTION * budget, tight);
+        planner.plan(candidates, others, REFINEMENT_FRACTION * budget, roomy);
     }
 
     /// Select the sheets that change their grid now.
-    fn find_changes(&self, detail: &Detail, work: &mut Work) {
-        let Work { tight, roomy, coarser, finer, .. } = work;
+    fn find_changes(&self, detail: &LodState, work: &mut LodWorkspace) {
+        let LodWorkspace { tight, roomy, coarser, finer, .. } = work;
         coarser.clear();
         finer.clear();
         for (((i, spec), tight), roomy) in self.following(detail).zip(tight.iter()).zip(roomy.iter()) {
             let level = level_of(spec, grid_of(&self.sheets[i]));
             if level.is_none_or(|level| level < *tight) {
                 coarser.push((i, spec.levels[*tight].grid));
-            } else if level.is_some_and(|level| level > *roomy) && detail.sheets[i].since >= DWELL {
+            } else if level.is_some_and(|level| level > *roomy) && detail.sheets[i].since >= MIN_TIME_ON_GRID {
                 finer.push((i, spec.levels[*roomy].grid));
             }
         }
-        coarser.truncate(MOST.0);
-        finer.truncate(MOST.1);
+        coarser.truncate(MAX_CHANGES.0);
+        finer.truncate(MAX_CHANGES.1);
     }
 }

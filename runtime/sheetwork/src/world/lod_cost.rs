@@ -9,19 +9,19 @@
 //! host with a clock corrects the budget by measured times.
 
 /// a (ns), b (ns) and p of a linear solve, without forces and contact.
-const SOLVE: (f64, f64, f64) = (2.0e3, 240.0, 1.3);
+const SOLVE_COST: (f64, f64, f64) = (2.0e3, 240.0, 1.3);
 /// a (ns), b (ns) and p of a force evaluation.
-const FORCES: (f64, f64, f64) = (2.0e2, 183.0, 1.0);
+const FORCE_COST: (f64, f64, f64) = (2.0e2, 183.0, 1.0);
 
 /// Cost of one solve, or force evaluation, of a sheet of `masses` nodes, ns.
 pub fn cost_of(masses: usize, implicit: bool) -> f64 {
-    let (a, b, p) = if implicit { SOLVE } else { FORCES };
+    let (a, b, p) = if implicit { SOLVE_COST } else { FORCE_COST };
     a + b * (masses as f64).powf(p)
 }
 
 /// A sheet with levels of detail.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Candidate {
+pub struct LodCandidate {
     /// Cost of a step at each level, finest first, ns.
     pub costs: Vec<f64>,
     /// Level for the distance of the sheet.
@@ -30,7 +30,7 @@ pub struct Candidate {
     pub importance: f64,
 }
 
-impl Candidate {
+impl LodCandidate {
     fn cost(&self, level: usize) -> f64 {
         self.costs.get(level).copied().unwrap_or(0.0)
     }
@@ -38,15 +38,15 @@ impl Candidate {
 
 /// Planner of levels, with reused arrays.
 #[derive(Clone, Debug, Default)]
-pub struct Planner {
+pub struct LodPlanner {
     order: Vec<u32>,
 }
 
-impl Planner {
+impl LodPlanner {
     /// Write the level of each of `sheets` to `levels`: the level of its distance, or a coarser one
     /// where the total cost with `others` (ns) would exceed `budget` (ns). Sheets are coarsened one
     /// level at a time, the least important first, so that differences between sheets stay small.
-    pub fn plan(&mut self, sheets: &[Candidate], others: f64, budget: f64, levels: &mut Vec<usize>) {
+    pub fn plan(&mut self, sheets: &[LodCandidate], others: f64, budget: f64, levels: &mut Vec<usize>) {
         levels.clear();
         levels.extend(sheets.iter().map(|s| s.wanted));
         let mut total = others + sheets.iter().map(|s| s.cost(s.wanted)).sum::<f64>();
@@ -78,14 +78,14 @@ impl Planner {
 mod tests {
     use super::*;
 
-    fn plan(sheets: &[Candidate], others: f64, budget: f64) -> Vec<usize> {
+    fn plan(sheets: &[LodCandidate], others: f64, budget: f64) -> Vec<usize> {
         let mut levels = Vec::new();
-        Planner::default().plan(sheets, others, budget, &mut levels);
+        LodPlanner::default().plan(sheets, others, budget, &mut levels);
         levels
     }
 
-    fn sheet(importance: f64, wanted: usize) -> Candidate {
-        Candidate { costs: vec![16.0, 4.0, 1.0], wanted, importance }
+    fn sheet(importance: f64, wanted: usize) -> LodCandidate {
+        LodCandidate { costs: vec![16.0, 4.0, 1.0], wanted, importance }
     }
 
     #[test]
@@ -101,13 +101,13 @@ mod tests {
     }
 
     #[test]
-    fn what_costs_nothing_is_left() {
-        let asleep = Candidate { costs: vec![0.0; 3], ..sheet(0.1, 0) };
+    fn sleeping_sheets_keep_their_level() {
+        let asleep = LodCandidate { costs: vec![0.0; 3], ..sheet(0.1, 0) };
         assert_eq!(plan(&[asleep, sheet(1.0, 1)], 0.0, 3.0), [0, 2]);
     }
 
     #[test]
-    fn cost_grows_with_masses() {
+    fn cost_grows_with_the_number_of_nodes() {
         for implicit in [false, true] {
             assert!(cost_of(441, implicit) > 2.5 * cost_of(121, implicit));
         }

@@ -28,31 +28,31 @@ pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, T
 pub use crate::world::snapshot::Snapshot;
 
 use crate::contact::SheetContact;
-use crate::contact::node::detection::deepest;
-use crate::contact::stage::ContactCounters;
+use crate::contact::node::detection::deepest_penetration;
+use crate::contact::workspace::ContactCounters;
 use crate::error::{InputError, check_range};
-use crate::islands::Stage;
-use crate::islands::event::{Event, EventKind, Touches};
-use crate::islands::island_manager::{Groups, SteppedSheets};
+use crate::islands::StepContext;
+use crate::islands::event::{ContactLog, Event, EventKind};
+use crate::islands::island_manager::{IslandManager, SteppedSheets};
 use crate::parallel::Pool;
-use crate::profiler::{Phase, Watch, Watched};
+use crate::profiler::{Phase, Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::Field;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
-use crate::thermal::Room;
+use crate::thermal::ThermalModel;
 
 /// Simulation of sheets and bodies.
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
     contacts: Vec<SheetContact>,
-    touches: Vec<Touches>,
+    touches: Vec<ContactLog>,
     rigid: Option<RigidWorld>,
     gravity: DVec3,
     air: Air,
-    engine: EngineKind,
+    engine: IntegratorKind,
     tolerance: f64,
     dt: f64,
     time: f64,
@@ -61,12 +61,12 @@ pub struct World {
     sleep: bool,
     buckling: bool,
     pool: Option<Arc<Pool>>,
-    groups: Groups,
+    groups: IslandManager,
     /// Thermal model; `None` without heat.
-    heat: Option<Box<Room>>,
+    heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
-    detail: Option<Box<lod::Detail>>,
-    watch: Watched,
+    detail: Option<Box<lod::LodState>>,
+    watch: Profiler,
     /// Checksum of the scene's structure, for snapshots.
     make: u32,
     /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
@@ -108,22 +108,22 @@ impl World {
             })?);
         }
         for (index, sheet) in sheets.iter_mut().enumerate() {
-            glue(sheet, rigid.as_ref())
+            attach_to_bodies(sheet, rigid.as_ref())
                 .map_err(|e| InputError::new(format!("sheets.{index}.{}", e.field), e.problem))?;
         }
-        let heat = Room::of(scene)?.map(Box::new);
+        let heat = ThermalModel::of(scene)?.map(Box::new);
         if heat.is_some() {
             // An oven that is on begins with sheets at ambient temperature.
-            sheets.iter_mut().for_each(|s| s.begin_heat(scene.ambient_temperature));
+            sheets.iter_mut().for_each(|s| s.start_temperatures(scene.ambient_temperature));
         }
         for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
-            let warmed = sheet.warm(&spec.spots, scene.ambient_temperature);
+            let warmed = sheet.heat_spots(&spec.spots, scene.ambient_temperature);
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
         let contacts = sheets.iter().map(|_| SheetContact::default()).collect();
-        let touches = sheets.iter().map(|_| Touches::default()).collect();
+        let touches = sheets.iter().map(|_| ContactLog::default()).collect();
         let own = named(scene);
-        let detail = lod::Detail::of(scene, &sheets);
+        let detail = lod::LodState::of(scene, &sheets);
         Ok(Self {
             sheets,
             contacts,
@@ -140,11 +140,11 @@ impl World {
             sleep: true,
             buckling: false,
             pool: None,
-            groups: Groups::default(),
+            groups: IslandManager::default(),
             heat,
             detail,
-            watch: Watched::default(),
-            make: serialization::make_of(&own),
+            watch: Profiler::default(),
+            make: serialization::structure_checksum_of(&own),
             told_before: 0,
             scene: own,
         })
@@ -189,8 +189,8 @@ impl World {
 
     /// Set the profiler that receives the phases from the next step on; `None` removes it. Results
     /// do not depend on it.
-    pub fn set_watch(&mut self, watch: Option<Arc<dyn Watch>>) {
-        self.watch = Watched(watch);
+    pub fn set_profiler(&mut self, watch: Option<Arc<dyn StepObserver>>) {
+        self.watch = Profiler(watch);
     }
 
     /// Take one step of [`World::dt`] with the world's own bodies.
@@ -217,17 +217,17 @@ impl World {
     /// Move every sheet to its equilibrium under gravity, its forces and wind, without contact and
     /// without advancing time. `tolerance` is the largest displacement of the last iteration, m.
     /// Returns the result of each sheet, in order.
-    pub fn settle(&mut self, tolerance: f64) -> Vec<Equilibrium> {
+    pub fn find_equilibrium(&mut self, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
-        self.sheets.iter_mut().map(|s| s.settle(field, tolerance)).collect()
+        self.sheets.iter_mut().map(|s| s.find_equilibrium(field, tolerance)).collect()
     }
 
-    /// Creep of every sheet over `dt` (s), in equilibrium throughout; see [`Sheet::flow_settled`].
+    /// Creep of every sheet over `dt` (s), in equilibrium throughout; see [`Sheet::creep_in_equilibrium`].
     /// The world's time does not advance.
     #[doc(hidden)]
-    pub fn flow_settled(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
+    pub fn creep_in_equilibrium(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
-        self.sheets.iter_mut().map(|s| s.flow_settled(field, dt, tolerance)).collect()
+        self.sheets.iter_mut().map(|s| s.creep_in_equilibrium(field, dt, tolerance)).collect()
     }
 
     fn field(&self) -> Field {
@@ -246,26 +246,26 @@ impl World {
         // The bodies are taken out for the step: the view borrows them while the sheets change.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {
-            self.watch.within(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
+            self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
             let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-            self.sheets.iter_mut().for_each(|s| s.follow(self.time, dt, states));
+            self.sheets.iter_mut().for_each(|s| s.set_body_motion(self.time, dt, states));
         }
         let view = rigid.as_ref().map(RigidWorld::view);
         self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
-        self.step_heat(view.as_ref(), rigid.as_ref(), dt);
+        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
         if let Some(rigid) = &mut rigid {
-            for claim in &self.groups.claims {
-                rigid.claim(claim.body, claim.end);
+            for claim in &self.groups.body_updates {
+                rigid.set_state(claim.body, claim.end);
                 if claim.sleeps {
-                    rigid.freeze(claim.body);
+                    rigid.put_to_sleep(claim.body);
                 }
             }
         }
         self.rigid = rigid;
-        self.tear_sheets();
+        self.fracture_sheets();
         self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
-        self.look_for_buckling(self.time - dt);
-        self.follow_detail(dt);
+        self.detect_buckling(self.time - dt);
+        self.update_lod(dt);
     }
 
     /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid
@@ -275,17 +275,17 @@ impl World {
         let dt = duration / steps as f64;
         for _ in 0..steps {
             self.step_sheets(Some(view), None, dt);
-            self.step_heat(Some(view), None, dt);
-            self.tear_sheets();
+            self.step_thermal(Some(view), None, dt);
+            self.fracture_sheets();
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
-            self.look_for_buckling(self.time - dt);
-            self.follow_detail(dt);
+            self.detect_buckling(self.time - dt);
+            self.update_lod(dt);
         }
         steps
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
-        let stage = Stage {
+        let stage = StepContext {
             field: self.field(),
             time: self.time,
             dt,
@@ -294,12 +294,12 @@ impl World {
             sheets_meet: self.scene.contact.sheets,
             watch: &self.watch,
         };
-        self.sheets.iter_mut().for_each(|s| s.press(stage.time + stage.dt));
+        self.sheets.iter_mut().for_each(|s| s.update_pressure(stage.time + stage.dt));
         let many = self.sheets.len() > 1;
         let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
             let all = SteppedSheets { sheets, contacts, touches };
-            stage.watch.within(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
+            stage.watch.measure(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
@@ -356,7 +356,7 @@ impl World {
     pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
         let sheet = self.sheets.iter_mut().find(|s| s.name == name)?;
         // The caller may place it so that it intersects another sheet.
-        sheet.doubt_apart();
+        sheet.invalidate_interpenetration();
         Some(sheet)
     }
 
@@ -368,31 +368,31 @@ impl World {
     pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<String, InputError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let taken = |name: &str| self.sheets.iter().any(|s| s.name == name);
-        let name = free_name(base, taken);
+        let name = unique_name(base, taken);
         let mut scene = self.scene.clone();
         scene.engine = self.engine;
         scene.tolerance = self.tolerance;
         scene.sheets.push(SheetSpec { name: name.clone(), ..spec.clone() });
         validate::values(&scene)?;
         let mut sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
-        glue(&mut sheet, self.rigid.as_ref())?;
+        attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
         if let Some(heat) = &mut self.heat {
-            heat.forget();
-            sheet.begin_heat(self.scene.ambient_temperature);
-        } else if let Some(heat) = Room::of(&scene)? {
+            heat.discard_views();
+            sheet.start_temperatures(self.scene.ambient_temperature);
+        } else if let Some(heat) = ThermalModel::of(&scene)? {
             self.heat = Some(Box::new(heat));
-            sheet.begin_heat(self.scene.ambient_temperature);
+            sheet.start_temperatures(self.scene.ambient_temperature);
         }
-        sheet.warm(&spec.spots, self.scene.ambient_temperature)?;
+        sheet.heat_spots(&spec.spots, self.scene.ambient_temperature)?;
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
         match &mut self.detail {
             Some(detail) => detail.add(),
-            None => self.detail = lod::Detail::of(&self.scene, &self.sheets),
+            None => self.detail = lod::LodState::of(&self.scene, &self.sheets),
         }
         self.contacts.push(SheetContact::default());
-        self.touches.push(Touches::default());
-        self.make = serialization::make_of(&self.scene);
+        self.touches.push(ContactLog::default());
+        self.make = serialization::structure_checksum_of(&self.scene);
         Ok(name)
     }
 
@@ -405,9 +405,9 @@ impl World {
         self.touches.remove(index);
         self.groups.remove_sheet(index);
         self.scene.sheets.remove(index);
-        self.make = serialization::make_of(&self.scene);
+        self.make = serialization::structure_checksum_of(&self.scene);
         if let Some(heat) = &mut self.heat {
-            heat.forget();
+            heat.discard_views();
         }
         true
     }
@@ -450,7 +450,7 @@ impl World {
     }
 
     /// Time integrator of the world.
-    pub fn engine(&self) -> EngineKind {
+    pub fn engine(&self) -> IntegratorKind {
         self.engine
     }
 
@@ -474,9 +474,9 @@ impl World {
     }
 
     /// Whether all sheets are asleep or stopped and all dynamic bodies are asleep.
-    pub fn is_quiet(&self) -> bool {
+    pub fn is_resting(&self) -> bool {
         let rests = self.sheets.iter().all(|s| s.status != Status::Awake);
-        rests && self.rigid.as_ref().is_none_or(RigidWorld::is_quiet)
+        rests && self.rigid.as_ref().is_none_or(RigidWorld::all_asleep)
     }
 
     /// The first unstable sheet, if any.
@@ -488,7 +488,7 @@ impl World {
     pub fn penetration(&self) -> f64 {
         let Some(rigid) = &self.rigid else { return 0.0 };
         let view = rigid.view();
-        self.sheets.iter().map(|s| deepest(s, &view)).fold(0.0, f64::max)
+        self.sheets.iter().map(|s| deepest_penetration(s, &view)).fold(0.0, f64::max)
     }
 
     /// Set the time step, s; 1e-7 to 1.
@@ -549,7 +549,7 @@ impl World {
     }
 
     /// Set the integrator of every sheet, from the next step on.
-    pub fn set_engine(&mut self, engine: EngineKind) {
+    pub fn set_engine(&mut self, engine: IntegratorKind) {
         self.engine = engine;
         let tolerance = self.tolerance;
         self.sheets.iter_mut().for_each(|s| s.set_engine(engine, tolerance));
@@ -568,7 +568,7 @@ impl World {
 }
 
 /// The first of `base`, `base 2`, `base 3`... that is not in use.
-fn free_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
+fn unique_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2_u64..).map(|n| format!("{base} {n}"));
     std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
@@ -589,8 +589,8 @@ fn named(scene: &Scene) -> Scene {
 }
 
 /// Attach a sheet to the bodies that its pins name.
-fn glue(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError> {
-    sheet.glue_to(|name| {
+fn attach_to_bodies(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError> {
+    sheet.attach_to_bodies(|name| {
         let rigid = rigid?;
         let index = rigid.index_of(name)?;
         Some((index, *rigid.state(index)?))

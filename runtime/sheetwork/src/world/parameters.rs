@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::scene::Air;
 use crate::sheet::Sheet;
-use crate::units::{Quantity, Shown};
+use crate::units::{DisplayUnit, Quantity};
 use crate::world::World;
 
 /// A parameter with its present value.
@@ -40,7 +40,7 @@ impl Parameter {
 }
 
 /// Parameters of each sheet: name, unit, range.
-const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
+const SHEET_PARAMETERS: &[(&str, &str, (f64, f64))] = &[
     ("material.young", "Pa", (1e-3, 2e12)),
     ("material.thickness", "m", (1e-7, 1.0)),
     ("material.poisson", "", (-0.99, 0.499)),
@@ -71,7 +71,7 @@ impl World {
             new("air.density", self.air.density.to_string(), "kg/m³", Some((0.0, 1e4))),
             new("air.wind", text(self.air.wind), "m/s", Some((-1e3, 1e3))),
         ];
-        for dial in self.heat.iter().flat_map(|h| h.dials()) {
+        for dial in self.heat.iter().flat_map(|h| h.parameters()) {
             all.push(if is_switch(&dial.path) {
                 new(&dial.path, (dial.value >= 0.5).to_string(), "", None)
             } else {
@@ -83,7 +83,7 @@ impl World {
             all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
         }
         for sheet in &self.sheets {
-            for (name, unit, range) in OF_SHEET {
+            for (name, unit, range) in SHEET_PARAMETERS {
                 if let Some(value) = value_of(sheet, name) {
                     all.push(new(&format!("sheets.{}.{name}", sheet.name), value, unit, Some(*range)));
                 }
@@ -110,8 +110,8 @@ impl World {
         let Some(parameter) = parameter.filter(|p| p.kind() == "number" || p.value == "none") else {
             return Ok(value.into());
         };
-        let Some(quantity) = Quantity::of_unit(parameter.unit) else { return Ok(value.into()) };
-        let shown = Shown::fixed(quantity, parameter.unit, 1.0);
+        let Some(quantity) = Quantity::from_unit(parameter.unit) else { return Ok(value.into()) };
+        let shown = DisplayUnit::fixed(quantity, parameter.unit, 1.0);
         let number = shown.parse(value).map_err(|e| InputError::new(path, e.to_string()))?;
         Ok(number.to_string().into())
     }
@@ -144,25 +144,25 @@ impl World {
                 let eye = if value == "none" { None } else { Some(vector(path, value)?) };
                 self.set_viewpoint(eye)?;
             }
-            _ if self.turn_heat(path, value)? => {}
-            _ => return self.set_of_sheet(path, value),
+            _ if self.set_source_parameter(path, value)? => {}
+            _ => return self.set_sheet_parameter(path, value),
         }
         Ok(before)
     }
 
     /// Set a parameter of the thermal model. Returns `false` when the path is not one of these.
-    fn turn_heat(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
+    fn set_source_parameter(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
         let Some(heat) = &mut self.heat else { return Ok(false) };
-        if !heat.dials().iter().any(|d| d.path == path) {
+        if !heat.parameters().iter().any(|d| d.path == path) {
             return Ok(false);
         }
         let value = if is_switch(path) { f64::from(u8::from(boolean(path, value)?)) } else { number(path, value)? };
-        let turned = heat.turn(path, value)?;
+        let turned = heat.set_parameter(path, value)?;
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(turned)
     }
 
-    fn set_of_sheet(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+    fn set_sheet_parameter(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         let unknown = || self.no_such_parameter(path);
         let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
         let Some((which, name)) = rest else { return Err(unknown()) };
@@ -175,10 +175,10 @@ impl World {
         }
         if let (Some(index), "grid") = (index, name) {
             let before = grid_text(&self.sheets[index]);
-            let set = grid(path, value).and_then(|grid| self.resample_index(index, grid));
+            let set = grid(path, value).and_then(|grid| self.remap_index(index, grid));
             return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
         }
-        let row = OF_SHEET.iter().find(|(n, _, _)| *n == name);
+        let row = SHEET_PARAMETERS.iter().find(|(n, _, _)| *n == name);
         let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
         let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };
         if let Some(value) = value {
@@ -295,7 +295,7 @@ mod tests {
     use crate::scene::Scene;
 
     #[test]
-    fn numbers_may_have_units_and_what_is_no_unit_of_it_is_told_with_those_that_are() {
+    fn values_may_have_units_and_a_wrong_unit_is_rejected_with_the_valid_ones() {
         let scene =
             Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card")])"#);
         let mut world = World::new(&scene.expect("valid")).expect("valid");

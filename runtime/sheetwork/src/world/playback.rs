@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::sheet::Sheet;
 use crate::world::World;
-use crate::world::recording::Frame;
+use crate::world::recording::RecordedFrame;
 
 impl World {
     /// Check whether [`World::show`] can show `frame`.
@@ -14,12 +14,12 @@ impl World {
     /// # Errors
     /// When the frame belongs to other sheets or bodies, or holds values that are non-finite or out
     /// of range.
-    pub fn can_show(&self, frame: &Frame) -> Result<(), InputError> {
+    pub fn can_show(&self, frame: &RecordedFrame) -> Result<(), InputError> {
         let bodies = self.rigid.as_ref().map_or(0, |r| r.bodies().len());
         let same = |(index, sheet): (usize, &Sheet)| {
-            let (warmth, cells) = (frame.warmth_of(index), frame.open_of(index));
-            frame.sheets[index].len() == sheet.masses()
-                && warmth.values().len() == warmth.count(sheet.masses())
+            let (warmth, cells) = (frame.temperatures_of(index), frame.open_of(index));
+            frame.sheets[index].len() == sheet.node_count()
+                && warmth.values().len() == warmth.count(sheet.node_count())
                 && (cells.is_empty() || sheet.open_cells().is_some_and(|own| own.len() == cells.len()))
         };
         let sheets = frame.sheets.len() == self.sheets.len() && self.sheets.iter().enumerate().all(same);
@@ -30,7 +30,7 @@ impl World {
         if !(places && frame.bodies.iter().all(|(p, r)| p.is_finite() && r.is_finite()) && frame.time.is_finite()) {
             return Err(InputError::new("frame", "holds what is not a finite number"));
         }
-        frame.warmth.iter().try_for_each(|w| w.check())
+        frame.temperatures.iter().try_for_each(|w| w.check())
     }
 
     /// Set the positions of nodes (m) and bodies, the time (s), the temperatures and the open cells
@@ -38,7 +38,7 @@ impl World {
     ///
     /// # Errors
     /// As [`World::can_show`]; nothing changes then.
-    pub fn show(&mut self, frame: &Frame) -> Result<(), InputError> {
+    pub fn show(&mut self, frame: &RecordedFrame) -> Result<(), InputError> {
         self.can_show(frame)?;
         for (index, (sheet, places)) in self.sheets.iter_mut().zip(&frame.sheets).enumerate() {
             for (i, place) in places.iter().enumerate() {
@@ -50,11 +50,11 @@ impl World {
                 [] => sheet.set_open(&vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
                 cells => sheet.set_open(cells),
             }
-            sheet.show_warmth(frame.warmth_of(index));
+            sheet.show_temperatures(frame.temperatures_of(index));
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, (position, rotation)) in frame.bodies.iter().enumerate() {
-                rigid.show(index, position.as_dvec3(), rotation.as_dquat().normalize());
+                rigid.place_static(index, position.as_dvec3(), rotation.as_dquat().normalize());
             }
         }
         self.time = frame.time;
@@ -67,7 +67,7 @@ impl World {
     ///
     /// # Errors
     /// As [`World::can_show`]; nothing changes then.
-    pub fn show_between(&mut self, before: &Frame, part: f64) -> Result<(), InputError> {
+    pub fn show_between(&mut self, before: &RecordedFrame, part: f64) -> Result<(), InputError> {
         self.can_show(before)?;
         let part = part.clamp(0.0, 1.0);
         for (sheet, places) in self.sheets.iter_mut().zip(&before.sheets) {
@@ -79,7 +79,7 @@ impl World {
             for (index, (position, rotation)) in before.bodies.iter().enumerate() {
                 let Some(now) = rigid.pose(index) else { continue };
                 let rotation = rotation.as_dquat().normalize().slerp(now.1, part);
-                rigid.show(index, position.as_dvec3().lerp(now.0, part), rotation);
+                rigid.place_static(index, position.as_dvec3().lerp(now.0, part), rotation);
             }
         }
         self.time = before.time + (self.time - before.time) * part;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::collision::narrow_phase::FindCounters;
+use crate::collision::narrow_phase::DetectionCounters;
 use crate::contact::ContactCounters;
 use crate::islands::event::Event;
 use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status};
@@ -80,7 +80,7 @@ pub struct SheetReport {
     pub opening: Option<OpeningReport>,
     /// Work counters of detection and of the contact solver, for the island whose first sheet this
     /// is.
-    pub detection: FindCounters,
+    pub detection: DetectionCounters,
     /// See `detection`.
     pub contact_work: ContactCounters,
 }
@@ -152,7 +152,7 @@ impl World {
         let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| SheetReport {
             name: sheet.name.clone(),
             structure: sheet.structure.name(),
-            masses: sheet.masses(),
+            masses: sheet.node_count(),
             springs: sheet.springs().len(),
             asleep: sheet.status == Status::Asleep,
             status: describe(&sheet.name, &sheet.status),
@@ -161,7 +161,7 @@ impl World {
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
             temperature_c: TemperatureReport::of(sheet, room),
-            probes: sheet.probes.iter().map(|p| (p.name.clone(), p.of(&sheet.x).to_array())).collect(),
+            probes: sheet.probes.iter().map(|p| (p.name.clone(), p.at(&sheet.x).to_array())).collect(),
             steps_accepted: sheet.counters.accepted,
             steps_rejected: sheet.counters.rejected,
             evaluations: sheet.counters.evaluations,
@@ -181,7 +181,7 @@ impl World {
                     rotation: state.rotation().to_array(),
                     velocity_m_s: state.velocity().to_array(),
                     spin_rad_s: state.spin().to_array(),
-                    mass_kg: state.gives().then(|| state.mass()),
+                    mass_kg: state.is_dynamic().then(|| state.mass()),
                     asleep: rigid.is_asleep(index),
                 })
             })
@@ -207,12 +207,12 @@ impl World {
 
     /// Raise each value of `so_far` to the present largest penetration of a body by a node of the
     /// sheet, m.
-    pub fn watch_penetration(&self, so_far: &mut Vec<f64>) {
+    pub fn update_max_penetration(&self, so_far: &mut Vec<f64>) {
         so_far.resize(self.sheets.len(), 0.0);
         let Some(rigid) = &self.rigid else { return };
         let view = rigid.view();
         for (deepest, sheet) in so_far.iter_mut().zip(&self.sheets) {
-            *deepest = deepest.max(crate::contact::node::detection::deepest(sheet, &view));
+            *deepest = deepest.max(crate::contact::node::detection::deepest_penetration(sheet, &view));
         }
     }
 }

@@ -9,49 +9,49 @@
 use crate::contact::SheetContact;
 use crate::error::InputError;
 use crate::scene::{Air, ContactDefaults, Scene};
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::world::World;
-use crate::world::remap::{Grid, grid_of, keep_grids, take_grids};
+use crate::world::remap::{Grid, deserialise_grids, grid_of, serialise_grids};
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
 const VERSION: u32 = 5;
 /// Message about a snapshot of another world.
-const OTHERS: &str = "is of other sheets or bodies than there are now";
+const OTHER_STRUCTURE: &str = "is of other sheets or bodies than there are now";
 /// Bytes of position and velocity of a node.
-const OF_A_MASS: u64 = 48;
+const BYTES_PER_NODE: u64 = 48;
 /// Bytes before the body: magic, version, length, checksum.
-const HEAD: usize = 8 + 4 + 8 + 4;
+const HEADER_LENGTH: usize = 8 + 4 + 8 + 4;
 
 /// Lower bound of the number of nodes of `sheet` on `grid`. The number on a triangle mesh is known
 /// only after meshing: it grows at least with the length in cells of a narrow strip.
-fn fewest_masses(sheet: &Sheet, grid: Grid) -> u64 {
+fn min_nodes(sheet: &Sheet, grid: Grid) -> u64 {
     let own = grid_of(sheet);
     if sheet.mesh().is_none() {
         return u64::from(grid.0) * u64::from(grid.1);
     }
     let longer = f64::min(f64::from(grid.0) / f64::from(own.0), f64::from(grid.1) / f64::from(own.1));
-    (0.25 * longer.min(longer * longer) * sheet.masses() as f64) as u64
+    (0.25 * longer.min(longer * longer) * sheet.node_count() as f64) as u64
 }
 
 impl World {
-    /// Serialise the world for [`World::load`].
-    pub fn save(&self) -> Vec<u8> {
+    /// Serialise the world for [`World::deserialise`].
+    pub fn serialise(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        self.save_into(&mut bytes);
+        self.serialise_into(&mut bytes);
         bytes
     }
 
     /// Serialise the world into `bytes`, replacing their content and reusing their allocation.
-    pub fn save_into(&self, bytes: &mut Vec<u8>) {
-        let mut to = Keeper { bytes: std::mem::take(bytes) };
+    pub fn serialise_into(&self, bytes: &mut Vec<u8>) {
+        let mut to = StateWriter { bytes: std::mem::take(bytes) };
         to.bytes.clear();
-        to.bytes.extend_from_slice(&[0; HEAD]);
-        self.keep(&mut to);
-        let length = (to.bytes.len() - HEAD) as u64;
-        let sum = crc32fast::hash(&to.bytes[HEAD..]);
+        to.bytes.extend_from_slice(&[0; HEADER_LENGTH]);
+        self.write_state(&mut to);
+        let length = (to.bytes.len() - HEADER_LENGTH) as u64;
+        let sum = crc32fast::hash(&to.bytes[HEADER_LENGTH..]);
         let head = [&MAGIC[..], &VERSION.to_le_bytes(), &length.to_le_bytes(), &sum.to_le_bytes()].concat();
-        to.bytes[..HEAD].copy_from_slice(&head);
+        to.bytes[..HEADER_LENGTH].copy_from_slice(&head);
         *bytes = to.bytes;
     }
 
@@ -61,19 +61,20 @@ impl World {
     /// # Errors
     /// When `bytes` are no snapshot, truncated, damaged, of another version, or of other sheets or
     /// bodies than this world's; nothing changes then.
-    pub fn load(&mut self, bytes: &[u8]) -> Result<(), InputError> {
+    pub fn deserialise(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         let body = body_of(bytes)?;
         let grids = self.grids_of(body)?;
-        let back = self.save();
-        let before = self.go_to_grids(&grids).map_err(|Cut| InputError::new("snapshot", OTHERS))?;
+        let back = self.serialise();
+        let before =
+            self.exchange_grids(&grids).map_err(|CorruptState| InputError::new("snapshot", OTHER_STRUCTURE))?;
         if let Err(other) = self.check_make(body) {
-            self.put_back(before);
+            self.restore_sheets(before);
             return Err(other);
         }
-        if self.take(body).is_err() {
-            self.put_back(before);
+        if self.read_state(body).is_err() {
+            self.restore_sheets(before);
             // The world's own state is always accepted.
-            let _ = self.take(&back[HEAD..]);
+            let _ = self.read_state(&back[HEADER_LENGTH..]);
             return Err(InputError::new(
                 "snapshot",
                 "is of sheets that lay otherwise when they were first stepped, or was not written by this program",
@@ -84,108 +85,108 @@ impl World {
 
     fn check_make(&self, body: &[u8]) -> Result<(), InputError> {
         let make = body.first_chunk().map(|make| u32::from_le_bytes(*make));
-        if make == Some(self.make()) {
+        if make == Some(self.structure_checksum()) {
             return Ok(());
         }
-        Err(InputError::new("snapshot", OTHERS))
+        Err(InputError::new("snapshot", OTHER_STRUCTURE))
     }
 
     /// Grids of the sheets in a snapshot of this world's scene.
     fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, InputError> {
-        let other = |Cut| InputError::new("snapshot", OTHERS);
-        let mut from = Taker::new(body);
-        let scene = from.sum().and_then(|_| from.sum()).map_err(other)?;
-        let grids = take_grids(&mut from).map_err(other)?;
+        let other = |CorruptState| InputError::new("snapshot", OTHER_STRUCTURE);
+        let mut from = StateReader::new(body);
+        let scene = from.checksum().and_then(|_| from.checksum()).map_err(other)?;
+        let grids = deserialise_grids(&mut from).map_err(other)?;
         let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
-        let masses: u64 = elsewhere.map(|(grid, sheet)| fewest_masses(sheet, *grid)).sum();
+        let masses: u64 = elsewhere.map(|(grid, sheet)| min_nodes(sheet, *grid)).sum();
         // Sheets are built only when the snapshot is long enough for their nodes.
-        let there = masses.saturating_mul(OF_A_MASS) <= body.len() as u64;
+        let there = masses.saturating_mul(BYTES_PER_NODE) <= body.len() as u64;
         let ours = scene == self.make && grids.len() == self.sheets.len();
-        if ours && there { Ok(grids) } else { Err(other(Cut)) }
+        if ours && there { Ok(grids) } else { Err(other(CorruptState)) }
     }
 
     /// Checksum of the structure of the world.
-    fn make(&self) -> u32 {
-        let mut to = Keeper::default();
+    fn structure_checksum(&self) -> u32 {
+        let mut to = StateWriter::default();
         to.bytes.extend_from_slice(&self.make.to_le_bytes());
-        self.sheets.iter().for_each(|s| s.keep_make(&mut to));
+        self.sheets.iter().for_each(|s| s.serialise_layout(&mut to));
         to.count(self.rigid.as_ref().map_or(0, |r| 1 + r.bodies().len() as u64));
         to.count(self.heat.as_ref().map_or(0, |h| 1 + h.sources() as u64));
         crc32fast::hash(&to.bytes)
     }
 
-    fn keep(&self, to: &mut Keeper) {
-        to.bytes.extend_from_slice(&self.make().to_le_bytes());
+    fn write_state(&self, to: &mut StateWriter) {
+        to.bytes.extend_from_slice(&self.structure_checksum().to_le_bytes());
         to.bytes.extend_from_slice(&self.make.to_le_bytes());
-        keep_grids(&self.sheets, to);
+        serialise_grids(&self.sheets, to);
         self.sheets.iter().for_each(|s| to.flag(s.is_changed()));
-        let settings = self.settings();
+        let settings = self.serialise_settings();
         to.blob(&settings);
-        self.rigid.iter().for_each(|rigid| rigid.keep(to));
+        self.rigid.iter().for_each(|rigid| rigid.serialise(to));
         for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
             contact.keep_surface(to);
-            sheet.keep_state(to, |to| contact.clearance.keep(to, sheet.displaced));
+            sheet.serialise_state(to, |to| contact.clearance.serialise(to, sheet.displaced));
         }
-        self.groups.keep(self.sheets.len(), to);
-        self.heat.iter().for_each(|heat| heat.keep(to));
-        self.touches.iter().for_each(|t| t.keep(to));
-        self.detail.iter().for_each(|detail| detail.keep(to));
+        self.groups.serialise(self.sheets.len(), to);
+        self.heat.iter().for_each(|heat| heat.serialise(to));
+        self.touches.iter().for_each(|t| t.serialise(to));
+        self.detail.iter().for_each(|detail| detail.serialise(to));
         to.number(self.time);
         to.count(self.steps);
         to.count(self.told_before + self.events.len() as u64);
     }
 
-    /// Deserialise the output of [`World::keep`] from a world of the same structure.
-    fn take(&mut self, body: &[u8]) -> Taken {
-        let mut from = Taker::new(body.get(8..).ok_or(Cut)?);
-        take_grids(&mut from)?;
+    /// Deserialise the output of [`World::write_state`] from a world of the same structure.
+    fn read_state(&mut self, body: &[u8]) -> ReadResult {
+        let mut from = StateReader::new(body.get(8..).ok_or(CorruptState)?);
+        deserialise_grids(&mut from)?;
         for index in 0..self.sheets.len() {
             // Changes by heat, creep and fracture are undone only by building the sheet again.
             if !from.flag()? && self.sheets[index].is_changed() {
-                self.renew(index)?;
+                self.rebuild_sheet(index)?;
             }
         }
         let settings = from.blob()?;
-        if settings != self.settings() {
-            self.take_settings(settings)?;
+        if settings != self.serialise_settings() {
+            self.deserialise_settings(settings)?;
         }
         if let Some(rigid) = &mut self.rigid {
-            rigid.take(&mut from, &self.scene)?;
+            rigid.deserialise(&mut from, &self.scene)?;
         }
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
             contact.take_surface(sheet, &mut from)?;
-            sheet.take_state(&mut from, |from, masses| contact.clearance.take(from, masses))?;
+            sheet.deserialise_state(&mut from, |from, masses| contact.clearance.deserialise(from, masses))?;
             contact.prepare_opened(sheet);
         }
-        self.groups.take(&mut self.contacts, &mut from)?;
+        self.groups.deserialise(&mut self.contacts, &mut from)?;
         if let Some(heat) = &mut self.heat {
-            heat.take(&mut from, &self.sheets)?;
+            heat.deserialise(&mut from, &self.sheets)?;
         }
-        self.touches.iter_mut().try_for_each(|t| t.take(&mut from))?;
+        self.touches.iter_mut().try_for_each(|t| t.deserialise(&mut from))?;
         if let Some(detail) = &mut self.detail {
-            detail.take(&mut from)?;
+            detail.deserialise(&mut from)?;
         }
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
         self.events.truncate(usize::try_from(told.saturating_sub(self.told_before)).unwrap_or(usize::MAX));
         self.told_before = told - self.events.len() as u64;
-        if from.is_empty() { Ok(()) } else { Err(Cut) }
+        if from.is_empty() { Ok(()) } else { Err(CorruptState) }
     }
 
     /// Build the sheet `index` of the scene again.
-    fn renew(&mut self, index: usize) -> Taken {
-        let watched = self.sheets[index].is_watched();
+    fn rebuild_sheet(&mut self, index: usize) -> ReadResult {
+        let watched = self.sheets[index].detects_buckling();
         let grid = grid_of(&self.sheets[index]);
-        let mut sheet = self.built_at(index, grid).map_err(|_| Cut)?;
-        sheet.watch_buckling(watched);
+        let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
+        sheet.set_buckling_detection(watched);
         self.sheets[index] = sheet;
         self.contacts[index] = SheetContact::default();
         Ok(())
     }
 
     /// Serialise the settings that can change while the world runs.
-    fn settings(&self) -> Vec<u8> {
-        let mut to = Keeper::default();
+    fn serialise_settings(&self) -> Vec<u8> {
+        let mut to = StateWriter::default();
         let Air { factor, per, density, wind } = self.air;
         to.vector(self.gravity);
         to.numbers(&[factor, per, density]);
@@ -195,27 +196,27 @@ impl World {
         to.flag(self.sleep);
         let contact = postcard::to_extend(&self.scene.contact, Vec::new()).unwrap_or_default();
         to.blob(&contact);
-        self.heat.iter().for_each(|heat| heat.keep_settings(&mut to));
-        self.detail.iter().for_each(|detail| detail.keep_settings(&mut to));
-        self.sheets.iter().for_each(|s| s.keep_settings(&mut to));
+        self.heat.iter().for_each(|heat| heat.serialise_settings(&mut to));
+        self.detail.iter().for_each(|detail| detail.serialise_settings(&mut to));
+        self.sheets.iter().for_each(|s| s.serialise_settings(&mut to));
         to.bytes
     }
 
-    fn take_settings(&mut self, bytes: &[u8]) -> Taken {
-        let mut from = Taker::new(bytes);
+    fn deserialise_settings(&mut self, bytes: &[u8]) -> ReadResult {
+        let mut from = StateReader::new(bytes);
         self.set_gravity_unbounded(from.vector()?);
         let (factor, per, density) = (from.number()?, from.number()?, from.number()?);
-        self.set_air(Air { factor, per, density, wind: from.vector()? }).map_err(|_| Cut)?;
-        self.engine = from.text()?.parse().map_err(|_| Cut)?;
+        self.set_air(Air { factor, per, density, wind: from.vector()? }).map_err(|_| CorruptState)?;
+        self.engine = from.text()?.parse().map_err(|_| CorruptState)?;
         (self.tolerance, self.dt) = (from.number()?, from.number()?);
         if !(self.dt > 0.0 && self.dt <= 1.0 && self.tolerance > 0.0 && self.gravity.is_finite()) {
-            return Err(Cut);
+            return Err(CorruptState);
         }
         let sleep = from.flag()?;
         if sleep != self.sleep {
             self.set_sleep(sleep);
         }
-        let contact: ContactDefaults = postcard::from_bytes(from.blob()?).map_err(|_| Cut)?;
+        let contact: ContactDefaults = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
         if contact != self.scene.contact {
             if let Some(rigid) = &mut self.rigid {
                 rigid.set_contact(&contact);
@@ -223,36 +224,36 @@ impl World {
             self.scene.contact = contact;
         }
         if let Some(heat) = &mut self.heat {
-            heat.take_settings(&mut from)?;
+            heat.deserialise_settings(&mut from)?;
         }
         if let Some(detail) = &mut self.detail {
-            detail.take_settings(&mut from)?;
+            detail.deserialise_settings(&mut from)?;
         }
         let tolerance = self.tolerance;
-        self.sheets.iter_mut().try_for_each(|s| s.take_settings(&mut from, tolerance))?;
-        if from.is_empty() { Ok(()) } else { Err(Cut) }
+        self.sheets.iter_mut().try_for_each(|s| s.deserialise_settings(&mut from, tolerance))?;
+        if from.is_empty() { Ok(()) } else { Err(CorruptState) }
     }
 
     /// Return to the state in `bytes` of this world, keeping the present parameters. Returns
     /// `false` when that is impossible.
-    pub(crate) fn go_back(&mut self, bytes: &[u8]) -> bool {
+    pub(crate) fn roll_back(&mut self, bytes: &[u8]) -> bool {
         let Ok(body) = body_of(bytes) else { return false };
         let Ok(grids) = self.grids_of(body) else { return false };
         let elsewhere = grids.iter().zip(&self.sheets).any(|(grid, sheet)| grid_of(sheet) != *grid);
-        let start = elsewhere.then(|| self.save());
+        let start = elsewhere.then(|| self.serialise());
         // A change of grid keeps the settings of the sheet.
-        if (0..grids.len()).any(|i| self.resample_index(i, grids[i]).is_err()) || self.check_make(body).is_err() {
-            start.iter().for_each(|start| drop(self.load(start)));
+        if (0..grids.len()).any(|i| self.remap_index(i, grids[i]).is_err()) || self.check_make(body).is_err() {
+            start.iter().for_each(|start| drop(self.deserialise(start)));
             return false;
         }
-        let (back, settings) = (self.save(), self.settings());
-        let mut taken = self.take(body);
-        if taken.is_ok() && settings != self.settings() {
-            taken = self.take_settings(&settings);
+        let (back, settings) = (self.serialise(), self.serialise_settings());
+        let mut taken = self.read_state(body);
+        if taken.is_ok() && settings != self.serialise_settings() {
+            taken = self.deserialise_settings(&settings);
         }
         if taken.is_err() {
-            let _ = self.take(&back[HEAD..]);
-            start.iter().for_each(|start| drop(self.load(start)));
+            let _ = self.read_state(&back[HEADER_LENGTH..]);
+            start.iter().for_each(|start| drop(self.deserialise(start)));
         }
         taken.is_ok()
     }
@@ -264,7 +265,7 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return Err(bad("does not begin with \"SHEETWRK\": not a snapshot".into()));
     };
-    let ended = || bad(format!("is cut off: {} bytes of its first {HEAD}", bytes.len()));
+    let ended = || bad(format!("is cut off: {} bytes of its first {HEADER_LENGTH}", bytes.len()));
     let (version, rest) = rest.split_first_chunk().ok_or_else(ended)?;
     let version = u32::from_le_bytes(*version);
     if version != VERSION {
@@ -284,7 +285,7 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
 }
 
 /// Checksum of the structure of `scene`: the parts that cannot change while a world runs.
-pub(crate) fn make_of(scene: &Scene) -> u32 {
+pub(crate) fn structure_checksum_of(scene: &Scene) -> u32 {
     let Scene { sheets, bodies, room, heaters, .. } = scene;
     crc32fast::hash(format!("{sheets:?} {bodies:?} {room:?} {heaters:?}").as_bytes())
 }

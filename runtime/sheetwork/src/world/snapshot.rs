@@ -1,15 +1,15 @@
 //! Snapshots: stored states of a world for rollback.
 //!
-//! In the world of the snapshot, restoring is bit-exact (`save`). Parameters keep their present
+//! In the world of the snapshot, restoring is bit-exact (`serialise`). Parameters keep their present
 //! values, so that a snapshot is a start for trying others. A world of another structure with the
 //! same sheets and bodies (after an edit of the scene) takes over time, positions, velocities,
 //! temperatures, the state of heat, creep and plasticity, and sleeping; its integrators restart, as
 //! after a change of integrator.
 
 use crate::error::InputError;
-use crate::islands::event::Touches;
+use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
-use crate::sheet::SheetState;
+use crate::sheet::SavedSheetState;
 use crate::world::World;
 
 /// State of a world at one time.
@@ -19,10 +19,10 @@ pub struct Snapshot {
     whole: Vec<u8>,
     time: f64,
     steps: u64,
-    sheets: Vec<(String, SheetState)>,
+    sheets: Vec<(String, SavedSheetState)>,
     /// Dynamic bodies: index, state, whether asleep.
     bodies: Vec<(usize, BodyState, bool)>,
-    touches: Vec<Touches>,
+    touches: Vec<ContactLog>,
     events: usize,
 }
 
@@ -39,14 +39,14 @@ impl World {
         let rigid = self.rigid.as_ref();
         let free = |i: usize| {
             let rigid = rigid?;
-            let state = rigid.state(i).filter(|s| s.gives())?;
+            let state = rigid.state(i).filter(|s| s.is_dynamic())?;
             Some((i, *state, rigid.is_asleep(i)))
         };
         Snapshot {
-            whole: self.save(),
+            whole: self.serialise(),
             time: self.time,
             steps: self.steps,
-            sheets: self.sheets.iter().map(|s| (s.name.clone(), s.state())).collect(),
+            sheets: self.sheets.iter().map(|s| (s.name.clone(), s.to_state())).collect(),
             bodies: (0..rigid.map_or(0, |r| r.bodies().len())).filter_map(free).collect(),
             touches: self.touches.clone(),
             events: self.events.len(),
@@ -58,32 +58,32 @@ impl World {
     /// # Errors
     /// When sheets or bodies have been added, removed or replaced after it; nothing changes then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
-        if self.go_back(&snapshot.whole) {
+        if self.roll_back(&snapshot.whole) {
             return Ok(());
         }
-        let same = |(sheet, (name, state)): (&crate::sheet::Sheet, &(String, SheetState))| {
-            sheet.name == *name && sheet.takes(state)
+        let same = |(sheet, (name, state)): (&crate::sheet::Sheet, &(String, SavedSheetState))| {
+            sheet.name == *name && sheet.accepts_state(state)
         };
         let sheets = self.sheets.len() == snapshot.sheets.len() && self.sheets.iter().zip(&snapshot.sheets).all(same);
-        let gives = |i: usize| self.rigid.as_ref().and_then(|r| r.state(i)).is_some_and(|s| s.gives());
+        let gives = |i: usize| self.rigid.as_ref().and_then(|r| r.state(i)).is_some_and(|s| s.is_dynamic());
         let free = (0..self.rigid.as_ref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
         let bodies = free == snapshot.bodies.len() && snapshot.bodies.iter().all(|b| gives(b.0));
         if !(sheets && bodies) {
             return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
         }
         for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
-            sheet.go_back(state);
+            sheet.restore(state);
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, state, asleep) in &snapshot.bodies {
-                rigid.claim(*index, *state);
+                rigid.set_state(*index, *state);
                 if *asleep {
-                    rigid.freeze(*index);
+                    rigid.put_to_sleep(*index);
                 }
             }
         }
         if let Some(heat) = &mut self.heat {
-            heat.forget();
+            heat.discard_views();
         }
         self.touches.clone_from(&snapshot.touches);
         self.events.truncate(snapshot.events);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn two_runs_from_a_snapshot_are_the_same_and_near_the_first() {
+    fn runs_from_a_snapshot_are_identical() {
         let mut world = world();
         world.advance(0.08);
         let snapshot = world.snapshot();
@@ -133,7 +133,7 @@ mod tests {
     /// A clamped strip and a lattice that an oven softens, so that they sag permanently, in
     /// strongly damping air. A state that is not restored stays visible for long.
     #[test]
-    fn heat_creep_and_yield_go_back_too() {
+    fn a_snapshot_restores_heat_creep_and_plasticity() {
         let scene = Scene::parse(
             r#"(engine: "tr-bdf2", dt: 0.02, time_lapse: 10, air: (factor: 0.9),
                 oven: (convection: 20, schedule: [(time: 0, temperature: 150)]),

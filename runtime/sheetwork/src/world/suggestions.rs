@@ -4,9 +4,9 @@ use crate::error::InputError;
 use crate::world::World;
 
 /// Maximum number of suggested paths.
-const MOST: usize = 3;
+const MAX_SUGGESTIONS: usize = 3;
 /// Similarity threshold (0 to 1) of a suggested path.
-const ALIKE: f64 = 0.5;
+const SIMILARITY_THRESHOLD: f64 = 0.5;
 
 impl World {
     /// Error for a path that is not in [`World::parameters`], with the most similar paths.
@@ -35,10 +35,10 @@ fn nearest<'a>(path: &str, paths: impl Iterator<Item = &'a str>) -> Vec<&'a str>
         let end = strsim::normalized_damerau_levenshtein(&last(&wanted), &last(other));
         whole.max(0.9 * end)
     };
-    let mut scored: Vec<(f64, &str)> = paths.map(|p| (alike(p), p)).filter(|s| s.0 >= ALIKE).collect();
+    let mut scored: Vec<(f64, &str)> = paths.map(|p| (alike(p), p)).filter(|s| s.0 >= SIMILARITY_THRESHOLD).collect();
     // The sort is stable: among equals the first in the list wins.
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    scored.into_iter().take(MOST).map(|s| s.1).collect()
+    scored.into_iter().take(MAX_SUGGESTIONS).map(|s| s.1).collect()
 }
 
 #[cfg(test)]
@@ -46,7 +46,7 @@ mod tests {
     use super::nearest;
 
     #[test]
-    fn slips_and_missing_sheets_are_understood() {
+    fn misspelt_paths_and_missing_sheet_names_get_suggestions() {
         let paths = ["gravity", "engine", "dt", "sheets.strip.material.young", "sheets.strip.friction", "oven.on"];
         let of = |path| nearest(path, paths.into_iter());
         assert_eq!(of("gravty"), ["gravity"]);

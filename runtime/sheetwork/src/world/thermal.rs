@@ -9,16 +9,16 @@ use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
 use crate::sheet::Sheet;
-use crate::thermal::Room;
-use crate::thermal::source::{Source, gun, heater, oven};
-use crate::world::{World, free_name};
+use crate::thermal::ThermalModel;
+use crate::thermal::source::{HeatSource, heat_gun, heater, oven};
+use crate::world::{World, unique_name};
 
 impl World {
     /// Step the thermal model after a step of motion of `dt` (s).
-    pub(crate) fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+    pub(crate) fn step_thermal(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
         let (sheets, time) = (&mut self.sheets, (self.time - dt, dt));
         if let Some(heat) = &mut self.heat {
-            self.watch.within(Phase::Heat, || heat.step(sheets, time, view, rigid));
+            self.watch.measure(Phase::Heat, || heat.step(sheets, time, view, rigid));
         }
     }
 
@@ -35,11 +35,11 @@ impl World {
     pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<String, InputError> {
         let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
         let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
-        let spec = HeaterSpec { name: free_name(base, taken), ..spec.clone() };
+        let spec = HeaterSpec { name: unique_name(base, taken), ..spec.clone() };
         let source = heater::of(&spec.name, &spec, &self.scene.base)?;
         let mut scene = self.scene.clone();
         scene.heaters.push(spec.clone());
-        self.heated_by(scene)?;
+        self.replace_heat_settings(scene)?;
         self.heat.iter_mut().for_each(|heat| {
             heat.remove(&heater::path_of(&spec.name));
         });
@@ -59,7 +59,7 @@ impl World {
         if removed {
             self.scene.heaters.retain(|h| h.name != name);
             // Files that were readable with this heater are readable without it.
-            let _ = heat.model(&self.scene);
+            let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         removed
@@ -72,7 +72,7 @@ impl World {
         let moved = heat.place(&heater::path_of(name), placement);
         if moved {
             self.scene.heaters.iter_mut().filter(|h| h.name == name).for_each(|h| h.placement = *placement);
-            let _ = heat.model(&self.scene);
+            let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         moved
@@ -83,16 +83,16 @@ impl World {
     ///
     /// # Errors
     /// When a spot is out of range; nothing changes then.
-    pub fn warm(&mut self, index: usize, spots: &[SpotSpec]) -> Result<bool, InputError> {
+    pub fn heat_spots(&mut self, index: usize, spots: &[SpotSpec]) -> Result<bool, InputError> {
         if index >= self.sheets.len() {
             return Ok(false);
         }
         spots.iter().try_for_each(SpotSpec::check)?;
         if self.heat.is_none() {
-            self.heat = Some(Box::new(Room::new(&self.scene)?));
-            self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
+            self.heat = Some(Box::new(ThermalModel::new(&self.scene)?));
+            self.sheets.iter_mut().for_each(|s| s.start_temperatures(self.scene.ambient_temperature));
         }
-        self.sheets[index].warm(spots, self.scene.ambient_temperature)?;
+        self.sheets[index].heat_spots(spots, self.scene.ambient_temperature)?;
         if let Some(spec) = self.scene.sheets.get_mut(index) {
             spec.spots.extend_from_slice(spots);
         }
@@ -105,7 +105,7 @@ impl World {
     /// When the description is invalid; nothing changes then.
     pub fn set_oven(&mut self, spec: Option<OvenSpec>) -> Result<(), InputError> {
         let source = spec.as_ref().map(oven::of);
-        self.heated_by(Scene { oven: spec, ..self.scene.clone() })?;
+        self.replace_heat_settings(Scene { oven: spec, ..self.scene.clone() })?;
         self.replace_source(oven::PATH, source);
         Ok(())
     }
@@ -115,14 +115,14 @@ impl World {
     /// # Errors
     /// When the description is invalid; nothing changes then.
     pub fn set_heat_gun(&mut self, spec: Option<HeatGunSpec>) -> Result<(), InputError> {
-        let source = spec.as_ref().map(gun::of);
-        self.heated_by(Scene { heat_gun: spec, ..self.scene.clone() })?;
-        self.replace_source(gun::PATH, source);
+        let source = spec.as_ref().map(heat_gun::of);
+        self.replace_heat_settings(Scene { heat_gun: spec, ..self.scene.clone() })?;
+        self.replace_source(heat_gun::PATH, source);
         Ok(())
     }
 
     /// Replace the source at `path` by `source`, if any.
-    fn replace_source(&mut self, path: &str, source: Option<Box<dyn Source>>) {
+    fn replace_source(&mut self, path: &str, source: Option<Box<dyn HeatSource>>) {
         if let Some(heat) = &mut self.heat {
             heat.remove(path);
             source.into_iter().for_each(|s| heat.add(s));
@@ -131,9 +131,9 @@ impl World {
 
     /// Place the nozzle of the heat gun at `placement`, blowing along its -z axis. Returns `false`
     /// when there is no heat gun.
-    pub fn aim_heat_gun(&mut self, placement: &Placement) -> bool {
+    pub fn place_heat_gun(&mut self, placement: &Placement) -> bool {
         let Some(heat) = &mut self.heat else { return false };
-        let aimed = heat.place(gun::PATH, placement);
+        let aimed = heat.place(heat_gun::PATH, placement);
         if let Some(spec) = self.scene.heat_gun.as_mut().filter(|_| aimed) {
             spec.position = placement.position;
             spec.direction = placement.quaternion() * DVec3::NEG_Z;
@@ -148,7 +148,7 @@ impl World {
     /// # Errors
     /// When one is out of range; nothing changes then.
     pub fn set_surroundings(&mut self, settings: &Scene) -> Result<(), InputError> {
-        self.heated_by(Scene {
+        self.replace_heat_settings(Scene {
             ambient_temperature: settings.ambient_temperature,
             convection: settings.convection,
             contact_conductance: settings.contact_conductance,
@@ -157,22 +157,22 @@ impl World {
             ..self.scene.clone()
         })?;
         if let Some(heat) = &mut self.heat {
-            heat.surround(&self.scene);
+            heat.set_surroundings(&self.scene);
         }
         Ok(())
     }
 
     /// Replace the scene by `scene`, which differs only in heat, and start the thermal model where
     /// it is needed.
-    fn heated_by(&mut self, scene: Scene) -> Result<(), InputError> {
+    fn replace_heat_settings(&mut self, scene: Scene) -> Result<(), InputError> {
         validate::heat(&scene)?;
         match &mut self.heat {
-            Some(heat) => heat.model(&scene)?,
+            Some(heat) => heat.set_heat_mode(&scene)?,
             None => {
-                self.heat = Room::of(&scene)?.map(Box::new);
+                self.heat = ThermalModel::of(&scene)?.map(Box::new);
                 if self.heat.is_some() {
                     // Sheets start at the ambient temperature of the old scene.
-                    self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
+                    self.sheets.iter_mut().for_each(|s| s.start_temperatures(self.scene.ambient_temperature));
                 }
             }
         }

@@ -19,13 +19,13 @@ use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
 
-use crate::bench::fuzz::mutate::{Dice, mutated};
-use crate::bench::fuzz::readers::{READERS, Reader};
+use crate::bench::fuzz::mutate::{MutationRandom, mutate};
+use crate::bench::fuzz::readers::{FuzzedReader, READERS};
 use crate::bench::shard;
 use crate::output::{print_json, print_line};
 
 /// CPU time above which an input counts as a fault, s.
-const SLOW: f64 = 10.0;
+const CPU_TIME_LIMIT: f64 = 10.0;
 
 #[derive(Args)]
 pub struct Fuzz {
@@ -58,11 +58,11 @@ pub struct Fuzz {
 }
 
 /// Message and location of the last panic.
-static SAID: Mutex<String> = Mutex::new(String::new());
+static LAST_PANIC: Mutex<String> = Mutex::new(String::new());
 
 impl Fuzz {
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        let chosen: Vec<&Reader> =
+        let chosen: Vec<&FuzzedReader> =
             READERS.iter().filter(|r| self.reader.as_ref().is_none_or(|name| name == r.name)).collect();
         if chosen.is_empty() {
             let names: Vec<&str> = READERS.iter().map(|r| r.name).collect();
@@ -75,13 +75,13 @@ impl Fuzz {
             return Err(InputError::new("--corpus", format!("there is no folder {}", folder.display())));
         }
         std::panic::set_hook(Box::new(|info| {
-            if let Ok(mut said) = SAID.lock() {
+            if let Ok(mut said) = LAST_PANIC.lock() {
                 *said = info.to_string().replace('\n', ": ");
             }
         }));
         let (mut rows, mut faults) = (Vec::new(), 0);
         for reader in chosen {
-            let row = self.try_out(reader)?;
+            let row = self.fuzz_reader(reader)?;
             faults += row["faults"].as_array().map_or(0, Vec::len);
             if !self.json {
                 print_line(&format!(
@@ -105,7 +105,7 @@ impl Fuzz {
         Ok(if faults == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn try_out(&self, reader: &Reader) -> Result<serde_json::Value, InputError> {
+    fn fuzz_reader(&self, reader: &FuzzedReader) -> Result<serde_json::Value, InputError> {
         let mut seeds = (reader.seeds)(&self.assets)?;
         let kept = self.corpus.as_deref().unwrap_or(Path::new("tests/corpus"));
         seeds.extend(corpus(&kept.join(reader.name))?);
@@ -120,7 +120,7 @@ impl Fuzz {
             }
             let input = match seeds.get(number as usize) {
                 Some(seed) => seed.clone(),
-                None => mutated(&seeds, reader, &mut Dice::new(self.seed, number)),
+                None => mutate(&seeds, reader, &mut MutationRandom::new(self.seed, number)),
             };
             let start = ProcessTime::now();
             let done = catch_unwind(AssertUnwindSafe(|| tried(&input)));
@@ -134,9 +134,9 @@ impl Fuzz {
                     tried = (reader.make)()?;
                 }
             }
-            if done.is_err() || taken > SLOW {
-                let file = self.keep(reader.name, number, &input)?;
-                let said = SAID.lock().map(|said| said.clone()).unwrap_or_default();
+            if done.is_err() || taken > CPU_TIME_LIMIT {
+                let file = self.write_input(reader.name, number, &input)?;
+                let said = LAST_PANIC.lock().map(|said| said.clone()).unwrap_or_default();
                 let what = if done.is_err() { said } else { format!("took {taken:.2} s") };
                 faults.push(format!("{}: {what}", file.display()));
             }
@@ -151,7 +151,7 @@ impl Fuzz {
         }))
     }
 
-    fn keep(&self, reader: &str, number: u64, input: &[u8]) -> Result<PathBuf, InputError> {
+    fn write_input(&self, reader: &str, number: u64, input: &[u8]) -> Result<PathBuf, InputError> {
         let folder = self.out.join(reader);
         std::fs::create_dir_all(&folder).map_err(|e| InputError::io(&folder, &e))?;
         let file = folder.join(format!("{}-{number}", self.seed));

@@ -1,6 +1,6 @@
 //! Mutations of an input: of its bytes, its numbers and its fragments.
 
-use crate::bench::fuzz::readers::Reader;
+use crate::bench::fuzz::readers::FuzzedReader;
 
 /// Numbers at limits of formats and types.
 const NUMBERS: &[&str] = &[
@@ -29,12 +29,12 @@ const NUMBERS: &[&str] = &[
 const WHOLE: &[u64] =
     &[0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7ff0_0000_0000_0000, u64::MAX, 1 << 40];
 /// Maximum length of an input, bytes.
-const LONGEST: usize = 200_000;
+const MAXIMUM_INPUT_LENGTH: usize = 200_000;
 
 /// Pseudo-random numbers (splitmix64), determined by seed and number.
-pub struct Dice(u64);
+pub struct MutationRandom(u64);
 
-impl Dice {
+impl MutationRandom {
     pub fn new(seed: u64, number: u64) -> Self {
         Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
     }
@@ -54,7 +54,7 @@ impl Dice {
 }
 
 /// A mutation of one of `seeds`.
-pub fn mutated(seeds: &[Vec<u8>], reader: &Reader, dice: &mut Dice) -> Vec<u8> {
+pub fn mutate(seeds: &[Vec<u8>], reader: &FuzzedReader, dice: &mut MutationRandom) -> Vec<u8> {
     let mut bytes = seeds.get(dice.below(seeds.len())).cloned().unwrap_or_default();
     // Mostly a single change, because several can mask one another.
     for _ in 0..=[0, 0, 1, 3, 8][dice.below(5)] {
@@ -64,14 +64,14 @@ pub fn mutated(seeds: &[Vec<u8>], reader: &Reader, dice: &mut Dice) -> Vec<u8> {
             change_bytes(&mut bytes, seeds, dice);
         }
     }
-    bytes.truncate(LONGEST);
+    bytes.truncate(MAXIMUM_INPUT_LENGTH);
     if let Some(repair) = reader.repair.filter(|_| dice.below(4) != 0) {
         repair(&mut bytes);
     }
     bytes
 }
 
-fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &mut Dice) {
+fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &mut MutationRandom) {
     let at = dice.below(bytes.len() + 1);
     match dice.below(8) {
         0 | 1 => replace_number(bytes, dice),
@@ -83,7 +83,7 @@ fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &m
     }
 }
 
-fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
+fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut MutationRandom) {
     let at = dice.below(bytes.len());
     match dice.below(9) {
         0 | 1 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
@@ -106,7 +106,7 @@ fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
     bytes.iter_mut().skip(at).zip(by).for_each(|(to, from)| *to = *from);
 }
 
-fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
+fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut MutationRandom) {
     let piece: Vec<u8> = bytes.iter().skip(at).take(1 + dice.below(60)).copied().collect();
     for _ in 0..=dice.below(3) {
         bytes.splice(at.min(bytes.len())..at.min(bytes.len()), piece.iter().copied());
@@ -114,7 +114,7 @@ fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
 }
 
 /// Replaces a number.
-fn replace_number(bytes: &mut Vec<u8>, dice: &mut Dice) {
+fn replace_number(bytes: &mut Vec<u8>, dice: &mut MutationRandom) {
     let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
     let Some(at) = digits.get(dice.below(digits.len())).copied() else { return };
     let part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
@@ -126,7 +126,7 @@ fn replace_number(bytes: &mut Vec<u8>, dice: &mut Dice) {
 }
 
 /// Replaces a line with one of another input.
-fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
+fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut MutationRandom) {
     let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
     let lines: Vec<&[u8]> = other.split(|b| *b == b'\n').collect();
     let line = lines.get(dice.below(lines.len())).copied().unwrap_or_default();

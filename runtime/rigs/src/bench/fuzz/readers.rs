@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use sheetwork::scene::{Scene, heater, material, pol, sht};
-use sheetwork::world::journal::{Input, Journal, Writer};
+use sheetwork::scene::{Scene, heater_file, material, pol, sht};
+use sheetwork::world::journal::{Journal, JournalInput, JournalWriter};
 use sheetwork::world::recording;
-use sheetwork::world::recording::Recorder;
+use sheetwork::world::recording::RecordingWriter;
 use sheetwork::{InputError, World};
 use sheetwork_link::Command;
 use sheetwork_link::layout::FrameView;
@@ -15,7 +15,7 @@ use sheetwork_link::topology::Meshes;
 type Try = Box<dyn FnMut(&[u8]) -> bool>;
 
 /// A reader under test.
-pub struct Reader {
+pub struct FuzzedReader {
     pub name: &'static str,
     pub is_text: bool,
     /// Fragments of the format that break or change its meaning.
@@ -78,8 +78,8 @@ const JSON: &[&str] = &[
     "\"op\":\"step\"",
 ];
 
-pub const READERS: &[Reader] = &[
-    Reader {
+pub const READERS: &[FuzzedReader] = &[
+    FuzzedReader {
         name: "scene",
         is_text: true,
         pieces: RON,
@@ -87,7 +87,7 @@ pub const READERS: &[Reader] = &[
         make: scene,
         repair: None,
     },
-    Reader {
+    FuzzedReader {
         name: "sht",
         is_text: true,
         pieces: RECORDS,
@@ -95,7 +95,7 @@ pub const READERS: &[Reader] = &[
         make: sht_file,
         repair: None,
     },
-    Reader {
+    FuzzedReader {
         name: "pol",
         is_text: true,
         pieces: RECORDS,
@@ -103,7 +103,7 @@ pub const READERS: &[Reader] = &[
         make: pol_file,
         repair: None,
     },
-    Reader {
+    FuzzedReader {
         name: "heater",
         is_text: true,
         pieces: RECORDS,
@@ -111,7 +111,7 @@ pub const READERS: &[Reader] = &[
         make: heater_file,
         repair: None,
     },
-    Reader {
+    FuzzedReader {
         name: "material",
         is_text: true,
         pieces: RON,
@@ -119,7 +119,7 @@ pub const READERS: &[Reader] = &[
         make: material_file,
         repair: None,
     },
-    Reader {
+    FuzzedReader {
         name: "snapshot",
         is_text: false,
         pieces: &[],
@@ -127,7 +127,7 @@ pub const READERS: &[Reader] = &[
         make: snapshot,
         repair: Some(repair_snapshot),
     },
-    Reader {
+    FuzzedReader {
         name: "recording",
         is_text: false,
         pieces: &[],
@@ -135,7 +135,7 @@ pub const READERS: &[Reader] = &[
         make: || Ok(Box::new(|bytes| recording::from_bytes(bytes).is_ok())),
         repair: Some(repair_parts),
     },
-    Reader {
+    FuzzedReader {
         name: "journal",
         is_text: false,
         pieces: &[],
@@ -143,7 +143,7 @@ pub const READERS: &[Reader] = &[
         make: journal,
         repair: Some(repair_parts),
     },
-    Reader {
+    FuzzedReader {
         name: "link",
         is_text: false,
         pieces: JSON,
@@ -209,8 +209,8 @@ fn pol_file() -> Result<Try, InputError> {
 
 fn heater_file() -> Result<Try, InputError> {
     Ok(Box::new(|bytes| {
-        let Ok(all) = heater::read_heaters(&String::from_utf8_lossy(bytes)) else { return false };
-        heater::read_heaters(&heater::write_heaters(&all)).is_ok()
+        let Ok(all) = heater_file::read_heaters(&String::from_utf8_lossy(bytes)) else { return false };
+        heater_file::read_heaters(&heater_file::write_heaters(&all)).is_ok()
     }))
 }
 
@@ -240,24 +240,24 @@ fn small_scene() -> Result<Scene, InputError> {
 
 fn snapshots() -> Result<Vec<Vec<u8>>, InputError> {
     let mut world = World::new(&small_scene()?)?;
-    let mut all = vec![world.save()];
+    let mut all = vec![world.serialise()];
     for _ in 0..4 {
         (0..10).for_each(|_| world.step());
-        all.push(world.save());
+        all.push(world.serialise());
     }
     Ok(all)
 }
 
 fn snapshot() -> Result<Try, InputError> {
     let mut world = World::new(&small_scene()?)?;
-    let good = world.save();
+    let good = world.serialise();
     Ok(Box::new(move |bytes| {
-        if world.load(bytes).is_err() {
+        if world.deserialise(bytes).is_err() {
             return false;
         }
         // An accepted state is stepped: a sheet may become unstable, without further effect.
         world.step();
-        world.load(&good).is_ok()
+        world.deserialise(&good).is_ok()
     }))
 }
 
@@ -299,7 +299,7 @@ fn written(name: &str, write: impl FnOnce(&Path) -> Result<(), InputError>) -> R
 fn recordings() -> Result<Vec<Vec<u8>>, InputError> {
     let mut world = World::new(&small_scene()?)?;
     let one = written("recording", |file| {
-        let mut recorder = Recorder::create(file, &world, 60.0)?;
+        let mut recorder = RecordingWriter::create(file, &world, 60.0)?;
         for _ in 0..6 {
             recorder.frame(&world)?;
             (0..5).for_each(|_| world.step());
@@ -312,10 +312,13 @@ fn recordings() -> Result<Vec<Vec<u8>>, InputError> {
 fn journals() -> Result<Vec<Vec<u8>>, InputError> {
     let mut world = World::new(&small_scene()?)?;
     let one = written("journal", |file| {
-        let mut writer = Writer::create(file, &world, 3)?;
+        let mut writer = JournalWriter::create(file, &world, 3)?;
         for step in 0..7 {
             if step % 2 == 0 {
-                writer.input(&mut world, Input::Set { path: "gravity".into(), value: format!("(0, -{step}, 0)") })?;
+                writer.input(
+                    &mut world,
+                    JournalInput::Set { path: "gravity".into(), value: format!("(0, -{step}, 0)") },
+                )?;
             }
             writer.step(&mut world)?;
         }
@@ -357,10 +360,10 @@ fn messages() -> Result<Vec<Vec<u8>>, InputError> {
 
 /// Memory with the alignment of a sample.
 #[repr(align(64))]
-struct Aligned([u8; 1 << 18]);
+struct AlignedBytes([u8; 1 << 18]);
 
 fn message(bytes: &[u8]) -> bool {
-    let mut memory = Box::new(Aligned([0; 1 << 18]));
+    let mut memory = Box::new(AlignedBytes([0; 1 << 18]));
     let length = bytes.len().min(memory.0.len());
     memory.0[..length].copy_from_slice(&bytes[..length]);
     let bytes = &memory.0[..length];

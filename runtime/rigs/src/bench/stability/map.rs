@@ -4,8 +4,8 @@
 
 use plotters::prelude::{DrawingBackend, RGBColor, WHITE};
 
-use crate::bench::canvas::{Anchor, Canvas, Drawn, INK, Picture};
-use crate::bench::stability::point::Point;
+use crate::bench::canvas::{Canvas, DrawResult, Drawing, INK, TextAnchor};
+use crate::bench::stability::point::StabilityPoint;
 
 /// Size of a panel with its axes, and of the legend, units.
 const PANEL: (f64, f64) = (440.0, 250.0);
@@ -23,7 +23,7 @@ const DAMPING_AT: f64 = 4e-4;
 const MASS_AT: f64 = 0.14;
 
 /// Log10 of the measured and predicted steps over a grid.
-struct Panel {
+struct MapPanel {
     title: String,
     axis: &'static str,
     x: Vec<f64>,
@@ -33,15 +33,15 @@ struct Panel {
 }
 
 /// Maps of one structure.
-pub struct Map {
+pub struct StabilityMap {
     structure: String,
-    panels: Vec<Panel>,
+    panels: Vec<MapPanel>,
 }
 
-impl Map {
+impl StabilityMap {
     /// Maps of `structure` from the points of the sweep "map"; a panel needs its complete grid.
-    pub fn of(points: &[Point], structure: &str) -> Self {
-        let mine: Vec<&Point> = points
+    pub fn new(points: &[StabilityPoint], structure: &str) -> Self {
+        let mine: Vec<&StabilityPoint> = points
             .iter()
             .filter(|p| p.sweep == "map" && p.structure == structure && p.predicted.is_some_and(|p| p > 0.0))
             .collect();
@@ -53,11 +53,11 @@ impl Map {
         }
         let mut panels = Vec::new();
         for engine in engines {
-            let of: Vec<&Point> = mine.iter().copied().filter(|p| p.engine == engine).collect();
-            let damped = |p: &&&Point| p.mass_kg == DAMPING_AT && p.damping > 0.0;
-            panels.extend(Panel::of(engine, "damping, of critical", of.iter().filter(damped), |p| p.damping));
-            let massive = |p: &&&Point| p.damping == MASS_AT;
-            panels.extend(Panel::of(engine, "mass of a node, g", of.iter().filter(massive), |p| 1e3 * p.mass_kg));
+            let of: Vec<&StabilityPoint> = mine.iter().copied().filter(|p| p.engine == engine).collect();
+            let damped = |p: &&&StabilityPoint| p.mass_kg == DAMPING_AT && p.damping > 0.0;
+            panels.extend(MapPanel::new(engine, "damping, of critical", of.iter().filter(damped), |p| p.damping));
+            let massive = |p: &&&StabilityPoint| p.damping == MASS_AT;
+            panels.extend(MapPanel::new(engine, "mass of a node, g", of.iter().filter(massive), |p| 1e3 * p.mass_kg));
         }
         Self { structure: structure.to_owned(), panels }
     }
@@ -68,13 +68,13 @@ impl Map {
     }
 }
 
-impl Picture for Map {
+impl Drawing for StabilityMap {
     fn size(&self) -> (u32, u32) {
         let rows = self.panels.len().div_ceil(2) as f64;
         ((2.0 * PANEL.0) as u32, (PANEL.1 * rows + LEGEND) as u32)
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> DrawResult<B> {
         canvas.area.fill(&WHITE)?;
         for (k, panel) in self.panels.iter().enumerate() {
             panel.draw(canvas, (PANEL.0 * (k % 2) as f64, PANEL.1 * (k / 2) as f64))?;
@@ -85,16 +85,16 @@ impl Picture for Map {
     }
 }
 
-impl Panel {
+impl MapPanel {
     /// A panel from points; none for an incomplete grid or one below two by two.
-    fn of<'a>(
+    fn new<'a>(
         engine: &str,
         axis: &'static str,
-        points: impl Iterator<Item = &'a &'a Point>,
-        value: impl Fn(&Point) -> f64,
+        points: impl Iterator<Item = &'a &'a StabilityPoint>,
+        value: impl Fn(&StabilityPoint) -> f64,
     ) -> Option<Self> {
-        let points: Vec<&Point> = points.copied().collect();
-        let ticks = |of: &dyn Fn(&Point) -> f64| {
+        let points: Vec<&StabilityPoint> = points.copied().collect();
+        let ticks = |of: &dyn Fn(&StabilityPoint) -> f64| {
             let mut all: Vec<f64> = points.iter().map(|p| of(p)).collect();
             all.sort_by(f64::total_cmp);
             all.dedup();
@@ -122,27 +122,27 @@ impl Panel {
         (x + LEFT + width * column / columns, y + 30.0 + height * (1.0 - row / rows))
     }
 
-    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> DrawResult<B> {
         self.colours(canvas, origin)?;
         self.lines(canvas, origin)?;
         for (i, value) in self.x.iter().enumerate() {
             let (x, y) = self.at(origin, i as f64, 0.0);
-            canvas.text(&value.to_string(), (x, y + 11.0), TEXT, Anchor::Centre, INK)?;
+            canvas.text(&value.to_string(), (x, y + 11.0), TEXT, TextAnchor::Centre, INK)?;
         }
         for (j, value) in self.y.iter().enumerate() {
             let (x, y) = self.at(origin, 0.0, j as f64);
-            canvas.text(&short(*value), (x - 6.0, y), TEXT, Anchor::Right, INK)?;
+            canvas.text(&short(*value), (x - 6.0, y), TEXT, TextAnchor::Right, INK)?;
         }
         let (x, y) = self.at(origin, 0.5 * (self.x.len() - 1) as f64, 0.0);
-        canvas.text("stiffness, N/m", (x, y + 29.0), TEXT, Anchor::Centre, INK)?;
+        canvas.text("stiffness, N/m", (x, y + 29.0), TEXT, TextAnchor::Centre, INK)?;
         let (x, y) = self.at(origin, 0.0, 0.5 * (self.y.len() - 1) as f64);
-        canvas.text(self.axis, (x - 58.0, y), TEXT, Anchor::Upwards, INK)?;
+        canvas.text(self.axis, (x - 58.0, y), TEXT, TextAnchor::Upwards, INK)?;
         let (x, y) = self.at(origin, 0.0, (self.y.len() - 1) as f64);
-        canvas.text(&self.title, (x, y - 14.0), 16.0, Anchor::Left, INK)
+        canvas.text(&self.title, (x, y - 14.0), 16.0, TextAnchor::Left, INK)
     }
 
     /// Colour bands of the measured step; adjacent parts of one band are drawn as one.
-    fn colours<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> Drawn<B> {
+    fn colours<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> DrawResult<B> {
         let (columns, rows) = (PARTS * (self.x.len() as u32 - 1), PARTS * (self.y.len() as u32 - 1));
         let place = |k: u32| f64::from(k) / f64::from(PARTS);
         for j in 0..rows {
@@ -170,7 +170,7 @@ impl Panel {
     }
 
     /// Contour lines of the predicted step at the boundaries of the bands.
-    fn lines<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> Drawn<B> {
+    fn lines<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> DrawResult<B> {
         let (columns, rows) = (PARTS * (self.x.len() as u32 - 1), PARTS * (self.y.len() as u32 - 1));
         let place = |k: u32| f64::from(k) / f64::from(PARTS);
         let levels = ((DECADES.1 - DECADES.0) * BANDS) as u32;
@@ -219,7 +219,7 @@ fn short(value: f64) -> String {
     rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, structure: &str) -> Drawn<B> {
+fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, structure: &str) -> DrawResult<B> {
     let bands = ((DECADES.1 - DECADES.0) * BANDS) as u32;
     let wide = 16.0;
     for band in 0..bands {
@@ -228,13 +228,13 @@ fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, structure: &str) -> D
     }
     for decade in DECADES.0 as i32..=DECADES.1 as i32 {
         let x = LEFT + wide * BANDS * (f64::from(decade) - DECADES.0);
-        canvas.text(&short(10f64.powi(decade)), (x, top + 32.0), TEXT, Anchor::Centre, INK)?;
+        canvas.text(&short(10f64.powi(decade)), (x, top + 32.0), TEXT, TextAnchor::Centre, INK)?;
     }
-    canvas.text("longest step found, s", (LEFT, top + 50.0), TEXT, Anchor::Left, INK)?;
+    canvas.text("longest step found, s", (LEFT, top + 50.0), TEXT, TextAnchor::Left, INK)?;
     let x = LEFT + wide * f64::from(bands) + 30.0;
     canvas.line(&[(x, top + 14.0), (x + 28.0, top + 14.0)], INK, 1.2)?;
-    canvas.text("predicted by the largest frequency,", (x + 36.0, top + 14.0), TEXT, Anchor::Left, INK)?;
-    canvas.text("at the steps where colours change", (x + 36.0, top + 32.0), TEXT, Anchor::Left, INK)?;
+    canvas.text("predicted by the largest frequency,", (x + 36.0, top + 14.0), TEXT, TextAnchor::Left, INK)?;
+    canvas.text("at the steps where colours change", (x + 36.0, top + 32.0), TEXT, TextAnchor::Left, INK)?;
     let note = format!("{structure}; left at {} g, right at {MASS_AT} of critical", 1e3 * DAMPING_AT);
-    canvas.text(&note, (x + 36.0, top + 50.0), TEXT, Anchor::Left, INK)
+    canvas.text(&note, (x + 36.0, top + 50.0), TEXT, TextAnchor::Left, INK)
 }

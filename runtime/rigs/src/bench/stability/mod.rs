@@ -14,9 +14,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 
-use crate::bench::stability::map::Map;
-use crate::bench::stability::plan::{SWEEPS, Trial, plan};
-use crate::bench::stability::point::{Point, merged, write_csv};
+use crate::bench::stability::map::StabilityMap;
+use crate::bench::stability::plan::{PlannedTrial, SWEEPS, plan};
+use crate::bench::stability::point::{StabilityPoint, merge, write_csv};
 use crate::bench::{canvas, shard};
 use crate::output::print_line;
 
@@ -46,7 +46,7 @@ pub struct Stability {
 impl Stability {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
-        let points = if self.merge.is_empty() { self.run()? } else { merged(&self.merge)? };
+        let points = if self.merge.is_empty() { self.run()? } else { merge(&self.merge)? };
         if let Some((which, of)) = self.shard {
             let path = self.out.join(format!("stability-{which}-of-{of}.csv"));
             write_csv(&path, &points)?;
@@ -58,13 +58,13 @@ impl Stability {
     }
 
     /// Runs all points, or those of the shard.
-    fn run(&self) -> Result<Vec<Point>, InputError> {
+    fn run(&self) -> Result<Vec<StabilityPoint>, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
         let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
-        let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
+        let fits = |trial: &PlannedTrial| wanted(trial.sweep) && of_these(trial.setting.structure);
         // Numbered within the selection, so that shards of a selection can be merged.
-        let chosen: Vec<Trial> = plan(self.quick).into_iter().filter(fits).collect();
+        let chosen: Vec<PlannedTrial> = plan(self.quick).into_iter().filter(fits).collect();
         if chosen.is_empty() {
             return Err(InputError::new("--only", "nothing of the plan is left with these sweeps and structures"));
         }
@@ -84,7 +84,7 @@ impl Stability {
         Ok(points)
     }
 
-    fn write(&self, points: &[Point]) -> Result<(), InputError> {
+    fn write(&self, points: &[StabilityPoint]) -> Result<(), InputError> {
         let [csv, md] = ["csv", "md"].map(|kind| self.out.join(format!("stability.{kind}")));
         write_csv(&csv, points)?;
         let text = table::markdown(points);
@@ -92,7 +92,7 @@ impl Stability {
         print_line(text.trim_end())?;
         let mut written = vec![csv, md];
         for structure in [StructureKind::Trimm, StructureKind::Shell] {
-            let map = Map::of(points, structure.info().name);
+            let map = StabilityMap::new(points, structure.info().name);
             if map.is_empty() {
                 continue;
             }

@@ -1,13 +1,13 @@
 //! Plan of the map: all trials, in a fixed order.
 
-use crate::measure::limit::{Setting, Varied};
+use crate::measure::stability_limit::{StabilityTrial, VariedParameter};
 use sheetwork::InputError;
 use sheetwork::integrators::TABLE;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::EngineKind;
+use sheetwork::scene::IntegratorKind;
 
-use crate::bench::stability::point::Point;
+use crate::bench::stability::point::StabilityPoint;
 
 /// Stiffnesses (N/m), node masses (kg) and dampings (fraction of critical) of the map.
 const STIFFNESS: [f64; 4] = [0.02, 0.2, 2.0, 20.0];
@@ -23,18 +23,18 @@ const THICKNESS: [f64; 5] = [1e-4, 3e-4, 1e-3, 3e-3, 6e-3];
 const JUMP: [f64; 4] = [-100.0, -50.0, 50.0, 100.0];
 const SPEED: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
 /// Damping of the sweeps, as a fraction of critical.
-const SWEPT: f64 = 0.14;
+const SWEEP_DAMPING: f64 = 0.14;
 
 /// Speed of the thesis's sheets at a ridge, m/s: a fall of some millimetres at its gravity.
 const FALL: f64 = 0.1;
 /// Step over stability limit, for the thesis's integrators whose printed step exceeds the limit.
-const WITHIN: f64 = 0.85;
+const STEP_MARGIN: f64 = 0.85;
 
 /// The thesis's integrators (table 5.4): stiffness (N/m), damping, step (s).
-pub const THESIS: [(EngineKind, f64, f64, f64); 3] = [
-    (EngineKind::EulerCromer, 0.06, 0.34, 0.010),
-    (EngineKind::EulerRichardson, 0.2, 0.14, 0.020),
-    (EngineKind::Rk4, 0.4, 0.14, 0.040),
+pub const THESIS: [(IntegratorKind, f64, f64, f64); 3] = [
+    (IntegratorKind::EulerCromer, 0.06, 0.34, 0.010),
+    (IntegratorKind::EulerRichardson, 0.2, 0.14, 0.020),
+    (IntegratorKind::Rk4, 0.4, 0.14, 0.040),
 ];
 
 /// Names of the sweeps.
@@ -42,17 +42,17 @@ pub const SWEEPS: [&str; 7] = ["map", "aspect", "thickness", "jump", "speed", "t
 
 /// One point of the map.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub struct PlannedTrial {
     /// One of [`SWEEPS`].
     pub sweep: &'static str,
-    pub setting: Setting,
+    pub setting: StabilityTrial,
     /// Searched parameter: the longest step, or the largest stable factor on another parameter.
-    pub varied: Varied,
+    pub varied: VariedParameter,
 }
 
 /// All points.
-pub fn plan(quick: bool) -> Vec<Trial> {
-    let engines: Vec<EngineKind> = if quick {
+pub fn plan(quick: bool) -> Vec<PlannedTrial> {
+    let engines: Vec<IntegratorKind> = if quick {
         THESIS.map(|row| row.0).to_vec()
     } else {
         TABLE.iter().filter(|e| !e.adaptive && !e.implicit).map(|e| e.kind).collect()
@@ -71,7 +71,7 @@ fn structures(quick: bool) -> Vec<StructureKind> {
 }
 
 /// Stiffness x mass x damping x integrator x structure, with a search for the step.
-fn map(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
+fn map(all: &mut Vec<PlannedTrial>, engines: &[IntegratorKind], quick: bool) {
     let some = |list: &[f64]| if quick { list.iter().copied().skip(1).take(2).collect() } else { list.to_vec() };
     for structure in structures(quick) {
         for engine in engines {
@@ -82,16 +82,16 @@ fn map(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
                 }
                 for stiffness in some(&STIFFNESS) {
                     for mass in if quick { vec![4e-4] } else { MASS.to_vec() } {
-                        let setting = Setting {
+                        let setting = StabilityTrial {
                             structure,
                             engine: *engine,
                             grid: GRID,
                             stiffness,
                             mass,
                             damping,
-                            ..Setting::default()
+                            ..StabilityTrial::default()
                         };
-                        all.push(Trial { sweep: "map", setting, varied: Varied::Step });
+                        all.push(PlannedTrial { sweep: "map", setting, varied: VariedParameter::Step });
                     }
                 }
             }
@@ -100,32 +100,38 @@ fn map(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
 }
 
 /// Aspect ratio, thickness, temperature and impact, one at a time.
-fn sweeps(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
+fn sweeps(all: &mut Vec<PlannedTrial>, engines: &[IntegratorKind], quick: bool) {
     for structure in [StructureKind::Trimm, StructureKind::Shell] {
         for engine in engines {
-            let base = Setting { structure, engine: *engine, damping: SWEPT, ..Setting::default() };
-            let mut push = |sweep, values: &[f64], with: &dyn Fn(f64) -> Setting| {
+            let base =
+                StabilityTrial { structure, engine: *engine, damping: SWEEP_DAMPING, ..StabilityTrial::default() };
+            let mut push = |sweep, values: &[f64], with: &dyn Fn(f64) -> StabilityTrial| {
                 let count = if quick { 2 } else { values.len() };
                 for value in &values[..count] {
-                    all.push(Trial { sweep, setting: with(*value), varied: Varied::Step });
+                    all.push(PlannedTrial { sweep, setting: with(*value), varied: VariedParameter::Step });
                 }
             };
-            push("aspect", &ASPECT, &|aspect| Setting { aspect, ..base });
-            push("thickness", &THICKNESS, &|thickness| Setting { thickness, ..base });
-            push("jump", &JUMP, &|jump| Setting { jump, ..base });
-            push("speed", &SPEED, &|speed| Setting { speed, grid: (9, 9), ..base });
+            push("aspect", &ASPECT, &|aspect| StabilityTrial { aspect, ..base });
+            push("thickness", &THICKNESS, &|thickness| StabilityTrial { thickness, ..base });
+            push("jump", &JUMP, &|jump| StabilityTrial { jump, ..base });
+            push("speed", &SPEED, &|speed| StabilityTrial { speed, grid: (9, 9), ..base });
         }
     }
 }
 
 /// Implicit integrators, which should be stable at every step.
-fn implicit(all: &mut Vec<Trial>, quick: bool) {
+fn implicit(all: &mut Vec<PlannedTrial>, quick: bool) {
     let stiff: &[f64] = if quick { &[0.2] } else { &[0.02, 0.2, 20.0, 2e4, 2e7] };
     for engine in TABLE.iter().filter(|e| e.implicit) {
         for structure in structures(quick) {
             for stiffness in stiff {
-                let setting = Setting { structure, engine: engine.kind, stiffness: *stiffness, ..Setting::default() };
-                all.push(Trial { sweep: "map", setting, varied: Varied::Step });
+                let setting = StabilityTrial {
+                    structure,
+                    engine: engine.kind,
+                    stiffness: *stiffness,
+                    ..StabilityTrial::default()
+                };
+                all.push(PlannedTrial { sweep: "map", setting, varied: VariedParameter::Step });
             }
         }
     }
@@ -133,22 +139,29 @@ fn implicit(all: &mut Vec<Trial>, quick: bool) {
 
 /// The thesis's integrators at their settings, and all at the second-order setting: largest stable
 /// factor on each parameter.
-fn thesis(all: &mut Vec<Trial>, quick: bool) {
+fn thesis(all: &mut Vec<PlannedTrial>, quick: bool) {
     let (_, stiffness, damping, _) = THESIS[1];
-    let what = [Varied::Step, Varied::Stiffness, Varied::Mass, Varied::Damping];
+    let what = [VariedParameter::Step, VariedParameter::Stiffness, VariedParameter::Mass, VariedParameter::Damping];
     for varied in &what[..if quick { 1 } else { what.len() }] {
         for (engine, own_stiffness, own_damping, _) in THESIS {
             for (sweep, stiffness, damping) in
                 [("thesis", own_stiffness, own_damping), ("thesis-common", stiffness, damping)]
             {
-                let setting = Setting { engine, stiffness, damping, grid: (11, 11), speed: FALL, ..Setting::default() };
-                all.push(Trial { sweep, setting, varied: *varied });
+                let setting = StabilityTrial {
+                    engine,
+                    stiffness,
+                    damping,
+                    grid: (11, 11),
+                    speed: FALL,
+                    ..StabilityTrial::default()
+                };
+                all.push(PlannedTrial { sweep, setting, varied: *varied });
             }
         }
     }
 }
 
-impl Trial {
+impl PlannedTrial {
     /// Description.
     pub fn name(&self) -> String {
         format!("{} {} on {}", self.sweep, self.setting.engine, self.setting.structure)
@@ -156,7 +169,7 @@ impl Trial {
 
     /// The printed step (s) of the thesis for this integrator, or for all.
     fn printed(&self) -> f64 {
-        let engine = if self.sweep == "thesis" { self.setting.engine } else { EngineKind::EulerRichardson };
+        let engine = if self.sweep == "thesis" { self.setting.engine } else { IntegratorKind::EulerRichardson };
         THESIS.iter().find(|row| row.0 == engine).map_or(0.02, |row| row.3)
     }
 
@@ -164,28 +177,28 @@ impl Trial {
     ///
     /// # Errors
     /// Parameters out of range, which is a defect of the plan.
-    pub fn run(&self, number: usize, count: usize) -> Result<Point, InputError> {
-        let predicted = self.setting.predicted()?;
-        let mut point = Point::of(self, number, count);
+    pub fn run(&self, number: usize, count: usize) -> Result<StabilityPoint, InputError> {
+        let predicted = self.setting.predict_longest_step()?;
+        let mut point = StabilityPoint::new(self, number, count);
         point.predicted = predicted.is_finite().then_some(predicted);
         if !self.sweep.starts_with("thesis") {
-            point.found = self.setting.found(predicted)?;
+            point.found = self.setting.find_longest_step(predicted)?;
             return Ok(point);
         }
-        let mut dt = self.printed().min(WITHIN * bears(&self.setting)?);
+        let mut dt = self.printed().min(STEP_MARGIN * longest_step_at_ridge(&self.setting)?);
         // A common step uses the smallest limit of the integrators.
         if self.sweep == "thesis-common" {
             for (engine, ..) in THESIS {
-                dt = dt.min(WITHIN * bears(&Setting { engine, ..self.setting })?);
+                dt = dt.min(STEP_MARGIN * longest_step_at_ridge(&StabilityTrial { engine, ..self.setting })?);
             }
         }
         let steps = predicted / dt;
         point.dt_s = Some(dt);
         point.predicted = match self.varied {
-            Varied::Step => Some(steps),
+            VariedParameter::Step => Some(steps),
             // The limit is proportional to √(m/k).
-            Varied::Stiffness | Varied::Mass => Some(steps * steps),
-            Varied::Damping => None,
+            VariedParameter::Stiffness | VariedParameter::Mass => Some(steps * steps),
+            VariedParameter::Damping => None,
         };
         point.found = self.setting.margin(self.varied, dt)?;
         Ok(point)
@@ -193,6 +206,6 @@ impl Trial {
 }
 
 /// Longest stable step (s) of the sheet at the ridge.
-fn bears(setting: &Setting) -> Result<f64, InputError> {
-    Ok(setting.found(setting.predicted()?)?.unwrap_or(f64::INFINITY))
+fn longest_step_at_ridge(setting: &StabilityTrial) -> Result<f64, InputError> {
+    Ok(setting.find_longest_step(setting.predict_longest_step()?)?.unwrap_or(f64::INFINITY))
 }

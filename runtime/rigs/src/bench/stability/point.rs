@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::measure::limit::Varied;
+use crate::measure::stability_limit::VariedParameter;
 use serde::{Deserialize, Serialize};
 use sheetwork::InputError;
 
-use crate::bench::stability::plan::Trial;
+use crate::bench::stability::plan::PlannedTrial;
 
 /// A trial and its stability limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct StabilityPoint {
     /// Index in the plan, from 0.
     pub number: usize,
     /// Number of points of the plan.
@@ -47,15 +47,15 @@ pub struct Point {
     pub found: Option<f64>,
 }
 
-impl Point {
+impl StabilityPoint {
     /// The point of `trial` before its run.
-    pub fn of(trial: &Trial, number: usize, of: usize) -> Self {
+    pub fn new(trial: &PlannedTrial, number: usize, of: usize) -> Self {
         let s = &trial.setting;
         let varied = match trial.varied {
-            Varied::Step => "step",
-            Varied::Stiffness => "stiffness",
-            Varied::Mass => "mass",
-            Varied::Damping => "damping",
+            VariedParameter::Step => "step",
+            VariedParameter::Stiffness => "stiffness",
+            VariedParameter::Mass => "mass",
+            VariedParameter::Damping => "damping",
         };
         Self {
             number,
@@ -88,14 +88,14 @@ impl Point {
 ///
 /// # Errors
 /// Failure to write.
-pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
+pub fn write_csv(path: &Path, points: &[StabilityPoint]) -> Result<(), InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut writer = csv::Writer::from_path(path).map_err(refused)?;
     points.iter().try_for_each(|p| writer.serialize(p)).map_err(refused)?;
     writer.flush().map_err(|e| InputError::io(path, &e))
 }
 
-fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
+fn read_csv(path: &Path) -> Result<Vec<StabilityPoint>, InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let text = std::fs::read(path).map_err(|e| InputError::io(path, &e))?;
     // A truncated number is still a valid number.
@@ -103,15 +103,15 @@ fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
         return Err(InputError::new("", "is cut off: its last line has no end").in_file(path));
     }
     let mut reader = csv::Reader::from_reader(text.as_slice());
-    reader.deserialize().collect::<Result<Vec<Point>, _>>().map_err(refused)
+    reader.deserialize().collect::<Result<Vec<StabilityPoint>, _>>().map_err(refused)
 }
 
 /// Points of all CSV files of the folders, in the order of the plan.
 ///
 /// # Errors
 /// An unreadable file, files of different plans, or missing points.
-pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
-    let mut points: Vec<Point> = Vec::new();
+pub fn merge(folders: &[PathBuf]) -> Result<Vec<StabilityPoint>, InputError> {
+    let mut points: Vec<StabilityPoint> = Vec::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
         let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();

@@ -2,18 +2,18 @@
 
 use std::fmt::Write;
 
-use crate::bench::stability::point::Point;
+use crate::bench::stability::point::StabilityPoint;
 
 /// Tolerance between measured and predicted value.
-const NEAR: f64 = 0.05;
+const RATIO_TOLERANCE: f64 = 0.05;
 
 /// All tables.
-pub fn markdown(points: &[Point]) -> String {
+pub fn markdown(points: &[StabilityPoint]) -> String {
     let mut text = String::new();
     // Writing to a string is infallible.
     let _ = writeln!(text, "## The map: found over predicted\n");
     let _ = writeln!(text, "| engine | points | median | lowest | highest | within 5 % |\n|---|---|---|---|---|---|");
-    let map: Vec<&Point> = points.iter().filter(|p| p.sweep == "map").collect();
+    let map: Vec<&StabilityPoint> = points.iter().filter(|p| p.sweep == "map").collect();
     for engine in each(&map, |p| &p.engine) {
         let _ = writeln!(text, "{}", row(engine, &map, |p| p.engine == engine));
     }
@@ -23,12 +23,12 @@ pub fn markdown(points: &[Point]) -> String {
         let _ = writeln!(text, "{}", row(structure, &map, |p| p.structure == structure && p.predicted.is_some()));
     }
     for (sweep, unit, value) in [
-        ("aspect", "length over width", (|p| p.aspect) as fn(&Point) -> f64),
+        ("aspect", "length over width", (|p| p.aspect) as fn(&StabilityPoint) -> f64),
         ("thickness", "mm", |p| 1e3 * p.thickness_m),
         ("jump", "K", |p| p.jump_k),
         ("speed", "m/s", |p| p.speed_m_s),
     ] {
-        let of: Vec<&Point> = points.iter().filter(|p| p.sweep == sweep).collect();
+        let of: Vec<&StabilityPoint> = points.iter().filter(|p| p.sweep == sweep).collect();
         sweep_table(&mut text, sweep, unit, &of, value);
     }
     thesis(&mut text, points);
@@ -36,7 +36,7 @@ pub fn markdown(points: &[Point]) -> String {
 }
 
 /// Distinct values of a field, in the order of occurrence.
-fn each<'a>(points: &[&'a Point], field: impl Fn(&'a Point) -> &'a String) -> Vec<&'a str> {
+fn each<'a>(points: &[&'a StabilityPoint], field: impl Fn(&'a StabilityPoint) -> &'a String) -> Vec<&'a str> {
     let mut all: Vec<&str> = Vec::new();
     for point in points {
         let value = field(point).as_str();
@@ -47,15 +47,15 @@ fn each<'a>(points: &[&'a Point], field: impl Fn(&'a Point) -> &'a String) -> Ve
     all
 }
 
-fn row(name: &str, map: &[&Point], of: impl Fn(&Point) -> bool) -> String {
-    let mine: Vec<&&Point> = map.iter().filter(|p| of(p)).collect();
+fn row(name: &str, map: &[&StabilityPoint], of: impl Fn(&StabilityPoint) -> bool) -> String {
+    let mine: Vec<&&StabilityPoint> = map.iter().filter(|p| of(p)).collect();
     let mut ratios: Vec<f64> = mine.iter().filter_map(|p| p.ratio()).collect();
     if ratios.is_empty() {
         let broken = mine.iter().filter(|p| p.found.is_some()).count();
         return format!("| {name} | {} | no limit: {broken} broken by steps of up to 1 s | | | |", mine.len());
     }
     ratios.sort_by(f64::total_cmp);
-    let near = ratios.iter().filter(|r| (*r - 1.0).abs() <= NEAR).count();
+    let near = ratios.iter().filter(|r| (*r - 1.0).abs() <= RATIO_TOLERANCE).count();
     let (low, high) = (ratios[0], ratios[ratios.len() - 1]);
     format!(
         "| {name} | {} | {:.3} | {low:.3} | {high:.3} | {near} of {} |",
@@ -65,7 +65,13 @@ fn row(name: &str, map: &[&Point], of: impl Fn(&Point) -> bool) -> String {
     )
 }
 
-fn sweep_table(text: &mut String, sweep: &str, unit: &str, points: &[&Point], value: impl Fn(&Point) -> f64) {
+fn sweep_table(
+    text: &mut String,
+    sweep: &str,
+    unit: &str,
+    points: &[&StabilityPoint],
+    value: impl Fn(&StabilityPoint) -> f64,
+) {
     let mut values: Vec<f64> = points.iter().map(|p| value(p)).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
@@ -87,18 +93,18 @@ fn sweep_table(text: &mut String, sweep: &str, unit: &str, points: &[&Point], va
     }
 }
 
-fn cell(point: &Point) -> String {
+fn cell(point: &StabilityPoint) -> String {
     let found = point.found.map_or_else(|| "any".to_owned(), |f| format!("{:.2}", 1e3 * f));
     point.ratio().map_or_else(|| found.clone(), |r| format!("{found} ({r:.2})"))
 }
 
 /// Largest stable factors on the thesis's settings.
-fn thesis(text: &mut String, points: &[Point]) {
+fn thesis(text: &mut String, points: &[StabilityPoint]) {
     for (sweep, title) in [
         ("thesis", "The thesis's engines, each at its own setting: how much harder until it breaks"),
         ("thesis-common", "The same, all at the second-order setting and one step"),
     ] {
-        let of: Vec<&Point> = points.iter().filter(|p| p.sweep == sweep).collect();
+        let of: Vec<&StabilityPoint> = points.iter().filter(|p| p.sweep == sweep).collect();
         if of.is_empty() {
             continue;
         }

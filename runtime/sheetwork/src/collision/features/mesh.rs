@@ -10,21 +10,21 @@ use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 use rapier3d::parry::query::{PointQueryWithLocation, Ray, RayCast};
 use rapier3d::parry::shape::{FeatureId, TriMesh, TriMeshFlags};
 
-use crate::collision::features::topology::Topology;
+use crate::collision::features::topology::MeshTopology;
 use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
 const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
 
 /// A face: connected triangles of one plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct ColliderFace {
     /// Outward unit normal.
     pub normal: DVec3,
     /// Offset of the plane: n·x of its points, m.
     pub distance: f64,
 }
 
-impl Face {
+impl ColliderFace {
     /// Signed distance of a point, m; positive outside.
     #[inline]
     pub fn height(&self, p: DVec3) -> f64 {
@@ -34,7 +34,7 @@ impl Face {
 
 /// A sharp convex edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
+pub struct ColliderEdge {
     /// End points, m.
     pub ends: [DVec3; 2],
     /// Outward normals of the adjacent faces.
@@ -43,24 +43,24 @@ pub struct Edge {
 
 /// A convex corner: all its edges are sharp and convex.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Corner {
+pub struct ColliderCorner {
     /// Position, m.
-    pub place: DVec3,
+    pub position: DVec3,
     /// Unit directions of the edges that leave the corner.
     pub edges: Vec<DVec3>,
 }
 
-impl Corner {
+impl ColliderCorner {
     /// Whether the solid lies behind the plane through the corner with normal `n`, within the sine
     /// `slack`.
-    pub fn faces(&self, n: DVec3, slack: f64) -> bool {
+    pub fn lies_behind(&self, n: DVec3, slack: f64) -> bool {
         self.edges.iter().all(|e| e.dot(n) <= slack)
     }
 }
 
 /// Nearest point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Nearest {
+pub struct ClosestPoint {
     /// Position, m.
     pub point: DVec3,
     /// Whether the query point lies inside.
@@ -71,13 +71,13 @@ pub struct Nearest {
 
 /// A surface of plane faces in double precision.
 #[derive(Clone)]
-pub struct Mesh {
+pub struct ColliderMesh {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     face_of: Vec<u32>,
-    faces: Vec<Face>,
-    edges: Vec<Edge>,
-    corners: Vec<Corner>,
+    faces: Vec<ColliderFace>,
+    edges: Vec<ColliderEdge>,
+    corners: Vec<ColliderCorner>,
     bounds: (DVec3, DVec3),
     convex: bool,
     thinness: f64,
@@ -86,14 +86,14 @@ pub struct Mesh {
     surface: Option<TriMesh>,
 }
 
-impl Mesh {
+impl ColliderMesh {
     /// Surface from triangles, counter-clockwise seen from outside; `None` if all have zero area.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
-        let topology = Topology::of(vertices, triangles)?;
+        let topology = MeshTopology::from_triangles(vertices, triangles)?;
         let low = topology.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = topology.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         let slack = 1e-6 * low.distance(high);
-        let behind = |f: &Face| topology.vertices.iter().all(|v| f.height(*v) <= slack);
+        let behind = |f: &ColliderFace| topology.vertices.iter().all(|v| f.height(*v) <= slack);
         let convex = topology.closed && topology.faces.iter().all(behind);
         let thinness = if convex { thinness(&topology) } else { f64::INFINITY };
         let boxes = topology.edges.iter().map(|e| {
@@ -104,7 +104,7 @@ impl Mesh {
         let edge_tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate());
         let many = !convex || topology.faces.len() > SETTINGS.maximum_faces_without_tree;
         let surface = if many { surface_of(&topology) } else { None };
-        let Topology { vertices, triangles, face_of, faces, edges, corners, .. } = topology;
+        let MeshTopology { vertices, triangles, face_of, faces, edges, corners, .. } = topology;
         let bounds = (low, high);
         Some(Self { vertices, triangles, face_of, faces, edges, corners, bounds, convex, thinness, edge_tree, surface })
     }
@@ -120,17 +120,17 @@ impl Mesh {
     }
 
     /// Faces.
-    pub fn faces(&self) -> &[Face] {
+    pub fn faces(&self) -> &[ColliderFace] {
         &self.faces
     }
 
     /// Sharp convex edges.
-    pub fn edges(&self) -> &[Edge] {
+    pub fn edges(&self) -> &[ColliderEdge] {
         &self.edges
     }
 
     /// Convex corners.
-    pub fn corners(&self) -> &[Corner] {
+    pub fn corners(&self) -> &[ColliderCorner] {
         &self.corners
     }
 
@@ -145,12 +145,12 @@ impl Mesh {
     }
 
     /// Whether the solid is convex with few faces, so that all planes are tested.
-    pub fn has_few_faces(&self) -> bool {
+    pub fn uses_planes(&self) -> bool {
         self.surface.is_none()
     }
 
     /// Least width of a convex solid across any of its faces, m; infinite for other surfaces.
-    pub fn thinness(&self) -> f64 {
+    pub fn min_width(&self) -> f64 {
         self.thinness
     }
 
@@ -163,15 +163,15 @@ impl Mesh {
     }
 
     /// Whether the box of a sharp edge, or a corner, overlaps the box from `low` to `high`, m.
-    pub fn is_sharp_in(&self, low: DVec3, high: DVec3) -> bool {
+    pub fn has_sharp_feature_in(&self, low: DVec3, high: DVec3) -> bool {
         let around = Aabb::new(low.as_vec3(), high.as_vec3());
         let edge = self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)).next().is_some();
-        edge || self.corners.iter().any(|c| c.place.cmpge(low).all() && c.place.cmple(high).all())
+        edge || self.corners.iter().any(|c| c.position.cmpge(low).all() && c.position.cmple(high).all())
     }
 
     /// Point of the surface nearest to `p`, if its distance is below `reach` (m). Parry finds the
     /// triangle; its plane is evaluated in double precision.
-    pub fn nearest(&self, p: DVec3, reach: f64) -> Option<Nearest> {
+    pub fn nearest(&self, p: DVec3, reach: f64) -> Option<ClosestPoint> {
         let surface = self.surface.as_ref()?;
         let (on, (triangle, _)) =
             surface.project_local_point_and_get_location_with_max_dist(p.as_vec3(), false, reach as f32)?;
@@ -183,7 +183,7 @@ impl Mesh {
         // Above the inside of a face its plane is more accurate than the single-precision query.
         let over = (p - point).length() <= 1.01 * height.abs();
         let inside = if over { height < 0.0 } else { on.is_inside };
-        Some(Nearest { point, inside, face })
+        Some(ClosestPoint { point, inside, face })
     }
 
     /// First entry of the path from `a` to `b` into the surface: fraction of the path, and the
@@ -212,13 +212,13 @@ impl Meets for Aabb {
     }
 }
 
-fn surface_of(topology: &Topology) -> Option<TriMesh> {
+fn surface_of(topology: &MeshTopology) -> Option<TriMesh> {
     let vertices = topology.vertices.iter().map(|v| v.as_vec3()).collect();
     let flags = if topology.closed { TriMeshFlags::ORIENTED } else { TriMeshFlags::empty() };
     TriMesh::with_flags(vertices, topology.triangles.clone(), flags).ok()
 }
 
-fn thinness(topology: &Topology) -> f64 {
+fn thinness(topology: &MeshTopology) -> f64 {
     let across = topology.faces.iter().map(|f| topology.vertices.iter().map(|v| -f.height(*v)).fold(0.0, f64::max));
     across.fold(f64::INFINITY, f64::min)
 }

@@ -13,12 +13,12 @@ pub(crate) mod topology;
 
 use glam::DVec3;
 
-pub use crate::collision::features::mesh::{Corner, Edge, Face, Mesh, Nearest};
+pub use crate::collision::features::mesh::{ClosestPoint, ColliderCorner, ColliderEdge, ColliderFace, ColliderMesh};
 use rapier3d::parry::shape::Shape;
 
 /// One part of a collider, convex or concave.
 #[derive(Clone)]
-pub enum Solid {
+pub enum ColliderPart {
     /// The half space behind the plane through the origin.
     HalfSpace {
         /// Outward unit normal.
@@ -32,55 +32,55 @@ pub enum Solid {
         radius: f64,
     },
     /// A surface of plane faces.
-    Mesh(Box<Mesh>),
+    Mesh(Box<ColliderMesh>),
 }
 
 /// The parts of a collider, with feature indices that are unique within the collider.
 #[derive(Clone, Default)]
-pub struct Features {
-    solids: Vec<(u32, Solid)>,
+pub struct ColliderFeatures {
+    solids: Vec<(u32, ColliderPart)>,
 }
 
-impl Features {
+impl ColliderFeatures {
     /// Features of a Parry shape. Round and curved shapes other than balls and half spaces are
     /// tessellated into faces about 3 mm wide and within 20 µm of the true surface, with at most
     /// 128 faces around. Shapes without a surface (segments, polylines, custom shapes) have no
     /// features.
-    pub fn of(shape: &dyn Shape) -> Self {
+    pub fn from_shape(shape: &dyn Shape) -> Self {
         let mut features = Self::default();
         tessellate::add(shape, &rapier3d::math::Pose::IDENTITY, &mut features);
         features
     }
 
     /// Features of a collider with one part.
-    pub fn from_solid(solid: Solid) -> Self {
+    pub fn from_solid(solid: ColliderPart) -> Self {
         let mut features = Self::default();
         features.push(solid);
         features
     }
 
     /// Add a part.
-    pub fn push(&mut self, solid: Solid) {
+    pub fn push(&mut self, solid: ColliderPart) {
         let first = self.solids.last().map_or(0, |(first, last)| first + last.count());
         self.solids.push((first, solid));
     }
 
     /// Parts, each with the index of its first feature.
-    pub fn solids(&self) -> &[(u32, Solid)] {
+    pub fn solids(&self) -> &[(u32, ColliderPart)] {
         &self.solids
     }
 
     /// Whether any part has corners and edges, which balls and half spaces lack.
     pub fn has_corners(&self) -> bool {
-        self.solids.iter().any(|(_, solid)| matches!(solid, Solid::Mesh(_)))
+        self.solids.iter().any(|(_, solid)| matches!(solid, ColliderPart::Mesh(_)))
     }
 }
 
-impl Solid {
+impl ColliderPart {
     /// Part with a closed surface of triangles, counter-clockwise seen from outside; `None` without
     /// a triangle of nonzero area.
     pub fn from_triangles(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
-        Mesh::new(vertices, triangles).map(|mesh| Self::Mesh(Box::new(mesh)))
+        ColliderMesh::new(vertices, triangles).map(|mesh| Self::Mesh(Box::new(mesh)))
     }
 
     /// Number of feature indices that the part needs.

@@ -11,7 +11,7 @@ use rapier3d::math::Pose;
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::parry::transformation::try_convex_hull;
 
-use crate::collision::features::{Features, Solid};
+use crate::collision::features::{ColliderFeatures, ColliderPart};
 use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
 const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
@@ -27,14 +27,14 @@ fn around(radius: f32) -> u32 {
 }
 
 /// Add the parts of `shape`, placed at `place` in the frame of the collider.
-pub(crate) fn add(shape: &dyn Shape, place: &Pose, to: &mut Features) {
+pub(crate) fn add(shape: &dyn Shape, place: &Pose, to: &mut ColliderFeatures) {
     let triangles = match shape.as_typed_shape() {
         TypedShape::HalfSpace(plane) if place.translation == Vec3::ZERO => {
             let normal = (place.rotation * plane.normal).as_dvec3().normalize_or(DVec3::Y);
-            return to.push(Solid::HalfSpace { normal });
+            return to.push(ColliderPart::HalfSpace { normal });
         }
         TypedShape::Ball(ball) => {
-            return to.push(Solid::Ball { centre: place.translation.as_dvec3(), radius: ball.radius.into() });
+            return to.push(ColliderPart::Ball { centre: place.translation.as_dvec3(), radius: ball.radius.into() });
         }
         TypedShape::Compound(compound) => {
             for (at, part) in compound.shapes() {
@@ -47,7 +47,7 @@ pub(crate) fn add(shape: &dyn Shape, place: &Pose, to: &mut Features) {
     let Some((vertices, triangles)) = triangles else { return };
     let vertices: Vec<DVec3> =
         vertices.into_iter().map(|v| (place.rotation * v + place.translation).as_dvec3()).collect();
-    if let Some(solid) = Solid::from_triangles(&vertices, &triangles) {
+    if let Some(solid) = ColliderPart::from_triangles(&vertices, &triangles) {
         to.push(solid);
     }
 }

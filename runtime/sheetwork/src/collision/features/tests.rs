@@ -4,11 +4,11 @@ use glam::{DVec3, Vec3};
 use rapier3d::math::Pose;
 use rapier3d::prelude::SharedShape;
 
-use crate::collision::features::{Features, Mesh, Solid};
+use crate::collision::features::{ColliderFeatures, ColliderMesh, ColliderPart};
 
-fn mesh(shape: &SharedShape) -> Mesh {
-    match Features::of(shape.0.as_ref()).solids() {
-        [(0, Solid::Mesh(mesh))] => mesh.as_ref().clone(),
+fn mesh(shape: &SharedShape) -> ColliderMesh {
+    match ColliderFeatures::from_shape(shape.0.as_ref()).solids() {
+        [(0, ColliderPart::Mesh(mesh))] => mesh.as_ref().clone(),
         _ => panic!("not one mesh"),
     }
 }
@@ -17,8 +17,8 @@ fn mesh(shape: &SharedShape) -> Mesh {
 fn a_box_has_six_faces_twelve_edges_and_eight_corners() {
     let mesh = mesh(&SharedShape::cuboid(0.1, 0.05, 0.02));
     assert_eq!((mesh.vertices().len(), mesh.faces().len(), mesh.edges().len(), mesh.corners().len()), (8, 6, 12, 8));
-    assert!(mesh.is_convex() && mesh.has_few_faces());
-    assert!((mesh.thinness() - 0.04).abs() < 1e-8);
+    assert!(mesh.is_convex() && mesh.uses_planes());
+    assert!((mesh.min_width() - 0.04).abs() < 1e-8);
     for face in mesh.faces() {
         assert!(face.height(DVec3::ZERO) < 0.0 && (face.normal.length() - 1.0).abs() < 1e-12);
     }
@@ -27,9 +27,9 @@ fn a_box_has_six_faces_twelve_edges_and_eight_corners() {
         assert!(edge.normals.iter().all(|n| n.dot(middle) > 0.0) && edge.normals[0].dot(edge.normals[1]).abs() < 1e-9);
     }
     let corner = &mesh.corners()[0];
-    let out = corner.place.signum() / 3.0_f64.sqrt();
+    let out = corner.position.signum() / 3.0_f64.sqrt();
     assert_eq!(corner.edges.len(), 3);
-    assert!(corner.faces(out, 0.0) && !corner.faces(-out, 0.0));
+    assert!(corner.lies_behind(out, 0.0) && !corner.lies_behind(-out, 0.0));
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn a_hollow_has_no_convex_edge() {
         let (a, b) = (i, (i + 1) % 4);
         triangles.extend([[a, 4 + a, 4 + b], [a, 4 + b, b], [4 + a, 8, 4 + b]]);
     }
-    let mesh = Mesh::new(&vertices, &triangles).expect("triangles");
+    let mesh = ColliderMesh::new(&vertices, &triangles).expect("triangles");
     assert!(!mesh.is_convex());
     assert_eq!((mesh.faces().len(), mesh.edges().len()), (9, 12));
     // The lower corners are convex; those of the rim have a concave edge.
@@ -95,10 +95,12 @@ fn compounds_are_numbered_through_and_other_shapes_are_empty() {
         (Pose::from_translation(Vec3::X), SharedShape::cuboid(0.1, 0.1, 0.1)),
         (Pose::from_translation(-Vec3::X), SharedShape::ball(0.2)),
     ];
-    let features = Features::of(SharedShape::compound(parts).0.as_ref());
-    let [(0, Solid::Mesh(mesh)), (12, Solid::Ball { centre, radius })] = features.solids() else { panic!("order") };
+    let features = ColliderFeatures::from_shape(SharedShape::compound(parts).0.as_ref());
+    let [(0, ColliderPart::Mesh(mesh)), (12, ColliderPart::Ball { centre, radius })] = features.solids() else {
+        panic!("order")
+    };
     assert!((mesh.bounds().0.x - 0.9).abs() < 1e-6 && *centre == DVec3::NEG_X && (radius - 0.2).abs() < 1e-8);
-    assert!(Features::of(SharedShape::segment(Vec3::X, Vec3::Y).0.as_ref()).solids().is_empty());
-    assert!(Solid::from_triangles(&[DVec3::X], &[[0, 0, 0]]).is_none());
-    assert!(Solid::from_triangles(&[DVec3::NAN; 3], &[[0, 1, 2]]).is_none());
+    assert!(ColliderFeatures::from_shape(SharedShape::segment(Vec3::X, Vec3::Y).0.as_ref()).solids().is_empty());
+    assert!(ColliderPart::from_triangles(&[DVec3::X], &[[0, 0, 0]]).is_none());
+    assert!(ColliderPart::from_triangles(&[DVec3::NAN; 3], &[[0, 1, 2]]).is_none());
 }

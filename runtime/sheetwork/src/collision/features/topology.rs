@@ -8,33 +8,33 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::collision::features::mesh::{Corner, Edge, Face};
+use crate::collision::features::mesh::{ColliderCorner, ColliderEdge, ColliderFace};
 use crate::collision::settings::{BodySurfaceSettings, DetectionSettings};
 
 const SETTINGS: BodySurfaceSettings = DetectionSettings::DEFAULT.surface;
 
 /// Topology of a surface.
-pub(crate) struct Topology {
+pub(crate) struct MeshTopology {
     pub vertices: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
     /// Face of each triangle.
     pub face_of: Vec<u32>,
-    pub faces: Vec<Face>,
-    pub edges: Vec<Edge>,
-    pub corners: Vec<Corner>,
+    pub faces: Vec<ColliderFace>,
+    pub edges: Vec<ColliderEdge>,
+    pub corners: Vec<ColliderCorner>,
     /// Whether each side has two triangles.
     pub closed: bool,
 }
 
 /// A side of triangles: its vertices in the order of the first triangle, and the triangles.
-struct Side {
+struct TopologyEdge {
     ends: [u32; 2],
     triangles: Vec<usize>,
 }
 
-impl Topology {
+impl MeshTopology {
     /// Topology of triangles; `None` if all have zero area.
-    pub fn of(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
+    pub fn from_triangles(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
         let (vertices, renamed) = weld(vertices)?;
         let size = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
         let corners = |t: [u32; 3]| t.map(|i| vertices[i as usize]);
@@ -62,15 +62,17 @@ impl Topology {
             *moment += area.length() * area.normalize_or_zero().dot((a + b + c) / 3.0);
             *weight += area.length();
         }
-        let faces =
-            faces.into_iter().map(|(n, m, w)| Face { normal: n.normalize_or_zero(), distance: m / w }).collect();
+        let faces = faces
+            .into_iter()
+            .map(|(n, m, w)| ColliderFace { normal: n.normalize_or_zero(), distance: m / w })
+            .collect();
         let mut topology = Self { vertices, triangles, face_of, faces, edges: Vec::new(), corners: Vec::new(), closed };
-        topology.find_sharp(&sides);
+        topology.find_convex_features(&sides);
         Some(topology)
     }
 
     /// Collect convex edges, and corners at which only convex edges meet.
-    fn find_sharp(&mut self, sides: &[Side]) {
+    fn find_convex_features(&mut self, sides: &[TopologyEdge]) {
         let mut meeting: Vec<(Vec<DVec3>, bool)> = vec![(Vec::new(), true); self.vertices.len()];
         for side in sides {
             let ends = side.ends.map(|i| self.vertices[i as usize]);
@@ -82,7 +84,7 @@ impl Topology {
                     let normals = [f, g].map(|i| self.faces[i as usize].normal);
                     let convex = normals[0].cross(normals[1]).dot(along) > SETTINGS.plane_sine;
                     if convex {
-                        self.edges.push(Edge { ends, normals });
+                        self.edges.push(ColliderEdge { ends, normals });
                     }
                     convex
                 }
@@ -97,7 +99,7 @@ impl Topology {
         let corners = self.vertices.iter().zip(meeting);
         self.corners = corners
             .filter(|(_, (edges, all_convex))| *all_convex && edges.len() >= 3)
-            .map(|(place, (edges, _))| Corner { place: *place, edges })
+            .map(|(place, (edges, _))| ColliderCorner { position: *place, edges })
             .collect();
     }
 }
@@ -125,12 +127,13 @@ fn weld(vertices: &[DVec3]) -> Option<(Vec<DVec3>, Vec<u32>)> {
     Some((kept, renamed))
 }
 
-fn sides_of(triangles: &[[u32; 3]]) -> Vec<Side> {
-    let mut sides: BTreeMap<[u32; 2], Side> = BTreeMap::new();
+fn sides_of(triangles: &[[u32; 3]]) -> Vec<TopologyEdge> {
+    let mut sides: BTreeMap<[u32; 2], TopologyEdge> = BTreeMap::new();
     for (t, m) in triangles.iter().enumerate() {
         for k in 0..3 {
             let (a, b) = (m[k], m[(k + 1) % 3]);
-            let side = sides.entry([a.min(b), a.max(b)]).or_insert(Side { ends: [a, b], triangles: Vec::new() });
+            let side =
+                sides.entry([a.min(b), a.max(b)]).or_insert(TopologyEdge { ends: [a, b], triangles: Vec::new() });
             side.triangles.push(t);
         }
     }
@@ -138,7 +141,7 @@ fn sides_of(triangles: &[[u32; 3]]) -> Vec<Side> {
 }
 
 /// Face of each triangle, numbered from 0 in the order of their first triangles.
-fn faces_of(normals: &[DVec3], sides: &[Side]) -> Vec<u32> {
+fn faces_of(normals: &[DVec3], sides: &[TopologyEdge]) -> Vec<u32> {
     let mut root: Vec<usize> = (0..normals.len()).collect();
     let find = |root: &[usize], mut i: usize| {
         while root[i] != i {

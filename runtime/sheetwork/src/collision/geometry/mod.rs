@@ -10,5 +10,5 @@ pub use crate::collision::geometry::closest_points::{
     barycentric_along, point_segment, point_triangle, segment_segment,
 };
 pub use crate::collision::geometry::time_of_impact::{EdgeImpact, PointImpact, edges_meet, point_meets_triangle};
-pub use crate::collision::geometry::triangle_intersection::triangles_cut;
+pub use crate::collision::geometry::triangle_intersection::triangles_intersect;
 pub use crate::math::cubic::{Roots, roots_in_unit_interval};

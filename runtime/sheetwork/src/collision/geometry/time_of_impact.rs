@@ -108,7 +108,7 @@ mod tests {
 
         /// The distance of the features at a reported impact is within the tolerance.
         #[test]
-        fn what_is_found_touches(start in points(), end in points()) {
+        fn reported_impacts_touch(start in points(), end in points()) {
             if let Some(hit) = point_meets_triangle(start, end, CLOSE) {
                 let x: [DVec3; 4] = std::array::from_fn(|i| start[i].lerp(end[i], hit.time));
                 let q = x[1] * hit.weights[0] + x[2] * hit.weights[1] + x[3] * hit.weights[2];

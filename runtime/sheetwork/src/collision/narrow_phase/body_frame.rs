@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use crate::collision::bvh::{Cuboid, SkinTree};
-use crate::collision::collision_surface::{Skin, SkinEdge};
-use crate::collision::constraint::{Contact, SheetPoint, Side};
-use crate::collision::narrow_phase::edge_edge::Facing;
-use crate::collision::narrow_phase::feature_keys::{Kind, name};
-use crate::collision::narrow_phase::{BodyMotion, Limits, Problem, SheetMotion};
+use crate::collision::bvh::{BoundingBox, SurfaceTree};
+use crate::collision::collision_surface::{CollisionSurface, SurfaceEdge};
+use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
+use crate::collision::narrow_phase::edge_edge::EdgeOrientation;
+use crate::collision::narrow_phase::feature_keys::{FeatureKind, feature_key};
+use crate::collision::narrow_phase::{BodyStageMotion, DetectionDistances, DetectionInput, SheetStageMotion};
 use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
@@ -16,19 +16,19 @@ const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Positions of the nodes in the frame of the body at start, base and end, m.
 #[derive(Default)]
-pub(crate) struct Local {
+pub(crate) struct BodyFramePositions {
     pub start: Vec<DVec3>,
     pub base: Vec<DVec3>,
     pub end: Vec<DVec3>,
     /// Bounding box of all positions.
-    pub around: Cuboid,
+    pub around: BoundingBox,
     /// Whether the base was accepted by the contact solver in an earlier outer iteration of the
     /// stage.
-    pub placed: bool,
+    pub has_accepted: bool,
 }
 
-impl Local {
-    pub fn load(&mut self, sheet: &SheetMotion, body: &BodyMotion) {
+impl BodyFramePositions {
+    pub fn load(&mut self, sheet: &SheetStageMotion, body: &BodyStageMotion) {
         let seen = |to: &mut Vec<DVec3>, x: &Vectors, frame: &RigidFrame| {
             to.clear();
             let turn = frame.rotation.transpose();
@@ -38,24 +38,24 @@ impl Local {
         seen(&mut self.base, sheet.base, &body.base);
         seen(&mut self.end, sheet.end, &body.end);
         let all = self.start.iter().chain(&self.base).chain(&self.end);
-        self.around = Cuboid::from(crate::collision::narrow_phase::box_of(all.copied()));
-        self.placed = !std::ptr::eq(sheet.base, sheet.start);
+        self.around = BoundingBox::from(crate::collision::narrow_phase::box_of(all.copied()));
+        self.has_accepted = !std::ptr::eq(sheet.base, sheet.start);
     }
 
     /// Position of node `i` accepted by the contact solver; before that its position at the end, m.
-    pub fn put(&self, i: usize) -> DVec3 {
-        if self.placed { self.base[i] } else { self.end[i] }
+    pub fn accepted(&self, i: usize) -> DVec3 {
+        if self.has_accepted { self.base[i] } else { self.end[i] }
     }
 
     /// Positions of nodes at start, base and end, m.
-    pub fn of<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
+    pub fn positions<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
         [&self.start, &self.base, &self.end].map(|x| masses.map(|i| x[i as usize]))
     }
 }
 
 /// A sheet and one part of a collider.
-pub(crate) struct Meeting<'a> {
-    pub skin: &'a Skin,
+pub(crate) struct SheetBodyPair<'a> {
+    pub skin: &'a CollisionSurface,
     pub offset: f64,
     pub margin: f64,
     base: RigidFrame,
@@ -68,19 +68,19 @@ pub(crate) struct Meeting<'a> {
     restitution: f64,
 }
 
-impl<'a> Meeting<'a> {
+impl<'a> SheetBodyPair<'a> {
     /// Pair of a sheet and a part of a body, with their indices in the detection input, the number
     /// of the part's first feature, and the coefficients of friction and restitution.
     pub fn new(
-        problem: &Problem,
-        (s, sheet): (u32, &SheetMotion<'a>),
-        (b, body): (u32, &BodyMotion),
+        problem: &DetectionInput,
+        (s, sheet): (u32, &SheetStageMotion<'a>),
+        (b, body): (u32, &BodyStageMotion),
         first: u32,
         (friction, restitution): (f64, f64),
     ) -> Self {
         Self {
             skin: sheet.skin,
-            offset: sheet.skin.offset(),
+            offset: sheet.skin.contact_offset(),
             margin: problem.margin,
             start: body.start,
             base: body.base,
@@ -94,9 +94,9 @@ impl<'a> Meeting<'a> {
     }
 
     /// Distances of detection for a solid of this least width, m.
-    pub fn limits(&self, thinness: f64) -> Limits {
+    pub fn limits(&self, thinness: f64) -> DetectionDistances {
         let deep = SETTINGS.maximum_initial_overlap.min(0.4 * (thinness + 2.0 * self.offset));
-        Limits { offset: self.offset, margin: self.margin, deep }
+        DetectionDistances { offset: self.offset, margin: self.margin, max_start_penetration: deep }
     }
 
     /// Direction in the frame of the body at the base, from world axes.
@@ -111,64 +111,69 @@ impl<'a> Meeting<'a> {
 
     /// Rotate positions in the frame of the body at start, base and end into world axes, as seen by
     /// an observer that translates with the body but does not rotate.
-    pub fn in_axes_of_the_world<const N: usize>(&self, [start, base, end]: [[DVec3; N]; 3]) -> [[DVec3; N]; 3] {
+    pub fn in_world_axes<const N: usize>(&self, [start, base, end]: [[DVec3; N]; 3]) -> [[DVec3; N]; 3] {
         [(start, &self.start), (base, &self.base), (end, &self.end)].map(|(x, frame)| x.map(|p| frame.direction(p)))
     }
 
     /// Orientation of an edge of the sheet at the base, in the frame of the body.
-    pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
+    pub fn orientation_at_base(
+        &self,
+        edge: &SurfaceEdge,
+        tree: &SurfaceTree,
+        local: &BodyFramePositions,
+    ) -> EdgeOrientation {
         let sides = tree.edge_normals(edge.triangles).map(|n| self.at_base(n));
-        self.facing(edge, sides, &local.base)
+        self.edge_orientation(edge, sides, &local.base)
     }
 
     /// Orientation of an edge of the sheet at the start, in the frame of the body.
-    pub fn side_before(&self, edge: &SkinEdge, local: &Local) -> Facing {
+    pub fn orientation_at_start(&self, edge: &SurfaceEdge, local: &BodyFramePositions) -> EdgeOrientation {
         let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize_or_zero();
-        self.facing(edge, self.triangles_at(edge, &local.start).map(normal), &local.start)
+        self.edge_orientation(edge, self.triangles_at(edge, &local.start).map(normal), &local.start)
     }
 
-    fn facing(&self, edge: &SkinEdge, sides: [DVec3; 2], x: &[DVec3]) -> Facing {
-        let [a, b] = edge.masses.map(|i| x[i as usize]);
+    fn edge_orientation(&self, edge: &SurfaceEdge, sides: [DVec3; 2], x: &[DVec3]) -> EdgeOrientation {
+        let [a, b] = edge.nodes.map(|i| x[i as usize]);
         let along = (b - a).normalize_or(DVec3::X);
         let flank = |corners: [DVec3; 3]| {
             let middle = corners.into_iter().sum::<DVec3>() / 3.0;
             (middle - a).reject_from_normalized(along).normalize_or_zero()
         };
-        Facing { sides, flanks: self.triangles_at(edge, x).map(flank), is_border: edge.is_border() }
+        EdgeOrientation { sides, flanks: self.triangles_at(edge, x).map(flank), is_border: edge.is_border() }
     }
 
     /// Corners of the two triangles at an edge; at the border those of the only one, twice.
-    fn triangles_at(&self, edge: &SkinEdge, x: &[DVec3]) -> [[DVec3; 3]; 2] {
+    fn triangles_at(&self, edge: &SurfaceEdge, x: &[DVec3]) -> [[DVec3; 3]; 2] {
         let [first, second] = edge.triangles;
         let both = [first, if edge.is_border() { first } else { second }];
-        both.map(|t| self.skin.triangles()[t as usize].masses.map(|i| x[i as usize]))
+        both.map(|t| self.skin.triangles()[t as usize].nodes.map(|i| x[i as usize]))
     }
 
     /// World box swept by the box from `low` to `high` of the frame of the body.
-    pub fn swept(&self, low: DVec3, high: DVec3) -> Cuboid {
-        let own = Cuboid::from((low, high));
+    pub fn swept(&self, low: DVec3, high: DVec3) -> BoundingBox {
+        let own = BoundingBox::from((low, high));
         own.placed(&self.start).joined(&own.placed(&self.end))
     }
 
     /// Key of feature `index` of the sheet.
-    pub fn sheet_feature(&self, kind: Kind, index: u32) -> u64 {
-        name(kind, self.sheet.1, index)
+    pub fn sheet_feature(&self, kind: FeatureKind, index: u32) -> u64 {
+        feature_key(kind, self.sheet.1, index)
     }
 
     /// Constraint of a point of the sheet (with kind and index of its feature) with the point
     /// `local` of a feature of the body, along `normal`, both in the frame of the body.
-    pub fn row(
+    pub fn constraint(
         &self,
-        (point, kind, index): (SheetPoint, Kind, u32),
-        (local, body_kind, body_index): (DVec3, Kind, u32),
+        (point, kind, index): (SheetPoint, FeatureKind, u32),
+        (local, body_kind, body_index): (DVec3, FeatureKind, u32),
         normal: DVec3,
-    ) -> Contact {
-        Contact {
-            a: Side::Sheet { sheet: self.sheet.0, point },
-            b: Side::Body { body: self.body.0, local },
+    ) -> ContactConstraint {
+        ContactConstraint {
+            a: ContactSide::Sheet { sheet: self.sheet.0, point },
+            b: ContactSide::Body { body: self.body.0, local },
             normal: self.end.direction(normal),
             offset: self.offset,
-            key: [self.sheet_feature(kind, index), name(body_kind, self.body.1, self.first + body_index)],
+            key: [self.sheet_feature(kind, index), feature_key(body_kind, self.body.1, self.first + body_index)],
             friction: self.friction,
             restitution: self.restitution,
         }

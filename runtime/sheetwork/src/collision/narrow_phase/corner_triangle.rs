@@ -5,13 +5,13 @@
 
 use glam::DVec3;
 
-use crate::collision::bvh::SkinTree;
-use crate::collision::constraint::{Contact, SheetPoint};
-use crate::collision::features::{Corner, Mesh};
+use crate::collision::bvh::SurfaceTree;
+use crate::collision::constraint::{ContactConstraint, SheetPoint};
+use crate::collision::features::{ColliderCorner, ColliderMesh};
 use crate::collision::geometry::{barycentric_along, point_meets_triangle, point_triangle};
-use crate::collision::narrow_phase::Limits;
-use crate::collision::narrow_phase::body_frame::{Local, Meeting};
-use crate::collision::narrow_phase::feature_keys::Kind;
+use crate::collision::narrow_phase::DetectionDistances;
+use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
+use crate::collision::narrow_phase::feature_keys::FeatureKind;
 use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings};
 
 const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
@@ -19,24 +19,34 @@ const EDGE_EDGE: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
 
 /// Add the constraints of all convex corners of a collider surface. Return the number of triangles
 /// tested.
-pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
-    let limits = meeting.limits(mesh.thinness());
+pub(crate) fn corners(
+    meeting: &SheetBodyPair,
+    local: &BodyFramePositions,
+    tree: &SurfaceTree,
+    mesh: &ColliderMesh,
+    constraints: &mut Vec<ContactConstraint>,
+) -> u64 {
+    let limits = meeting.limits(mesh.min_width());
     let around = local.around.grown(limits.offset + limits.margin);
     let mut tests = 0;
     for (index, corner) in mesh.corners().iter().enumerate() {
-        if !(corner.place.cmpge(around.low).all() && corner.place.cmple(around.high).all()) {
+        if !(corner.position.cmpge(around.low).all() && corner.position.cmple(around.high).all()) {
             continue;
         }
         let mut nearest: Option<(f64, u32, bool)> = None;
         let mut put = |t: u32, (normal, weights): (DVec3, [f64; 3])| {
-            let point = SheetPoint { masses: meeting.skin.triangles()[t as usize].masses, weights };
-            rows.push(meeting.row((point, Kind::Triangle, t), (corner.place, Kind::Corner, index as u32), normal));
+            let point = SheetPoint { nodes: meeting.skin.triangles()[t as usize].nodes, weights };
+            constraints.push(meeting.constraint(
+                (point, FeatureKind::Triangle, t),
+                (corner.position, FeatureKind::Corner, index as u32),
+                normal,
+            ));
         };
-        for t in tree.triangles_in(&meeting.swept(corner.place, corner.place)) {
-            let places = local.of(meeting.skin.triangles()[t as usize].masses);
+        for t in tree.triangles_in(&meeting.swept(corner.position, corner.position)) {
+            let places = local.positions(meeting.skin.triangles()[t as usize].nodes);
             tests += 1;
-            let found = touch(corner, places, &limits);
-            let distance = at(places[1], point_triangle(corner.place, places[1])).distance(corner.place);
+            let found = corner_contact(corner, places, &limits);
+            let distance = interpolate(places[1], point_triangle(corner.position, places[1])).distance(corner.position);
             if nearest.is_none_or(|(least, other, _)| distance < least || (distance == least && t < other)) {
                 nearest = Some((distance, t, found.is_some()));
             }
@@ -45,8 +55,8 @@ pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
             }
         }
         if let Some((_, t, false)) = nearest {
-            let places = local.of(meeting.skin.triangles()[t as usize].masses);
-            if let Some(found) = held(corner, places, &limits) {
+            let places = local.positions(meeting.skin.triangles()[t as usize].nodes);
+            if let Some(found) = retained_contact(corner, places, &limits) {
                 put(t, found);
             }
         }
@@ -55,57 +65,72 @@ pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
 }
 
 /// Normal and barycentric weights of the contact of a moving triangle with a corner.
-fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
-    let gap = at(base, point_triangle(corner.place, base)) - corner.place;
+fn corner_contact(
+    corner: &ColliderCorner,
+    [start, base, end]: [[DVec3; 3]; 3],
+    limits: &DetectionDistances,
+) -> Option<(DVec3, [f64; 3])> {
+    let gap = interpolate(base, point_triangle(corner.position, base)) - corner.position;
     // The triangle must be on the side on which the stage began.
     let placed = base != start;
-    let near =
-        || facing(corner, base).filter(|n| gap.length() <= limits.near() && (placed || n.dot(gap) >= -limits.deep));
-    let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
+    let near = || {
+        facing_normal(corner, base).filter(|n| {
+            gap.length() <= limits.base_distance() && (placed || n.dot(gap) >= -limits.max_start_penetration)
+        })
+    };
+    let over = |n: DVec3| Some((n, clamp_weights(barycentric_along(corner.position, n, end)?)?));
     // A base accepted by the contact solver determines the touching point better than the free
     // motion.
-    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| placed);
+    let known = |n: DVec3| Some((n, clamp_weights(barycentric_along(corner.position, n, base)?)?)).filter(|_| placed);
     // A triangle that met the corner and has slid off since is held where it met.
     let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
         // A triangle that stays clear in free motion may have been pushed through by another
         // contact.
-        let pushed = || met_on_the_way(corner, start, base, limits).filter(|_| placed);
-        let (n, met) = met_on_the_way(corner, start, end, limits).or_else(pushed)?;
+        let pushed = || contact_from_motion(corner, start, base, limits).filter(|_| placed);
+        let (n, met) = contact_from_motion(corner, start, end, limits).or_else(pushed)?;
         over(n).or(met.map(|w| (n, w)))
     })?;
-    closes(corner, (normal, w), [start, base, end], limits)
+    accept_contact(corner, (normal, w), [start, base, end], limits)
 }
 
 /// Contact of the triangle nearest to a corner at the base, if no triangle is above the corner at
 /// the end, as over a fold that bends away from it. Contact and friction may hold the triangle
 /// although the free motion slides off.
-fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
-    let w = point_triangle(corner.place, base);
-    let gap = at(base, w) - corner.place;
-    let normal = facing(corner, base)?;
-    let slid = (at(end, w) - at(base, w)).reject_from_normalized(normal).length();
+fn retained_contact(
+    corner: &ColliderCorner,
+    [start, base, end]: [[DVec3; 3]; 3],
+    limits: &DetectionDistances,
+) -> Option<(DVec3, [f64; 3])> {
+    let w = point_triangle(corner.position, base);
+    let gap = interpolate(base, w) - corner.position;
+    let normal = facing_normal(corner, base)?;
+    let slid = (interpolate(end, w) - interpolate(base, w)).reject_from_normalized(normal).length();
     // Beyond the border of the sheet its edges are in contact.
     let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SETTINGS.impact_distance_tolerance;
     let off = base == start && slid > SETTINGS.maximum_slide;
-    if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
+    if gap.length() > limits.base_distance()
+        || beside
+        || off
+        || (base == start && normal.dot(gap) < -limits.max_start_penetration)
+    {
         return None;
     }
-    closes(corner, (normal, w), [start, base, end], limits)
+    accept_contact(corner, (normal, w), [start, base, end], limits)
 }
 
 /// The contact, provided that the pair is near at the end and was not on opposite sides at the
 /// start.
-fn closes(
-    corner: &Corner,
+fn accept_contact(
+    corner: &ColliderCorner,
     (normal, w): (DVec3, [f64; 3]),
     [start, base, end]: [[DVec3; 3]; 3],
-    limits: &Limits,
+    limits: &DetectionDistances,
 ) -> Option<(DVec3, [f64; 3])> {
-    let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
+    let height = |x: [DVec3; 3]| normal.dot(interpolate(x, w) - corner.position);
     // A triangle that stays clear in free motion may have been pushed in by another contact.
     let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
     let was_apart = || {
-        height(start) >= -limits.deep
+        height(start) >= -limits.max_start_penetration
             || was_in_front(corner, start, limits)
             || was_on_that_side(corner, normal, [start, base], limits)
     };
@@ -115,53 +140,59 @@ fn closes(
 /// Whether a triangle was in front of the corner at the start, with its normal there. When it
 /// slides and turns, its final contact point may lie behind a plane that the earlier normal did not
 /// define.
-fn was_in_front(corner: &Corner, start: [DVec3; 3], limits: &Limits) -> bool {
-    let gap = at(start, point_triangle(corner.place, start)) - corner.place;
-    facing(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.deep)
+fn was_in_front(corner: &ColliderCorner, start: [DVec3; 3], limits: &DetectionDistances) -> bool {
+    let gap = interpolate(start, point_triangle(corner.position, start)) - corner.position;
+    facing_normal(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.max_start_penetration)
 }
 
 /// Whether at the start the corner was on the side of the triangle away from which `normal` points
 /// at the base. Needed for a body that an impact turns by a large angle within the stage, for which
 /// neither plane is conclusive.
-fn was_on_that_side(corner: &Corner, normal: DVec3, [start, base]: [[DVec3; 3]; 2], limits: &Limits) -> bool {
+fn was_on_that_side(
+    corner: &ColliderCorner,
+    normal: DVec3,
+    [start, base]: [[DVec3; 3]; 2],
+    limits: &DetectionDistances,
+) -> bool {
     let upwards = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
     let away = if normal.dot(upwards(base)) < 0.0 { -upwards(start) } else { upwards(start) };
-    away.dot(at(start, point_triangle(corner.place, start)) - corner.place) >= -limits.deep
+    away.dot(interpolate(start, point_triangle(corner.position, start)) - corner.position)
+        >= -limits.max_start_penetration
 }
 
 /// Normal of a triangle that is far from the corner at the base, and the weights at the time of
 /// impact; without an impact the normal at the end, if the triangle is close there.
-fn met_on_the_way(
-    corner: &Corner,
+fn contact_from_motion(
+    corner: &ColliderCorner,
     start: [DVec3; 3],
     end: [DVec3; 3],
-    limits: &Limits,
+    limits: &DetectionDistances,
 ) -> Option<(DVec3, Option<[f64; 3]>)> {
-    let four = |[a, b, c]: [DVec3; 3]| [corner.place, a, b, c];
+    let four = |[a, b, c]: [DVec3; 3]| [corner.position, a, b, c];
     if let Some(hit) = point_meets_triangle(four(start), four(end), SETTINGS.impact_distance_tolerance) {
         let there = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time));
-        return facing(corner, there).map(|n| (n, Some(hit.weights)));
+        return facing_normal(corner, there).map(|n| (n, Some(hit.weights)));
     }
-    let gap = at(end, point_triangle(corner.place, end)) - corner.place;
+    let gap = interpolate(end, point_triangle(corner.position, end)) - corner.position;
     if gap.length() > limits.offset + limits.margin {
         return None;
     }
-    facing(corner, end).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
+    facing_normal(corner, end).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
 /// Normal of a triangle, directed away from the body; `None` if the body is on both sides of its
 /// plane.
-fn facing(corner: &Corner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+fn facing_normal(corner: &ColliderCorner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let normal = (b - a).cross(c - a).try_normalize()?;
-    [normal, -normal].into_iter().find(|n| corner.faces(*n, EDGE_EDGE.normal_cone_tolerance))
+    [normal, -normal].into_iter().find(|n| corner.lies_behind(*n, EDGE_EDGE.normal_cone_tolerance))
 }
 
-pub(crate) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
+pub(crate) fn interpolate(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
     x[0] * w[0] + x[1] * w[1] + x[2] * w[2]
 }
 
 /// Barycentric weights clamped to the triangle if they exceed it by rounding; `None` otherwise.
-pub(crate) fn within(w: [f64; 3]) -> Option<[f64; 3]> {
+pub(crate) fn clamp_weights(w: [f64; 3]) -> Option<[f64; 3]> {
     if w.iter().any(|x| x.is_nan() || *x < -EDGE_EDGE.parameter_tolerance) {
         return None;
     }

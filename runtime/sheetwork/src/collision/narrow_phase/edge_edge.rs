@@ -8,13 +8,13 @@
 
 use glam::DVec3;
 
-use crate::collision::bvh::{Cuboid, SkinTree};
-use crate::collision::constraint::{Contact, SheetPoint};
-use crate::collision::features::{Edge, Mesh};
+use crate::collision::bvh::{BoundingBox, SurfaceTree};
+use crate::collision::constraint::{ContactConstraint, SheetPoint};
+use crate::collision::features::{ColliderEdge, ColliderMesh};
 use crate::collision::geometry::{EdgeImpact, edges_meet, segment_segment};
-use crate::collision::narrow_phase::body_frame::{Local, Meeting};
-use crate::collision::narrow_phase::feature_keys::Kind;
-use crate::collision::narrow_phase::{Limits, box_of};
+use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
+use crate::collision::narrow_phase::feature_keys::FeatureKind;
+use crate::collision::narrow_phase::{DetectionDistances, box_of};
 use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings, VertexFaceSettings};
 
 const SETTINGS: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
@@ -26,7 +26,7 @@ type Met = Option<(f64, f64)>;
 
 /// Contact of two edges: normal, and parameters on the sheet's and on the other edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Crossing {
+pub(crate) struct EdgeContact {
     pub normal: DVec3,
     pub s: f64,
     pub t: f64,
@@ -34,33 +34,39 @@ pub(crate) struct Crossing {
 
 /// Add the constraints of all sharp convex edges of a collider surface. Return the number of edge
 /// pairs tested.
-pub(crate) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
-    let limits = meeting.limits(mesh.thinness());
+pub(crate) fn edges(
+    meeting: &SheetBodyPair,
+    local: &BodyFramePositions,
+    tree: &SurfaceTree,
+    mesh: &ColliderMesh,
+    constraints: &mut Vec<ContactConstraint>,
+) -> u64 {
+    let limits = meeting.limits(mesh.min_width());
     let mut tests = 0;
     let around = local.around.grown(limits.offset + limits.margin);
     mesh.edges_in(around.low, around.high, |index| {
         let edge = &mesh.edges()[index as usize];
         let (low, high) = box_of(edge.ends);
-        let close = Cuboid { low, high }.grown(limits.offset + limits.margin);
+        let close = BoundingBox { low, high }.grown(limits.offset + limits.margin);
         for t in tree.triangles_in(&meeting.swept(low, high)) {
             let triangle = &meeting.skin.triangles()[t as usize];
             for side in (0..3).filter(|side| triangle.owns_edge[*side]) {
                 let number = triangle.edges[side];
                 let own = &meeting.skin.edges()[number as usize];
-                let places @ [start, base, end] = local.of(own.masses);
-                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(base).chain(end)))) {
+                let places @ [start, base, end] = local.positions(own.nodes);
+                if !close.overlaps(&BoundingBox::from(box_of(start.into_iter().chain(base).chain(end)))) {
                     continue;
                 }
                 tests += 1;
-                if stays_parallel(edge, places) {
+                if remains_parallel(edge, places) {
                     continue;
                 }
-                let side = meeting.side_of(own, tree, local);
-                let before = || meeting.side_before(own, local);
+                let side = meeting.orientation_at_base(own, tree, local);
+                let before = || meeting.orientation_at_start(own, local);
                 let Some(found) = crossing(edge, places, (&side, &before), &limits) else { continue };
                 let foot = edge.ends[0].lerp(edge.ends[1], found.t);
-                let point = on_edge(own.masses, found.s, number);
-                rows.push(meeting.row(point, (foot, Kind::BodyEdge, index), found.normal));
+                let point = on_edge(own.nodes, found.s, number);
+                constraints.push(meeting.constraint(point, (foot, FeatureKind::BodyEdge, index), found.normal));
             }
         }
     });
@@ -69,19 +75,19 @@ pub(crate) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
 
 /// Point at the parameter `s` of an edge with its feature. An end is a node, which other edges
 /// share.
-pub(crate) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, Kind, u32) {
+pub(crate) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, FeatureKind, u32) {
     if s <= SETTINGS.parameter_tolerance {
-        (SheetPoint::mass(i), Kind::Mass, i)
+        (SheetPoint::node(i), FeatureKind::Node, i)
     } else if s >= 1.0 - SETTINGS.parameter_tolerance {
-        (SheetPoint::mass(j), Kind::Mass, j)
+        (SheetPoint::node(j), FeatureKind::Node, j)
     } else {
-        (SheetPoint { masses: [i, j, i], weights: [1.0 - s, s, 0.0] }, Kind::SheetEdge, number)
+        (SheetPoint { nodes: [i, j, i], weights: [1.0 - s, s, 0.0] }, FeatureKind::SheetEdge, number)
     }
 }
 
 /// Directions from which an edge of a sheet can be touched.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Facing {
+pub(crate) struct EdgeOrientation {
     /// Unit normals of the adjacent triangles; at the border the only one, twice.
     pub sides: [DVec3; 2],
     /// Unit vectors from the edge into these triangles, perpendicular to it; at the border the only
@@ -90,16 +96,16 @@ pub(crate) struct Facing {
     pub is_border: bool,
 }
 
-impl Facing {
+impl EdgeOrientation {
     /// Whether a contact along the normal `n`, towards the edge, comes from outside: at a border or
     /// a fold from where the surface leads away from it, otherwise from above or below.
-    pub fn allows(&self, n: DVec3) -> bool {
+    pub fn admits(&self, n: DVec3) -> bool {
         let stands_out = self.flanks.iter().all(|flank| n.dot(*flank) > -SETTINGS.inward_sine);
         stands_out || !self.is_border && self.sides.iter().any(|side| n.dot(*side).abs() > SETTINGS.inner_edge_cosine)
     }
 
     /// Surface normal on the side of `n`, not normalised.
-    fn towards(&self, n: DVec3) -> DVec3 {
+    fn normal_towards(&self, n: DVec3) -> DVec3 {
         self.sides.into_iter().map(|side| if side.dot(n) < 0.0 { -side } else { side }).sum()
     }
 }
@@ -107,7 +113,7 @@ impl Facing {
 /// Whether a sheet edge stays parallel to the body edge at all of `places` and between them, so
 /// that no contact is possible; this is frequent for sheets square on a box. Between two places the
 /// component across the body edge is at most, the component along it at least, that at one of them.
-fn stays_parallel(edge: &Edge, places: [[DVec3; 2]; 3]) -> bool {
+fn remains_parallel(edge: &ColliderEdge, places: [[DVec3; 2]; 3]) -> bool {
     let direction = (edge.ends[1] - edge.ends[0]).normalize_or_zero();
     let ways = places.map(|x| x[1] - x[0]);
     let along = ways.map(|way| way.dot(direction));
@@ -120,98 +126,107 @@ fn stays_parallel(edge: &Edge, places: [[DVec3; 2]; 3]) -> bool {
 /// Contact of a sheet edge that moves through `start`, `base` and `end` with an edge of a body.
 /// `side` is its orientation at the base, `before` that at the start.
 fn crossing(
-    edge: &Edge,
+    edge: &ColliderEdge,
     [start, base, end]: [[DVec3; 2]; 3],
-    (side, before): (&Facing, &dyn Fn() -> Facing),
-    limits: &Limits,
-) -> Option<Crossing> {
-    let found = near(edge, [start, base, end], side, limits);
+    (side, before): (&EdgeOrientation, &dyn Fn() -> EdgeOrientation),
+    limits: &DetectionDistances,
+) -> Option<EdgeContact> {
+    let found = contact_from_base(edge, [start, base, end], side, limits);
     let placed = base != start;
     // A pair that stays clear in free motion may have been pushed through by another contact.
-    let pushed = || met_on_the_way(edge, start, base, side, limits).filter(|_| placed);
-    let (normal, met) = found.or_else(|| met_on_the_way(edge, start, end, side, limits)).or_else(pushed)?;
+    let pushed = || contact_from_motion(edge, start, base, side, limits).filter(|_| placed);
+    let (normal, met) = found.or_else(|| contact_from_motion(edge, start, end, side, limits)).or_else(pushed)?;
     // The base, if accepted by the contact solver, determines the touching points better than the
     // end of the free motion. Edges that met and have slid off since are held where they met.
     let known = met.filter(|_| found.is_some() && placed);
-    let (s, t) = known.or_else(|| above(end, edge.ends, normal)).or(met)?;
-    let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
+    let (s, t) = known.or_else(|| facing_parameters(end, edge.ends, normal)).or(met)?;
+    let height = |x: [DVec3; 2]| normal.dot(separation(x, edge, s, t));
     // A pair that stays clear in free motion may have been pushed in by another contact.
     let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
     // The edge passed down a face and over its rim: outside the body, but behind the body edge.
     let came_round = || {
-        let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.deep);
-        let met = |end| hit(edge, start, end).is_some();
-        edge.normals.iter().any(outside) && (met(end) || placed && (height(base) >= -limits.deep || met(base)))
+        let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.max_start_penetration);
+        let met = |end| edge_impact(edge, start, end).is_some();
+        edge.normals.iter().any(outside)
+            && (met(end) || placed && (height(base) >= -limits.max_start_penetration || met(base)))
     };
-    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, &before(), limits) || came_round();
-    (gap <= limits.margin && was_apart()).then_some(Crossing { normal, s, t })
+    let was_apart = || {
+        height(start) >= -limits.max_start_penetration || was_in_front(edge, start, &before(), limits) || came_round()
+    };
+    (gap <= limits.margin && was_apart()).then_some(EdgeContact { normal, s, t })
 }
 
 /// Whether a sheet edge was in front of the body edge at the start, with its orientation there.
 /// When it slides and turns, its final contact points may lie behind each other along the earlier
 /// normal.
-fn was_in_front(edge: &Edge, start: [DVec3; 2], side: &Facing, limits: &Limits) -> bool {
+fn was_in_front(edge: &ColliderEdge, start: [DVec3; 2], side: &EdgeOrientation, limits: &DetectionDistances) -> bool {
     let (s, t) = segment_segment(start, edge.ends);
-    outward(edge, start[1] - start[0], side).is_some_and(|normal| normal.dot(apart(start, edge, s, t)) >= -limits.deep)
+    outward_normal(edge, start[1] - start[0], side)
+        .is_some_and(|normal| normal.dot(separation(start, edge, s, t)) >= -limits.max_start_penetration)
 }
 
 /// Vector from the body edge at `t` to the sheet edge `x` at `s`, m.
-fn apart(x: [DVec3; 2], edge: &Edge, s: f64, t: f64) -> DVec3 {
+fn separation(x: [DVec3; 2], edge: &ColliderEdge, s: f64, t: f64) -> DVec3 {
     x[0].lerp(x[1], s) - edge.ends[0].lerp(edge.ends[1], t)
 }
 
 /// Normal and parameters of a pair that is close at the base, where contact and friction may hold
 /// it although the free motion slides off.
-fn near(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<(DVec3, Met)> {
+fn contact_from_base(
+    edge: &ColliderEdge,
+    [start, base, end]: [[DVec3; 2]; 3],
+    side: &EdgeOrientation,
+    limits: &DetectionDistances,
+) -> Option<(DVec3, Met)> {
     let (s, t) = segment_segment(base, edge.ends);
-    let gap = apart(base, edge, s, t);
-    if gap.length() > limits.near() {
+    let gap = separation(base, edge, s, t);
+    if gap.length() > limits.base_distance() {
         return None;
     }
-    let normal = outward(edge, base[1] - base[0], side)?;
+    let normal = outward_normal(edge, base[1] - base[0], side)?;
     // A closest point at the end of an edge belongs to other features.
     let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance;
     // The pair must be on the side on which the stage began.
-    if beside || (base == start && normal.dot(gap) < -limits.deep) {
+    if beside || (base == start && normal.dot(gap) < -limits.max_start_penetration) {
         return None;
     }
-    let slid = (apart(end, edge, s, t) - gap).reject_from_normalized(normal).length();
+    let slid = (separation(end, edge, s, t) - gap).reject_from_normalized(normal).length();
     Some((normal, (base != start || slid < DETECTION.maximum_slide).then_some((s, t))))
 }
 
 /// Normal of a pair that is far apart at the base, and its parameters at the time of impact;
 /// without an impact the normal at the end, if the pair is close there.
-fn met_on_the_way(
-    edge: &Edge,
+fn contact_from_motion(
+    edge: &ColliderEdge,
     start: [DVec3; 2],
     end: [DVec3; 2],
-    side: &Facing,
-    limits: &Limits,
+    side: &EdgeOrientation,
+    limits: &DetectionDistances,
 ) -> Option<(DVec3, Met)> {
     let [q, r] = edge.ends;
-    if let Some(hit) = hit(edge, start, end) {
+    if let Some(hit) = edge_impact(edge, start, end) {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
-        return outward(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
+        return outward_normal(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
     }
     let (s, t) = segment_segment(end, edge.ends);
     let gap = end[0].lerp(end[1], s) - q.lerp(r, t);
     if gap.length() > limits.offset + limits.margin {
         return None;
     }
-    outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
+    outward_normal(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
 /// Impact of a sheet edge with a body edge.
-fn hit(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+fn edge_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
     let [q, r] = edge.ends;
     edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], DETECTION.impact_distance_tolerance)
-        .or_else(|| cut_off(edge, start, end))
+        .or_else(|| rim_impact(edge, start, end))
 }
 
 /// Impact of a sheet edge of which one end cuts across the body edge from one face to the other,
 /// not deep enough to enter through a face. It carries the sheet edge behind the body edge without
 /// an edge-edge impact.
-fn cut_off(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+fn rim_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
     [0, 1].into_iter().find_map(|k: usize| {
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
         for n in edge.normals {
@@ -241,20 +256,20 @@ fn cut_off(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact
 /// Normal of a body edge and a line along `along`, limited to the range between the normals of the
 /// adjacent faces. `None` beyond that range, for parallel lines, and where the sheet cannot be
 /// touched from that side.
-fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
+fn outward_normal(edge: &ColliderEdge, along: DVec3, side: &EdgeOrientation) -> Option<DVec3> {
     let direction = (edge.ends[1] - edge.ends[0]).normalize_or_zero();
     let across = along.normalize_or_zero().cross(direction);
     let sine = across.length();
     let normal = if sine >= SETTINGS.nearly_parallel_sine {
         across / sine
     } else if sine >= SETTINGS.parallel_sine {
-        side.towards(edge.normals[0] + edge.normals[1]).reject_from_normalized(direction).try_normalize()?
+        side.normal_towards(edge.normals[0] + edge.normals[1]).reject_from_normalized(direction).try_normalize()?
     } else {
         return None;
     };
     let [m, n] = edge.normals;
     let normal = if normal.dot(m + n) < 0.0 { -normal } else { normal };
-    if !side.allows(normal) {
+    if !side.admits(normal) {
         return None;
     }
     // normal = α m + β n; both coefficients below are scaled by the sine of the angle of m and n.
@@ -275,7 +290,7 @@ fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
 
 /// Parameters of the points of two edges that are above each other along `n`; `None` if either edge
 /// is too short.
-pub(crate) fn above(p: [DVec3; 2], q: [DVec3; 2], n: DVec3) -> Option<(f64, f64)> {
+pub(crate) fn facing_parameters(p: [DVec3; 2], q: [DVec3; 2], n: DVec3) -> Option<(f64, f64)> {
     let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
     let (vn, un) = (v.cross(n), u.cross(n));
     let turn = u.dot(vn);
@@ -304,28 +319,28 @@ mod tests {
         /// A parallel pair has no contact, for edges close to the direction of a box edge that pass
         /// through it.
         #[test]
-        fn what_stays_parallel_touches_nowhere(turns in [vector(0.012), vector(0.012), vector(0.012)],
+        fn edges_that_remain_parallel_have_no_contact(turns in [vector(0.012), vector(0.012), vector(0.012)],
                                                places in [vector(2e-3), vector(2e-3), vector(2e-3)], back in any::<bool>()) {
-            let edge = Edge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
+            let edge = ColliderEdge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
             let half = DVec3::X * if back { -0.01 } else { 0.01 };
             let ways = [0, 1, 2].map(|k| {
                 let (middle, way) = (places[k] + 0.05 * DVec3::X, DQuat::from_scaled_axis(turns[k]) * half);
                 [middle - way, middle + way]
             });
-            let side = Facing { sides: [DVec3::Y; 2], flanks: [DVec3::Z, -DVec3::Z], is_border: false };
-            let limits = Limits { margin: 5e-4, offset: 2.5e-4, deep: 1e-4 };
+            let side = EdgeOrientation { sides: [DVec3::Y; 2], flanks: [DVec3::Z, -DVec3::Z], is_border: false };
+            let limits = DetectionDistances { margin: 5e-4, offset: 2.5e-4, max_start_penetration: 1e-4 };
             let found = crossing(&edge, ways, (&side, &|| side), &limits);
-            prop_assert!(found.is_none() || !stays_parallel(&edge, ways), "{found:?}");
+            prop_assert!(found.is_none() || !remains_parallel(&edge, ways), "{found:?}");
         }
 
         /// Edges turned by a small angle are detected as parallel.
         #[test]
-        fn parallels_are_told(turns in [vector(0.005), vector(0.005), vector(0.005)], middle in vector(2e-3)) {
-            let edge = Edge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
+        fn parallel_edges_are_detected(turns in [vector(0.005), vector(0.005), vector(0.005)], middle in vector(2e-3)) {
+            let edge = ColliderEdge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
             let way = |turn: DVec3| DQuat::from_scaled_axis(turn) * DVec3::X * 0.01;
-            prop_assert!(stays_parallel(&edge, turns.map(|turn| [middle, middle + way(turn)])));
+            prop_assert!(remains_parallel(&edge, turns.map(|turn| [middle, middle + way(turn)])));
             // An edge turned by half a revolution crosses the direction of the body edge.
-            prop_assert!(!stays_parallel(&edge, [[middle, middle + way(turns[0])], [middle, middle - way(turns[1])], [middle, middle - way(turns[2])]]));
+            prop_assert!(!remains_parallel(&edge, [[middle, middle + way(turns[0])], [middle, middle - way(turns[1])], [middle, middle - way(turns[2])]]));
         }
     }
 }

@@ -17,8 +17,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::Skin;
-use crate::collision::narrow_phase::SheetMotion;
+use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::narrow_phase::SheetStageMotion;
 use crate::collision::settings::{DetectionSettings, SheetPairSettings};
 use crate::math::Vectors;
 
@@ -26,7 +26,7 @@ const SETTINGS: SheetPairSettings = DetectionSettings::DEFAULT.sheet_pairs;
 
 /// Whether the sheet is a single rectangle and such a graph. `height` is the least height of its
 /// triangles, m.
-pub(crate) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
+pub(crate) fn remains_height_graph(sheet: &SheetStageMotion, height: f64) -> bool {
     let (skin, start, end) = (sheet.skin, sheet.start, sheet.end);
     if !skin.is_rectangle() || start.len() != end.len() {
         return false;
@@ -35,19 +35,19 @@ pub(crate) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
         let [p, q] = sides(x, masses);
         p.cross(q)
     };
-    let whole = |x| skin.triangles().iter().map(|t| area(x, t.masses)).sum::<DVec3>();
+    let whole = |x| skin.triangles().iter().map(|t| area(x, t.nodes)).sum::<DVec3>();
     let up = (whole(start) + whole(end)).normalize_or_zero();
-    let least = SETTINGS.minimum_graph_cosine.max(SETTINGS.minimum_graph_height * skin.offset() / height);
+    let least = SETTINGS.minimum_graph_cosine.max(SETTINGS.minimum_graph_height * skin.contact_offset() / height);
     let faces_up = |a: DVec3| {
         let along = a.dot(up);
         along > 0.0 && along * along > least * least * a.length_squared()
     };
     let keeps_up = skin.triangles().iter().all(|t| {
-        let ([p, q], [r, s]) = (sides(start, t.masses), sides(end, t.masses));
+        let ([p, q], [r, s]) = (sides(start, t.nodes), sides(end, t.nodes));
         let between = 0.5 * (p.cross(s) + r.cross(q));
         faces_up(p.cross(q)) && faces_up(r.cross(s)) && between.dot(up) > 0.0
     });
-    keeps_up && [start, end].into_iter().all(|x| runs_around(skin, x, up))
+    keeps_up && [start, end].into_iter().all(|x| border_is_simple(skin, x, up))
 }
 
 /// Two sides of a triangle.
@@ -58,14 +58,14 @@ fn sides(x: &Vectors, masses: [u32; 3]) -> [DVec3; 2] {
 }
 
 /// Whether the border, seen along `up`, turns once around its centroid.
-fn runs_around(skin: &Skin, x: &Vectors, up: DVec3) -> bool {
+fn border_is_simple(skin: &CollisionSurface, x: &Vectors, up: DVec3) -> bool {
     let border = || skin.edges().iter().filter(|e| e.is_border());
-    let (sum, count) = border().fold((DVec3::ZERO, 0), |(sum, n), e| (sum + x.get(e.masses[0] as usize), n + 1));
+    let (sum, count) = border().fold((DVec3::ZERO, 0), |(sum, n), e| (sum + x.get(e.nodes[0] as usize), n + 1));
     let middle = sum / f64::from(count.max(1));
     let (mut turned, mut left) = (0.0, true);
     for edge in border() {
-        let masses = skin.triangles()[edge.triangles[0] as usize].masses;
-        let [a, b] = edge.masses;
+        let masses = skin.triangles()[edge.triangles[0] as usize].nodes;
+        let [a, b] = edge.nodes;
         // Orientation of the edge in its triangle, with the surface on the left.
         let forward = (0..3).any(|k| masses[k] == a && masses[(k + 1) % 3] == b);
         let [p, q] = if forward { [a, b] } else { [b, a] }.map(|m| {

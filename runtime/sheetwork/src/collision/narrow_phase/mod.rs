@@ -29,28 +29,30 @@ pub(crate) mod vertex_face;
 use glam::DVec3;
 use rapier3d::parry::partitioning::BvhWorkspace;
 
-use crate::collision::bvh::{Cuboid, Drift, SkinTree};
-use crate::collision::collision_surface::Skin;
-use crate::collision::constraint::{Contact, Key};
-use crate::collision::features::{Features, Solid};
-use crate::collision::narrow_phase::body_frame::{Local, Meeting};
-pub(crate) use crate::collision::narrow_phase::feature_keys::{is_of_ball, is_of_surface, thing};
-use crate::collision::narrow_phase::height_graph::stays_graph;
-use crate::collision::narrow_phase::sheet_pairs::{Between, couple, half_room};
+use crate::collision::bvh::{BoundingBox, FrameMotion, SurfaceTree};
+use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::constraint::{ContactConstraint, ContactKey};
+use crate::collision::features::{ColliderFeatures, ColliderPart};
+use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
+pub(crate) use crate::collision::narrow_phase::feature_keys::{
+    feature_owner, is_ball_contact, is_node_surface_contact,
+};
+use crate::collision::narrow_phase::height_graph::remains_height_graph;
+use crate::collision::narrow_phase::sheet_pairs::{SheetPairDetector, box_margin, sheet_pair};
 use crate::collision::settings::DetectionSettings;
 use crate::math::RigidFrame;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
 /// Motion of a sheet over a stage.
 #[derive(Clone, Copy)]
-pub struct SheetMotion<'a> {
+pub struct SheetStageMotion<'a> {
     /// Identifier of the sheet, constant between steps; below 2²⁴.
     pub id: u32,
     /// Collision surface.
-    pub skin: &'a Skin,
+    pub skin: &'a CollisionSurface,
     /// Positions of the nodes at the start of the stage, m.
     pub start: &'a Vectors,
     /// Positions last accepted by the contact solver, m; `start` before that.
@@ -63,11 +65,11 @@ pub struct SheetMotion<'a> {
 
 /// Motion of a body's collider over a stage.
 #[derive(Clone, Copy)]
-pub struct BodyMotion<'a> {
+pub struct BodyStageMotion<'a> {
     /// Identifier of the body, constant between steps; below 2²⁴.
     pub id: u32,
     /// Features of the collider.
-    pub features: &'a Features,
+    pub features: &'a ColliderFeatures,
     /// Frame at the start of the stage.
     pub start: RigidFrame,
     /// Frame last accepted by the contact solver.
@@ -80,7 +82,7 @@ pub struct BodyMotion<'a> {
 
 /// A pair that may touch, by indices of the detection input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pair {
+pub enum ContactPair {
     /// A sheet and a body.
     SheetBody(u32, u32),
     /// Two sheets, or a sheet and itself.
@@ -89,29 +91,29 @@ pub enum Pair {
 
 /// Input of collision detection.
 #[derive(Clone, Copy)]
-pub struct Problem<'a> {
+pub struct DetectionInput<'a> {
     /// Sheets.
-    pub sheets: &'a [SheetMotion<'a>],
+    pub sheets: &'a [SheetStageMotion<'a>],
     /// Bodies.
-    pub bodies: &'a [BodyMotion<'a>],
+    pub bodies: &'a [BodyStageMotion<'a>],
     /// Margin (m, 1e-6 to 1e-2): a pair nearer than its contact offset plus this gets a constraint.
     pub margin: f64,
     /// Margin (m) of sheet-sheet and self-contact; `None` disables their detection.
     pub between: Option<f64>,
     /// Friction and restitution coefficient of a pair.
-    pub surfaces: &'a dyn Fn(Pair) -> (f64, f64),
+    pub surfaces: &'a dyn Fn(ContactPair) -> (f64, f64),
 }
 
 /// Kinds of pairs that are detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Scope {
+pub struct DetectionScope {
     /// Nodes on faces. Without them only edges and corners of bodies are tested.
     pub faces: bool,
     /// Self-contact of lattices with several layers.
     pub stacks: bool,
 }
 
-impl Default for Scope {
+impl Default for DetectionScope {
     fn default() -> Self {
         Self { faces: true, stacks: true }
     }
@@ -119,7 +121,7 @@ impl Default for Scope {
 
 /// Counts of detection work since construction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct FindCounters {
+pub struct DetectionCounters {
     /// Comparisons of bounding boxes of whole sheets and bodies.
     pub boxes: u64,
     /// Tests of a node against a body.
@@ -136,35 +138,35 @@ pub struct FindCounters {
 
 /// Collision detector. Its buffers are reused, so that a repeated call does not allocate.
 #[derive(Default)]
-pub struct Finder {
+pub struct CollisionDetector {
     /// Candidate pairs of a sheet and a body in this step.
-    near: Vec<(u32, u32)>,
-    between: Between,
+    candidate_pairs: Vec<(u32, u32)>,
+    between: SheetPairDetector,
     /// Whether the work is divided among the threads of the current pool.
     parallel: bool,
     /// Whether interpenetration is tested, and whether the last stage created one.
-    crosses: bool,
-    cut: bool,
+    detect_crossings: bool,
+    interpenetrates: bool,
     /// Surface trees, one for each sheet.
-    trees: Vec<SkinTree>,
-    local: Local,
-    nearest: triangle_ball::Nearest,
+    trees: Vec<SurfaceTree>,
+    local: BodyFramePositions,
+    nearest: triangle_ball::BallWorkspace,
     workspace: BvhWorkspace,
-    order: Vec<(Key, u32)>,
-    raw: Vec<Contact>,
-    keep: Vec<bool>,
-    counters: FindCounters,
-    scope: Scope,
+    order: Vec<(ContactKey, u32)>,
+    detected: Vec<ContactConstraint>,
+    retained: Vec<bool>,
+    counters: DetectionCounters,
+    scope: DetectionScope,
 }
 
-impl Finder {
+impl CollisionDetector {
     /// Counts since construction.
-    pub fn counters(&self) -> FindCounters {
+    pub fn counters(&self) -> DetectionCounters {
         self.counters
     }
 
     /// Serialise the state that carries over between steps.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.flag(self.scope.faces);
         to.flag(self.scope.stacks);
         let c = &self.counters;
@@ -172,12 +174,15 @@ impl Finder {
             to.count(count);
         }
         to.count(self.trees.len() as u64);
-        self.trees.iter().for_each(|tree| tree.keep(to));
+        self.trees.iter().for_each(|tree| tree.serialise(to));
     }
 
     /// Deserialise the state; `skin` returns the collision surface of a sheet by its identifier.
-    pub(crate) fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
-        let scope = Scope { faces: from.flag()?, stacks: from.flag()? };
+    pub(crate) fn deserialise<'s>(
+        from: &mut StateReader,
+        skin: impl Fn(u32) -> Option<&'s CollisionSurface>,
+    ) -> ReadResult<Self> {
+        let scope = DetectionScope { faces: from.flag()?, stacks: from.flag()? };
         let mut finder = Self { scope, ..Self::default() };
         let c = &mut finder.counters;
         let counts = [&mut c.boxes, &mut c.mass_body_tests, &mut c.edge_tests, &mut c.vertex_tests];
@@ -185,18 +190,18 @@ impl Finder {
             *count = from.count()?;
         }
         for _ in 0..from.length(2)? {
-            finder.trees.push(SkinTree::taken(from, &skin)?);
+            finder.trees.push(SurfaceTree::deserialise(from, &skin)?);
         }
         Ok(finder)
     }
 
     /// Whether a surface tree exists for the sheet `id`.
-    pub fn knows(&self, id: u32) -> bool {
-        self.trees.iter().any(|tree| tree.of() == id)
+    pub fn has_sheet(&self, id: u32) -> bool {
+        self.trees.iter().any(|tree| tree.sheet_id() == id)
     }
 
     /// Set the kinds of pairs that are detected from the next step on.
-    pub fn limit(&mut self, scope: Scope) {
+    pub fn set_scope(&mut self, scope: DetectionScope) {
         self.scope = scope;
     }
 
@@ -208,35 +213,36 @@ impl Finder {
     /// Enable or disable the detection of crossings: of edges of two sheets that are flat at the
     /// base and stand out at the end, since a sheet that bends within the stage may pass between
     /// the nodes of another; and of interpenetration of two sheets regardless of their constraints.
-    pub fn look_for_crossings(&mut self, crosses: bool) {
-        self.crosses = crosses;
+    pub fn set_detect_crossings(&mut self, crosses: bool) {
+        self.detect_crossings = crosses;
     }
 
     /// Whether two sheets interpenetrate at the end and did not at the start. False unless the
     /// detection of crossings is enabled.
-    pub fn has_cut(&self) -> bool {
-        self.cut
+    pub fn has_interpenetration(&self) -> bool {
+        self.interpenetrates
     }
 
     /// Run the broad phase of a step in which no point moves farther than `reach` (m) from its
     /// position at the start.
-    pub fn begin(&mut self, problem: &Problem, reach: f64) {
+    pub fn run_broad_phase(&mut self, problem: &DetectionInput, reach: f64) {
         let count = problem.sheets.len();
-        self.near.clear();
-        self.between.near.clear();
+        self.candidate_pairs.clear();
+        self.between.candidate_pairs.clear();
         self.trees.truncate(count);
         for (i, sheet) in problem.sheets.iter().enumerate() {
             match self.trees.get_mut(i) {
                 Some(tree) if tree.is_of(sheet.id, sheet.skin) => {}
-                Some(tree) => *tree = SkinTree::new(sheet.id, sheet.skin),
-                None => self.trees.push(SkinTree::new(sheet.id, sheet.skin)),
+                Some(tree) => *tree = SurfaceTree::new(sheet.id, sheet.skin),
+                None => self.trees.push(SurfaceTree::new(sheet.id, sheet.skin)),
             }
             if let Some(tree) = self.trees.get_mut(i).filter(|_| sheet.awake) {
                 tree.look_whether_flat(sheet.skin, sheet.start);
             }
         }
         for (s, sheet) in problem.sheets.iter().enumerate() {
-            let around = Cuboid::of(sheet.start).grown(reach + sheet.skin.offset() + problem.margin);
+            let around =
+                BoundingBox::from_positions(sheet.start).grown(reach + sheet.skin.contact_offset() + problem.margin);
             for (b, body) in problem.bodies.iter().enumerate() {
                 if !sheet.awake && !body.awake {
                     continue;
@@ -244,17 +250,19 @@ impl Finder {
                 self.counters.boxes += 1;
                 let way = if body.awake { reach } else { 0.0 };
                 let faces = self.scope.faces;
-                let has = |solid: &Solid| faces || !matches!(solid, Solid::HalfSpace { .. });
-                let hit = |solid: &Solid| has(solid) && around.meets(&Cuboid::of_solid(solid, &body.start).grown(way));
+                let has = |solid: &ColliderPart| faces || !matches!(solid, ColliderPart::HalfSpace { .. });
+                let hit = |solid: &ColliderPart| {
+                    has(solid) && around.overlaps(&BoundingBox::from_part(solid, &body.start).grown(way))
+                };
                 if body.features.solids().iter().any(|(_, solid)| hit(solid)) {
-                    self.near.push((s as u32, b as u32));
+                    self.candidate_pairs.push((s as u32, b as u32));
                 }
             }
             for (t, other) in problem.sheets.iter().enumerate().skip(s + 1).filter(|(_, o)| o.awake || sheet.awake) {
                 self.counters.boxes += 1;
-                let way = reach + other.skin.offset();
-                if around.meets(&Cuboid::of(other.start).grown(way)) {
-                    self.between.near.push((s as u32, t as u32));
+                let way = reach + other.skin.contact_offset();
+                if around.overlaps(&BoundingBox::from_positions(other.start).grown(way)) {
+                    self.between.candidate_pairs.push((s as u32, t as u32));
                 }
             }
         }
@@ -262,149 +270,163 @@ impl Finder {
 
     /// Exclude, for this step, pairs of sheets that interpenetrate at its start and of which at
     /// least one satisfies `is_in_doubt` (by index). Their indices are appended to `crossing`.
-    pub fn leave_out_crossing(
+    pub fn exclude_crossing_pairs(
         &mut self,
-        problem: &Problem,
+        problem: &DetectionInput,
         is_in_doubt: impl Fn(u32) -> bool,
         crossing: &mut Vec<u32>,
     ) {
-        self.trees.iter_mut().for_each(SkinTree::forget);
-        self.between.leave_out_crossing(problem, &mut self.trees, is_in_doubt, crossing);
+        self.trees.iter_mut().for_each(SurfaceTree::forget);
+        self.between.exclude_crossing_pairs(problem, &mut self.trees, is_in_doubt, crossing);
     }
 
     /// Whether the broad phase has found no pair and no sheet folded enough for self-contact.
     pub fn is_idle(&self) -> bool {
-        self.near.is_empty() && self.between.near.is_empty() && !self.folds()
+        self.candidate_pairs.is_empty() && self.between.candidate_pairs.is_empty() && !self.has_folded_sheet()
     }
 
     /// Indices of the bodies that may touch a sheet in this step; an index may repeat.
     pub fn near_bodies(&self) -> impl Iterator<Item = u32> {
-        self.near.iter().map(|(_, body)| *body)
+        self.candidate_pairs.iter().map(|(_, body)| *body)
     }
 
     /// Whether some sheet is folded enough for self-contact in this step.
-    pub fn folds(&self) -> bool {
-        !self.trees.iter().all(|t| t.looks_flat() || self.passes_over(t))
+    pub fn has_folded_sheet(&self) -> bool {
+        !self.trees.iter().all(|t| t.looks_flat() || self.skips_self_contact(t))
     }
 
     /// Whether self-contact of this sheet is not detected.
-    fn passes_over(&self, tree: &SkinTree) -> bool {
-        tree.stack && !self.scope.stacks
+    fn skips_self_contact(&self, tree: &SurfaceTree) -> bool {
+        tree.is_multilayer && !self.scope.stacks
     }
 
     /// Detect the contacts of a stage and write them to `out`. Their order depends on the input
     /// alone.
-    pub fn find(&mut self, problem: &Problem, out: &mut Vec<Contact>) {
-        self.raw.clear();
-        self.cut = false;
-        self.trees.iter_mut().for_each(SkinTree::forget);
-        self.against_bodies(problem);
-        self.against_sheets(problem);
-        self.against_themselves(problem);
-        self.collect(out);
-        if !self.between.near.is_empty() {
-            duplicates::prune(problem, out, &mut self.keep);
+    pub fn detect_contacts(&mut self, problem: &DetectionInput, out: &mut Vec<ContactConstraint>) {
+        self.detected.clear();
+        self.interpenetrates = false;
+        self.trees.iter_mut().for_each(SurfaceTree::forget);
+        self.detect_sheet_body(problem);
+        self.detect_sheet_sheet(problem);
+        self.detect_self_contact(problem);
+        self.sort_constraints(out);
+        if !self.between.candidate_pairs.is_empty() {
+            duplicates::prune(problem, out, &mut self.retained);
         }
     }
 
-    fn against_bodies(&mut self, problem: &Problem) {
-        for k in 0..self.near.len() {
-            let (s, b) = self.near[k];
+    fn detect_sheet_body(&mut self, problem: &DetectionInput) {
+        for k in 0..self.candidate_pairs.len() {
+            let (s, b) = self.candidate_pairs[k];
             let (Some(sheet), Some(body)) = (problem.sheets.get(s as usize), problem.bodies.get(b as usize)) else {
                 continue;
             };
-            let Scope { faces, .. } = self.scope;
+            let DetectionScope { faces, .. } = self.scope;
             let Some(tree) = self.trees.get_mut(s as usize) else { continue };
             self.local.load(sheet, body);
-            let coefficients = (problem.surfaces)(Pair::SheetBody(s, b));
+            let coefficients = (problem.surfaces)(ContactPair::SheetBody(s, b));
             for (first, solid) in body.features.solids() {
-                let meeting = Meeting::new(problem, (s, sheet), (b, body), *first, coefficients);
+                let meeting = SheetBodyPair::new(problem, (s, sheet), (b, body), *first, coefficients);
                 self.counters.boxes += 1;
                 let around = self.local.around.grown(meeting.offset + meeting.margin);
-                if !around.meets(&Cuboid::from(solid.bounds())) {
+                if !around.overlaps(&BoundingBox::from(solid.bounds())) {
                     continue;
                 }
                 match solid {
-                    Solid::HalfSpace { .. } if !faces => {}
-                    Solid::Mesh(mesh) if !faces && !mesh.is_sharp_in(around.low, around.high) => {}
-                    Solid::HalfSpace { normal } => {
-                        vertex_face::half_space(&meeting, &self.local, *normal, &mut self.raw);
+                    ColliderPart::HalfSpace { .. } if !faces => {}
+                    ColliderPart::Mesh(mesh) if !faces && !mesh.has_sharp_feature_in(around.low, around.high) => {}
+                    ColliderPart::HalfSpace { normal } => {
+                        vertex_face::half_space(&meeting, &self.local, *normal, &mut self.detected);
                         self.counters.mass_body_tests += self.local.end.len() as u64;
                     }
-                    Solid::Ball { centre, radius } => {
-                        tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
+                    ColliderPart::Ball { centre, radius } => {
+                        tree.refresh(sheet, &FrameMotion::default(), sheet.skin.contact_offset() + problem.margin);
                         let ball = (*centre, *radius);
-                        self.counters.vertex_tests +=
-                            triangle_ball::ball(&meeting, &self.local, tree, ball, &mut self.nearest, &mut self.raw);
+                        self.counters.vertex_tests += triangle_ball::ball(
+                            &meeting,
+                            &self.local,
+                            tree,
+                            ball,
+                            &mut self.nearest,
+                            &mut self.detected,
+                        );
                     }
-                    Solid::Mesh(mesh) => {
-                        tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
+                    ColliderPart::Mesh(mesh) => {
+                        tree.refresh(sheet, &FrameMotion::default(), sheet.skin.contact_offset() + problem.margin);
                         if faces {
                             self.counters.mass_body_tests +=
-                                vertex_face::mesh(&meeting, &self.local, tree, mesh, &mut self.raw);
+                                vertex_face::mesh(&meeting, &self.local, tree, mesh, &mut self.detected);
                         }
-                        self.counters.edge_tests += edge_edge::edges(&meeting, &self.local, tree, mesh, &mut self.raw);
+                        self.counters.edge_tests +=
+                            edge_edge::edges(&meeting, &self.local, tree, mesh, &mut self.detected);
                         self.counters.vertex_tests +=
-                            corner_triangle::corners(&meeting, &self.local, tree, mesh, &mut self.raw);
+                            corner_triangle::corners(&meeting, &self.local, tree, mesh, &mut self.detected);
                     }
                 }
             }
         }
     }
 
-    fn against_sheets(&mut self, problem: &Problem) {
-        let Some(margin) = problem.between.filter(|_| !self.between.near.is_empty()) else { return };
-        let seen = self.between.find(problem, margin, &mut self.trees, (self.parallel, self.crosses), &mut self.raw);
+    fn detect_sheet_sheet(&mut self, problem: &DetectionInput) {
+        let Some(margin) = problem.between.filter(|_| !self.between.candidate_pairs.is_empty()) else { return };
+        let seen = self.between.detect_contacts(
+            problem,
+            margin,
+            &mut self.trees,
+            (self.parallel, self.detect_crossings),
+            &mut self.detected,
+        );
         self.counters.boxes += seen.boxes;
         self.counters.sheet_sheet_tests += seen.tests;
-        self.cut = seen.cut;
+        self.interpenetrates = seen.interpenetrates;
     }
 
-    fn against_themselves(&mut self, problem: &Problem) {
+    fn detect_self_contact(&mut self, problem: &DetectionInput) {
         let Some(margin) = problem.between else { return };
         for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
-            let passes_over = self.trees.get(s).is_some_and(|tree| self.passes_over(tree));
-            let folded =
-                |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet) && !stays_graph(sheet, tree.height());
+            let passes_over = self.trees.get(s).is_some_and(|tree| self.skips_self_contact(tree));
+            let folded = |tree: &&mut SurfaceTree| {
+                !passes_over && !tree.stays_flat(sheet) && !remains_height_graph(sheet, tree.height())
+            };
             let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
-            tree.refresh(sheet, &Drift::of(std::iter::once(sheet)), half_room(sheet, margin));
+            tree.refresh(sheet, &FrameMotion::mean_of(std::iter::once(sheet)), box_margin(sheet, margin));
             tree.refresh_ridges(sheet, false);
-            let coefficients = (problem.surfaces)(Pair::Sheets(s as u32, s as u32));
+            let coefficients = (problem.surfaces)(ContactPair::Sheets(s as u32, s as u32));
             let pair = (s as u32, s as u32);
-            let Some(couple) = couple(problem.sheets, &self.trees, pair, margin, coefficients) else { continue };
-            let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
+            let Some(couple) = sheet_pair(problem.sheets, &self.trees, pair, margin, coefficients) else { continue };
+            let (constraints, tests) = (&mut self.detected, &mut self.counters.self_tests);
             couple.a.tree.own_pairs(&mut self.workspace, |p, q| {
                 *tests += 1;
-                couple.triangles(p, q, rows);
+                couple.detect_triangle_pair(p, q, constraints);
             });
         }
     }
 
     /// Sort the constraints by key and remove those with equal keys.
-    fn collect(&mut self, out: &mut Vec<Contact>) {
+    fn sort_constraints(&mut self, out: &mut Vec<ContactConstraint>) {
         out.clear();
         self.order.clear();
-        self.order.extend(self.raw.iter().enumerate().map(|(i, c)| (c.key, i as u32)));
+        self.order.extend(self.detected.iter().enumerate().map(|(i, c)| (c.key, i as u32)));
         self.order.sort_unstable();
         self.order.dedup_by_key(|(key, _)| *key);
-        out.extend(self.order.iter().map(|(_, i)| self.raw[*i as usize]));
+        out.extend(self.order.iter().map(|(_, i)| self.detected[*i as usize]));
     }
 }
 
 /// Distances that decide about a pair of features, m.
 #[derive(Clone, Copy)]
-pub(crate) struct Limits {
+pub(crate) struct DetectionDistances {
     /// Contact offset of the pair.
     offset: f64,
     /// Distance beyond the contact offset up to which a constraint is made.
     margin: f64,
     /// Overlap at the start above which the pair is rejected.
-    deep: f64,
+    max_start_penetration: f64,
 }
 
-impl Limits {
+impl DetectionDistances {
     /// Distance up to which the closest features at the base determine the contact.
-    fn near(&self) -> f64 {
+    fn base_distance(&self) -> f64 {
         3.0 * self.offset + SETTINGS.closest_feature_distance
     }
 }

@@ -10,16 +10,16 @@
 
 use glam::DVec3;
 
-use crate::collision::bvh::{SkinTree, flanks};
-use crate::collision::collision_surface::{NONE, SkinEdge, SkinTriangle};
-use crate::collision::constraint::{Contact, SheetPoint, Side};
+use crate::collision::bvh::{SurfaceTree, flanks};
+use crate::collision::collision_surface::{NONE, SurfaceEdge, SurfaceTriangle};
+use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
 use crate::collision::geometry::{
-    barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment, triangles_cut,
+    barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment, triangles_intersect,
 };
-use crate::collision::narrow_phase::corner_triangle::{at, within};
-use crate::collision::narrow_phase::edge_edge::{Crossing, Facing, above, on_edge};
-use crate::collision::narrow_phase::feature_keys::{Kind, name};
-use crate::collision::narrow_phase::{Limits, SheetMotion};
+use crate::collision::narrow_phase::corner_triangle::{clamp_weights, interpolate};
+use crate::collision::narrow_phase::edge_edge::{EdgeContact, EdgeOrientation, facing_parameters, on_edge};
+use crate::collision::narrow_phase::feature_keys::{FeatureKind, feature_key};
+use crate::collision::narrow_phase::{DetectionDistances, SheetStageMotion};
 use crate::collision::settings::{DetectionSettings, EdgeEdgeSettings, SheetPairSettings};
 use crate::math::Vectors;
 
@@ -29,42 +29,42 @@ const EDGE_EDGE: EdgeEdgeSettings = DetectionSettings::DEFAULT.edge_edge;
 
 /// A sheet of a pair, with its index in the detection input.
 #[derive(Clone, Copy)]
-pub(crate) struct Party<'a> {
+pub(crate) struct PairMember<'a> {
     pub index: u32,
-    pub sheet: &'a SheetMotion<'a>,
-    pub tree: &'a SkinTree,
+    pub sheet: &'a SheetStageMotion<'a>,
+    pub tree: &'a SurfaceTree,
 }
 
-impl Party<'_> {
+impl PairMember<'_> {
     /// Positions of nodes at start, base and end, m.
-    fn of<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
+    fn positions<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
         [self.sheet.start, self.sheet.base, self.sheet.end].map(|x| masses.map(|i| x.get(i as usize)))
     }
 
-    fn triangle(&self, t: u32) -> &SkinTriangle {
+    fn triangle(&self, t: u32) -> &SurfaceTriangle {
         &self.sheet.skin.triangles()[t as usize]
     }
 
-    fn edge(&self, e: u32) -> &SkinEdge {
+    fn edge(&self, e: u32) -> &SurfaceEdge {
         &self.sheet.skin.edges()[e as usize]
     }
 
-    fn facing(&self, edge: &SkinEdge) -> Facing {
+    fn edge_orientation(&self, edge: &SurfaceEdge) -> EdgeOrientation {
         let mut flanks = self.flanks(edge).map(DVec3::normalize_or_zero);
         let first = flanks.next().unwrap_or_default();
         let flanks = [first, flanks.next().unwrap_or(first)];
-        Facing { sides: self.tree.edge_normals(edge.triangles), flanks, is_border: edge.is_border() }
+        EdgeOrientation { sides: self.tree.edge_normals(edge.triangles), flanks, is_border: edge.is_border() }
     }
 
     /// Orientation of an edge at the fraction `time` of the stage, for edges that turn within it.
-    fn facing_at(&self, edge: &SkinEdge, time: f64) -> Facing {
+    fn edge_orientation_at(&self, edge: &SurfaceEdge, time: f64) -> EdgeOrientation {
         let place = |i: u32| self.sheet.start.get(i as usize).lerp(self.sheet.end.get(i as usize), time);
-        let [from, to] = edge.masses.map(place);
+        let [from, to] = edge.nodes.map(place);
         let along = (to - from).normalize_or(DVec3::X);
-        let each = edge.triangles.map(|t| (t != NONE).then(|| self.triangle(t).masses.map(place)));
+        let each = edge.triangles.map(|t| (t != NONE).then(|| self.triangle(t).nodes.map(place)));
         let only = each[0].or(each[1]).unwrap_or([from; 3]);
         let each = each.map(|corners| corners.unwrap_or(only));
-        Facing {
+        EdgeOrientation {
             sides: each.map(|corners| unit_normal(corners).unwrap_or_default()),
             flanks: each.map(|[a, b, c]| ((a + b + c) / 3.0 - from).reject_from_normalized(along).normalize_or_zero()),
             is_border: edge.is_border(),
@@ -72,7 +72,7 @@ impl Party<'_> {
     }
 
     /// Height (m) by which edge `e` stands out against the direction `n`; infinite at the border.
-    fn stands_out(&self, e: u32, n: DVec3) -> f64 {
+    fn ridge_height(&self, e: u32, n: DVec3) -> f64 {
         if self.edge(e).is_border() { f64::INFINITY } else { self.tree.ridge(e).dot(n) }
     }
 
@@ -83,138 +83,148 @@ impl Party<'_> {
 
     /// Position, at the base and at the end, of the end node of an edge that is nearer to parameter
     /// `k`, m.
-    fn tip(&self, edge: &SkinEdge, k: f64) -> [DVec3; 2] {
-        let mass = edge.masses[usize::from(k > 0.5)] as usize;
+    fn nearest_end(&self, edge: &SurfaceEdge, k: f64) -> [DVec3; 2] {
+        let mass = edge.nodes[usize::from(k > 0.5)] as usize;
         [self.sheet.base, self.sheet.end].map(|x| x.get(mass))
     }
 
     /// Whether a point lies beyond the border `edge` of the sheet, at the base or at the end.
-    fn ends_before(&self, edge: &SkinEdge, place: [DVec3; 2]) -> bool {
+    fn ends_before(&self, edge: &SurfaceEdge, place: [DVec3; 2]) -> bool {
         let Some(triangle) = edge.triangles.into_iter().find(|t| *t != NONE).filter(|_| edge.is_border()) else {
             return false;
         };
         let middle =
-            |x: &Vectors| self.triangle(triangle).masses.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
+            |x: &Vectors| self.triangle(triangle).nodes.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
         [self.sheet.base, self.sheet.end].into_iter().zip(place).any(|(x, place)| {
-            let [from, to] = edge.masses.map(|i| x.get(i as usize));
+            let [from, to] = edge.nodes.map(|i| x.get(i as usize));
             let inward = (middle(x) - from).reject_from_normalized((to - from).normalize_or(DVec3::X));
             inward.dot(place - from) < 0.0
         })
     }
 
     /// Whether the surface at `edge` touches a node at `place` with a normal close to `normal`.
-    fn meets_along(&self, edge: &SkinEdge, place: [DVec3; 2], normal: DVec3) -> bool {
+    fn meets_along(&self, edge: &SurfaceEdge, place: [DVec3; 2], normal: DVec3) -> bool {
         let is_along = |side: &DVec3| side.dot(normal).abs() > SETTINGS.same_direction_cosine;
         !self.ends_before(edge, place) && self.tree.edge_normals(edge.triangles).iter().any(is_along)
     }
 
     /// Vectors from an edge to the centroids of its triangles, perpendicular to the edge, m.
-    fn flanks(&self, edge: &SkinEdge) -> impl Iterator<Item = DVec3> {
+    fn flanks(&self, edge: &SurfaceEdge) -> impl Iterator<Item = DVec3> {
         flanks(self.sheet, edge)
     }
 }
 
 /// Two sheets, or one sheet twice.
-pub(crate) struct Couple<'a> {
-    pub a: Party<'a>,
-    pub b: Party<'a>,
-    pub limits: Limits,
+pub(crate) struct SheetPair<'a> {
+    pub a: PairMember<'a>,
+    pub b: PairMember<'a>,
+    pub limits: DetectionDistances,
     /// Friction and restitution coefficient.
     pub coefficients: (f64, f64),
 }
 
-impl Couple<'_> {
+impl SheetPair<'_> {
     fn is_self(&self) -> bool {
         self.a.index == self.b.index
     }
 
     /// Add the constraints of two triangles, one of each sheet, for the features that each owns.
-    pub fn triangles(&self, ta: u32, tb: u32, rows: &mut Vec<Contact>) {
+    pub fn detect_triangle_pair(&self, ta: u32, tb: u32, constraints: &mut Vec<ContactConstraint>) {
         let (p, q) = (self.a.triangle(ta), self.b.triangle(tb));
-        let shared = if self.is_self() { p.masses.iter().filter(|i| q.masses.contains(i)).count() } else { 0 };
+        let shared = if self.is_self() { p.nodes.iter().filter(|i| q.nodes.contains(i)).count() } else { 0 };
         if shared >= 2 {
             return;
         }
-        self.points((&self.a, p), (&self.b, tb, q), rows);
-        self.points((&self.b, q), (&self.a, ta, p), rows);
+        self.detect_node_triangle((&self.a, p), (&self.b, tb, q), constraints);
+        self.detect_node_triangle((&self.b, q), (&self.a, ta, p), constraints);
         let flat = SETTINGS.flat_ridge_height * self.limits.offset;
         for i in (0..3).filter(|i| p.owns_edge[*i] && !self.a.is_flat(p.edges[*i], flat)) {
             for j in (0..3).filter(|j| q.owns_edge[*j] && !self.b.is_flat(q.edges[*j], flat)) {
                 let swap = self.is_self() && p.edges[i] > q.edges[j];
                 let (e, f) = if swap { (q.edges[j], p.edges[i]) } else { (p.edges[i], q.edges[j]) };
-                self.edges(e, f, p.size.max(q.size), rows);
+                self.detect_edge_edge(e, f, p.size.max(q.size), constraints);
             }
         }
     }
 
     /// Whether two triangles, one of each sheet, intersect with the nodes at the positions `x`.
-    pub fn cut(&self, ta: u32, tb: u32, x: impl for<'x> Fn(&SheetMotion<'x>) -> &'x Vectors) -> bool {
-        let corners = |party: &Party, t: u32| party.triangle(t).masses.map(|i| x(party.sheet).get(i as usize));
-        triangles_cut(corners(&self.a, ta), corners(&self.b, tb))
+    pub fn triangles_intersect(
+        &self,
+        ta: u32,
+        tb: u32,
+        x: impl for<'x> Fn(&SheetStageMotion<'x>) -> &'x Vectors,
+    ) -> bool {
+        let corners = |party: &PairMember, t: u32| party.triangle(t).nodes.map(|i| x(party.sheet).get(i as usize));
+        triangles_intersect(corners(&self.a, ta), corners(&self.b, tb))
     }
 
     /// Whether two triangles intersect at the start with the first sheet translated by `by` (m).
-    pub fn cut_when_moved(&self, ta: u32, tb: u32, by: DVec3) -> bool {
-        let corners = |party: &Party, t: u32| party.triangle(t).masses.map(|i| party.sheet.start.get(i as usize));
-        triangles_cut(corners(&self.a, ta).map(|x| x + by), corners(&self.b, tb))
+    pub fn triangles_intersect_when_moved(&self, ta: u32, tb: u32, by: DVec3) -> bool {
+        let corners = |party: &PairMember, t: u32| party.triangle(t).nodes.map(|i| party.sheet.start.get(i as usize));
+        triangles_intersect(corners(&self.a, ta).map(|x| x + by), corners(&self.b, tb))
     }
 
     /// Whether features with these nodes are neighbours in one sheet; `size` is that of its
     /// triangles, m.
-    fn neighbours(&self, p: &[u32], q: &[u32], size: f64) -> bool {
-        self.is_self() && self.rest_nearer(p, q, self.limits.offset + size)
+    fn are_neighbours(&self, p: &[u32], q: &[u32], size: f64) -> bool {
+        self.is_self() && self.is_rest_distance_below(p, q, self.limits.offset + size)
     }
 
     /// Whether features with these nodes belong to one region of one sheet, which can bend but not
     /// touch itself.
-    fn kin(&self, p: &[u32], q: &[u32], size: f64) -> bool {
-        self.is_self() && self.rest_nearer(p, q, SETTINGS.neighbour_factor * (self.limits.offset + size))
+    fn is_same_region(&self, p: &[u32], q: &[u32], size: f64) -> bool {
+        self.is_self() && self.is_rest_distance_below(p, q, SETTINGS.neighbour_factor * (self.limits.offset + size))
     }
 
     /// Whether any two of these nodes of one sheet are nearer than `reach` (m) at rest.
-    fn rest_nearer(&self, p: &[u32], q: &[u32], reach: f64) -> bool {
+    fn is_rest_distance_below(&self, p: &[u32], q: &[u32], reach: f64) -> bool {
         let skin = self.a.sheet.skin;
         p.iter().any(|i| q.iter().any(|j| i == j || skin.rest_distance(*i, *j) < reach))
     }
 
-    fn points(
+    fn detect_node_triangle(
         &self,
-        (of, p): (&Party, &SkinTriangle),
-        (on, t, q): (&Party, u32, &SkinTriangle),
-        rows: &mut Vec<Contact>,
+        (of, p): (&PairMember, &SurfaceTriangle),
+        (on, t, q): (&PairMember, u32, &SurfaceTriangle),
+        constraints: &mut Vec<ContactConstraint>,
     ) {
-        for mass in (0..3).filter(|k| p.owns_mass[*k]).map(|k| p.masses[k]) {
-            let close = of.tree.box_of_mass(mass).meets(on.tree.box_of_triangle(t));
-            if !close || self.neighbours(&[mass], &q.masses, q.size) {
+        for mass in (0..3).filter(|k| p.owns_node[*k]).map(|k| p.nodes[k]) {
+            let close = of.tree.node_box(mass).overlaps(on.tree.triangle_box(t));
+            if !close || self.are_neighbours(&[mass], &q.nodes, q.size) {
                 continue;
             }
-            let Some((normal, weights)) = self.point_on((of, mass), on, q) else { continue };
+            let Some((normal, weights)) = self.node_triangle_contact((of, mass), on, q) else { continue };
             let (kind, feature) = match weights.map(|w| w == 0.0) {
-                [true, true, _] => (Kind::Mass, q.masses[2]),
-                [true, _, true] => (Kind::Mass, q.masses[1]),
-                [_, true, true] => (Kind::Mass, q.masses[0]),
-                [true, _, _] => (Kind::SheetEdge, q.edges[1]),
-                [_, true, _] => (Kind::SheetEdge, q.edges[2]),
-                [_, _, true] => (Kind::SheetEdge, q.edges[0]),
-                _ => (Kind::Triangle, t),
+                [true, true, _] => (FeatureKind::Node, q.nodes[2]),
+                [true, _, true] => (FeatureKind::Node, q.nodes[1]),
+                [_, true, true] => (FeatureKind::Node, q.nodes[0]),
+                [true, _, _] => (FeatureKind::SheetEdge, q.edges[1]),
+                [_, true, _] => (FeatureKind::SheetEdge, q.edges[2]),
+                [_, _, true] => (FeatureKind::SheetEdge, q.edges[0]),
+                _ => (FeatureKind::Triangle, t),
             };
-            let under = SheetPoint { masses: q.masses, weights };
-            rows.push(self.row((of, SheetPoint::mass(mass), Kind::Mass, mass), (on, under, kind, feature), normal));
+            let under = SheetPoint { nodes: q.nodes, weights };
+            constraints.push(self.constraint(
+                (of, SheetPoint::node(mass), FeatureKind::Node, mass),
+                (on, under, kind, feature),
+                normal,
+            ));
         }
     }
 
-    fn row(
+    fn constraint(
         &self,
-        (a, p, kind_a, index_a): (&Party, SheetPoint, Kind, u32),
-        (b, q, kind_b, index_b): (&Party, SheetPoint, Kind, u32),
+        (a, p, kind_a, index_a): (&PairMember, SheetPoint, FeatureKind, u32),
+        (b, q, kind_b, index_b): (&PairMember, SheetPoint, FeatureKind, u32),
         normal: DVec3,
-    ) -> Contact {
-        Contact {
-            a: Side::Sheet { sheet: a.index, point: p },
-            b: Side::Sheet { sheet: b.index, point: q },
+    ) -> ContactConstraint {
+        ContactConstraint {
+            a: ContactSide::Sheet { sheet: a.index, point: p },
+            b: ContactSide::Sheet { sheet: b.index, point: q },
             normal,
-            offset: self.half_along((a, kind_a, index_a), normal) + self.half_along((b, kind_b, index_b), normal),
-            key: [name(kind_a, a.sheet.id, index_a), name(kind_b, b.sheet.id, index_b)],
+            offset: self.half_thickness_along((a, kind_a, index_a), normal)
+                + self.half_thickness_along((b, kind_b, index_b), normal),
+            key: [feature_key(kind_a, a.sheet.id, index_a), feature_key(kind_b, b.sheet.id, index_b)],
             friction: self.coefficients.0,
             restitution: self.coefficients.1,
         }
@@ -223,12 +233,14 @@ impl Couple<'_> {
     /// Half thickness (m) of a sheet along `normal` at a feature of its mid-surface. Within one
     /// sheet it ends flat at the border: the two sides of a cut lie side by side without a gap, and
     /// a round border would hold them apart by one thickness.
-    fn half_along(&self, (party, kind, index): (&Party, Kind, u32), normal: DVec3) -> f64 {
+    fn half_thickness_along(&self, (party, kind, index): (&PairMember, FeatureKind, u32), normal: DVec3) -> f64 {
         let half = 0.5 * self.limits.offset;
         let across = match kind {
             _ if !self.is_self() => return half,
-            Kind::SheetEdge if party.edge(index).is_border() => party.tree.edge_normal(party.edge(index).triangles),
-            Kind::Mass if party.sheet.skin.on_border(index) => party.tree.mass_normal(index as usize),
+            FeatureKind::SheetEdge if party.edge(index).is_border() => {
+                party.tree.edge_normal(party.edge(index).triangles)
+            }
+            FeatureKind::Node if party.sheet.skin.on_border(index) => party.tree.node_normal(index as usize),
             _ => return half,
         };
         half * normal.dot(across).abs()
@@ -241,43 +253,50 @@ impl Couple<'_> {
     }
 
     /// Normal and barycentric weights of the contact of a node with a triangle.
-    fn point_on(&self, (of, mass): (&Party, u32), on: &Party, q: &SkinTriangle) -> Option<(DVec3, [f64; 3])> {
+    fn node_triangle_contact(
+        &self,
+        (of, mass): (&PairMember, u32),
+        on: &PairMember,
+        q: &SurfaceTriangle,
+    ) -> Option<(DVec3, [f64; 3])> {
         let base = of.sheet.base.get(mass as usize);
-        let b = q.masses.map(|i| on.sheet.base.get(i as usize));
+        let b = q.nodes.map(|i| on.sheet.base.get(i as usize));
         let w = point_triangle(base, b);
-        let gap = base - at(b, w);
+        let gap = base - interpolate(b, w);
         if self.out_of_reach(gap.length()) {
             return None;
         }
-        let [[start], _, [end]] = of.of([mass]);
-        let [s, _, e] = on.of(q.masses);
-        let afar = || self.point_from_afar((start, end), (s, e));
-        if gap.length() > self.limits.near() {
+        let [[start], _, [end]] = of.positions([mass]);
+        let [s, _, e] = on.positions(q.nodes);
+        let afar = || self.node_contact_from_motion((start, end), (s, e));
+        if gap.length() > self.limits.base_distance() {
             return afar();
         }
-        let near = self.point_nearby((of, mass), (base, gap, w), (on, q, b), (start, end), (s, e));
-        near.or_else(|| if self.is_swift(|| self.kin(&[mass], &q.masses, q.size)) { afar() } else { None })
+        let near = self.node_contact_from_base((of, mass), (base, gap, w), (on, q, b), (start, end), (s, e));
+        near.or_else(|| {
+            if self.may_pass_within_stage(|| self.is_same_region(&[mass], &q.nodes, q.size)) { afar() } else { None }
+        })
     }
 
     /// Whether features that are near at the base may pass each other within the stage. Features of
     /// the same region do not, and constraints between them would resist bending.
-    fn is_swift(&self, kin: impl Fn() -> bool) -> bool {
+    fn may_pass_within_stage(&self, kin: impl Fn() -> bool) -> bool {
         self.a.tree.travel + self.b.tree.travel > SETTINGS.fast_motion * self.limits.offset && !kin()
     }
 
     /// Contact of a node that is near a triangle at the base: the node is at `base`, `gap` from the
     /// point with the weights `w` of the triangle `b`.
-    fn point_nearby(
+    fn node_contact_from_base(
         &self,
-        (of, mass): (&Party, u32),
+        (of, mass): (&PairMember, u32),
         (base, gap, w): (DVec3, DVec3, [f64; 3]),
-        (on, q, b): (&Party, &SkinTriangle, [DVec3; 3]),
+        (on, q, b): (&PairMember, &SurfaceTriangle, [DVec3; 3]),
         (start, end): (DVec3, DVec3),
         (s, e): ([DVec3; 3], [DVec3; 3]),
     ) -> Option<(DVec3, [f64; 3])> {
         let reach = self.limits.offset + self.limits.margin;
         let plane = unit_normal(b)?;
-        if barycentric_along(base, plane, b).and_then(within).is_some() {
+        if barycentric_along(base, plane, b).and_then(clamp_weights).is_some() {
             let mut height = gap.dot(plane);
             if height.abs() < SETTINGS.undetermined_side_height * self.limits.offset {
                 // A pair within the tolerance takes its side from the start of the stage.
@@ -289,18 +308,18 @@ impl Couple<'_> {
                 return None;
             }
             let normal = if height >= 0.0 { plane } else { -plane };
-            let w = within(barycentric_along(end, normal, e)?)?;
-            return (normal.dot(end - at(e, w)) <= reach).then_some((normal, w));
+            let w = clamp_weights(barycentric_along(end, normal, e)?)?;
+            return (normal.dot(end - interpolate(e, w)) <= reach).then_some((normal, w));
         }
         // Beside the triangle the pair counts only at a border or a ridge.
-        if gap.length() < 0.1 * self.limits.offset || !self.ends_here(on, q, w, gap) {
+        if gap.length() < 0.1 * self.limits.offset || !self.is_edge_feature(on, q, w, gap) {
             return None;
         }
         let mut direction = gap.normalize_or_zero();
         // A node inside a sheet is touched along the normal of its surface: an oblique constraint
         // would stop a sheet that slides over it.
         if !of.sheet.skin.on_border(mass) {
-            let across = of.tree.mass_normal(mass as usize);
+            let across = of.tree.node_normal(mass as usize);
             let cosine = direction.dot(across);
             if cosine.abs() < SETTINGS.same_direction_cosine {
                 return None;
@@ -308,21 +327,21 @@ impl Couple<'_> {
             direction = across * cosine.signum();
         }
         let w_end = point_triangle(end, e);
-        let last = (end - at(e, w_end)).normalize_or_zero();
+        let last = (end - interpolate(e, w_end)).normalize_or_zero();
         let w = if last.dot(direction) > 0.8 { w_end } else { w };
-        (direction.dot(end - at(e, w)) <= reach).then_some((direction, w))
+        (direction.dot(end - interpolate(e, w)) <= reach).then_some((direction, w))
     }
 
     /// Whether the closest point (weights `w`) of triangle `q` lies on a border or a ridge, from
     /// which the sheet leads away from a point at `gap`.
-    fn ends_here(&self, on: &Party, q: &SkinTriangle, w: [f64; 3], gap: DVec3) -> bool {
+    fn is_edge_feature(&self, on: &PairMember, q: &SurfaceTriangle, w: [f64; 3], gap: DVec3) -> bool {
         let side = match w.map(|x| x == 0.0) {
             [true, false, false] => 1,
             [false, true, false] => 2,
             [false, false, true] => 0,
             _ => {
                 let corner = (0..3).find(|i| w[*i] != 0.0).unwrap_or(0);
-                return on.sheet.skin.on_border(q.masses[corner]) && {
+                return on.sheet.skin.on_border(q.nodes[corner]) && {
                     // Both sides at the corner must fall away. A border beyond one of them belongs
                     // to another triangle.
                     let corner_edges = [q.edges[corner], q.edges[(corner + 2) % 3]];
@@ -337,7 +356,7 @@ impl Couple<'_> {
         edge.is_border() || on.flanks(edge).all(|f| f.dot(gap) <= 1e-3 * f.length() * gap.length())
     }
 
-    fn point_from_afar(
+    fn node_contact_from_motion(
         &self,
         (start, end): (DVec3, DVec3),
         (s, e): ([DVec3; 3], [DVec3; 3]),
@@ -347,69 +366,69 @@ impl Couple<'_> {
         if let Some(hit) = point_meets_triangle(four(start, s), four(end, e), DETECTION.impact_distance_tolerance) {
             let there = [0, 1, 2].map(|i: usize| s[i].lerp(e[i], hit.time));
             let plane = unit_normal(there)?;
-            let approach = (end - start) - (at(e, hit.weights) - at(s, hit.weights));
+            let approach = (end - start) - (interpolate(e, hit.weights) - interpolate(s, hit.weights));
             let normal = if approach.dot(plane) <= 0.0 { plane } else { -plane };
-            let w = barycentric_along(end, normal, e).and_then(within).unwrap_or(hit.weights);
-            return (normal.dot(end - at(e, w)) <= reach).then_some((normal, w));
+            let w = barycentric_along(end, normal, e).and_then(clamp_weights).unwrap_or(hit.weights);
+            return (normal.dot(end - interpolate(e, w)) <= reach).then_some((normal, w));
         }
         let (before, plane) = (unit_normal(s)?, unit_normal(e)?);
-        let w = within(barycentric_along(end, plane, e)?)?;
-        let (height, was) = (plane.dot(end - at(e, w)), before.dot(start - s[0]));
+        let w = clamp_weights(barycentric_along(end, plane, e)?)?;
+        let (height, was) = (plane.dot(end - interpolate(e, w)), before.dot(start - s[0]));
         // A node on the other side of the plane has come around the triangle or through a
         // neighbour; this pair gives no contact.
         (height.abs() <= reach && height * was > 0.0).then(|| (if was > 0.0 { plane } else { -plane }, w))
     }
 
-    fn edges(&self, number_a: u32, number_b: u32, size: f64, rows: &mut Vec<Contact>) {
+    fn detect_edge_edge(&self, number_a: u32, number_b: u32, size: f64, constraints: &mut Vec<ContactConstraint>) {
         let (edge_a, edge_b) = (self.a.edge(number_a), self.b.edge(number_b));
-        let around = |party: &Party, [i, j]: [u32; 2]| party.tree.box_of_mass(i).joined(party.tree.box_of_mass(j));
-        let close = around(&self.a, edge_a.masses).meets(&around(&self.b, edge_b.masses));
-        if !close || self.neighbours(&edge_a.masses, &edge_b.masses, size) {
+        let around = |party: &PairMember, [i, j]: [u32; 2]| party.tree.node_box(i).joined(party.tree.node_box(j));
+        let close = around(&self.a, edge_a.nodes).overlaps(&around(&self.b, edge_b.nodes));
+        if !close || self.are_neighbours(&edge_a.nodes, &edge_b.nodes, size) {
             return;
         }
-        let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b), size) else { return };
+        let Some(found) = self.edge_contact((number_a, edge_a), (number_b, edge_b), size) else { return };
         let near_end = |x: f64| !(SETTINGS.end_fraction..=1.0 - SETTINGS.end_fraction).contains(&x);
         // Near its end an edge is represented by its node, whose own constraint acts along the
         // normal of the other sheet, unless the node lies beside that sheet.
-        if near_end(found.s) && self.b.meets_along(edge_b, self.a.tip(edge_a, found.s), found.normal)
-            || near_end(found.t) && self.a.meets_along(edge_a, self.b.tip(edge_b, found.t), found.normal)
+        if near_end(found.s) && self.b.meets_along(edge_b, self.a.nearest_end(edge_a, found.s), found.normal)
+            || near_end(found.t) && self.a.meets_along(edge_a, self.b.nearest_end(edge_b, found.t), found.normal)
         {
             return;
         }
-        let (p, kind_a, index_a) = on_edge(edge_a.masses, found.s, number_a);
-        let (q, kind_b, index_b) = on_edge(edge_b.masses, found.t, number_b);
-        rows.push(self.row((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));
+        let (p, kind_a, index_a) = on_edge(edge_a.nodes, found.s, number_a);
+        let (q, kind_b, index_b) = on_edge(edge_b.nodes, found.t, number_b);
+        constraints.push(self.constraint((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));
     }
 
     /// Contact of two edges of triangles of this `size`, m.
-    fn crossing(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge), size: f64) -> Option<Crossing> {
-        let ([_, b, _], [_, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
+    fn edge_contact(&self, one: (u32, &SurfaceEdge), other: (u32, &SurfaceEdge), size: f64) -> Option<EdgeContact> {
+        let ([_, b, _], [_, c, _]) = (self.a.positions(one.1.nodes), self.b.positions(other.1.nodes));
         let (k, l) = segment_segment(b, c);
         let gap = b[0].lerp(b[1], k) - c[0].lerp(c[1], l);
         if self.out_of_reach(gap.length()) {
             return None;
         }
-        let afar = || self.edges_from_afar(one, other);
-        if gap.length() > self.limits.near() {
+        let afar = || self.edge_contact_from_motion(one, other);
+        if gap.length() > self.limits.base_distance() {
             return afar();
         }
-        let near = self.edges_nearby(one, other, gap, (k, l));
-        let kin = || self.kin(&one.1.masses, &other.1.masses, size);
-        near.or_else(|| if self.is_swift(kin) { afar() } else { None })
+        let near = self.edge_contact_from_base(one, other, gap, (k, l));
+        let kin = || self.is_same_region(&one.1.nodes, &other.1.nodes, size);
+        near.or_else(|| if self.may_pass_within_stage(kin) { afar() } else { None })
     }
 
     /// Contact of two edges that are near at the base, `gap` (m) apart at the parameters `k` and
     /// `l`.
-    fn edges_nearby(
+    fn edge_contact_from_base(
         &self,
-        one: (u32, &SkinEdge),
-        other: (u32, &SkinEdge),
+        one: (u32, &SurfaceEdge),
+        other: (u32, &SurfaceEdge),
         gap: DVec3,
         (k, l): (f64, f64),
-    ) -> Option<Crossing> {
-        let ([s, b, _], [u, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
+    ) -> Option<EdgeContact> {
+        let ([s, b, _], [u, c, _]) = (self.a.positions(one.1.nodes), self.b.positions(other.1.nodes));
         let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
-        let facing = || [self.a.facing(one.1), self.b.facing(other.1)];
+        let facing = || [self.a.edge_orientation(one.1), self.b.edge_orientation(other.1)];
         let beside = |normal: DVec3| {
             gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance
         };
@@ -417,45 +436,50 @@ impl Couple<'_> {
         let usual = normal.filter(|normal| !beside(*normal)).and_then(|normal| {
             let side =
                 if normal.dot(gap).abs() > DETECTION.rounding_distance { normal.dot(gap) } else { normal.dot(before) };
-            self.stands_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
+            self.edge_contact_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
         });
         usual.or_else(|| {
-            let normal = self.head_on((one.1, b[1] - b[0]), (other.1, c[1] - c[0]), [gap, before], facing)?;
-            self.stands_at_end(one, other, (normal, facing), Some((k, l)))
+            let normal =
+                self.nearly_parallel_normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]), [gap, before], facing)?;
+            self.edge_contact_at_end(one, other, (normal, facing), Some((k, l)))
         })
     }
 
     /// Contact of two edges along this normal, provided that both stand out along it, admit it by
     /// their orientation and are near at the end. The parameters are those of the points above each
     /// other at the end, otherwise `met`.
-    fn stands_at_end(
+    fn edge_contact_at_end(
         &self,
-        (number_a, edge_a): (u32, &SkinEdge),
-        (number_b, edge_b): (u32, &SkinEdge),
-        (normal, facing): (DVec3, impl Fn() -> [Facing; 2]),
+        (number_a, edge_a): (u32, &SurfaceEdge),
+        (number_b, edge_b): (u32, &SurfaceEdge),
+        (normal, facing): (DVec3, impl Fn() -> [EdgeOrientation; 2]),
         met: Option<(f64, f64)>,
-    ) -> Option<Crossing> {
-        let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
-        let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
+    ) -> Option<EdgeContact> {
+        let ([s, _, e], [u, _, f]) = (self.a.positions(edge_a.nodes), self.b.positions(edge_b.nodes));
+        let out = self.a.ridge_height(number_a, normal).min(self.b.ridge_height(number_b, -normal));
         if out < SETTINGS.flat_ridge_height * self.limits.offset {
             return None;
         }
-        let (k, l) = above(e, f, normal).or(met)?;
+        let (k, l) = facing_parameters(e, f, normal).or(met)?;
         let gap = normal.dot(e[0].lerp(e[1], k) - f[0].lerp(f[1], l));
         let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
         let reach = self.limits.offset + self.limits.margin;
         let faces = || {
             let [one, other] = facing();
-            one.allows(normal) && other.allows(-normal)
+            one.admits(normal) && other.admits(-normal)
         };
-        (gap <= reach && before >= -self.limits.deep && faces()).then_some(Crossing { normal, s: k, t: l })
+        (gap <= reach && before >= -self.limits.max_start_penetration && faces()).then_some(EdgeContact {
+            normal,
+            s: k,
+            t: l,
+        })
     }
 
     /// Contact of two edges that are far apart at the base: at the time of impact, or at the end if
     /// they approach without crossing.
-    fn edges_from_afar(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge)) -> Option<Crossing> {
+    fn edge_contact_from_motion(&self, one: (u32, &SurfaceEdge), other: (u32, &SurfaceEdge)) -> Option<EdgeContact> {
         let ((_, edge_a), (_, edge_b)) = (one, other);
-        let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
+        let ([s, _, e], [u, _, f]) = (self.a.positions(edge_a.nodes), self.b.positions(edge_b.nodes));
         if let Some(hit) =
             edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], DETECTION.impact_distance_tolerance)
         {
@@ -464,14 +488,15 @@ impl Couple<'_> {
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
             let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
             let met = (!self.is_self()).then_some((hit.s, hit.t));
-            let facing = || [self.a.facing_at(edge_a, hit.time), self.b.facing_at(edge_b, hit.time)];
+            let facing =
+                || [self.a.edge_orientation_at(edge_a, hit.time), self.b.edge_orientation_at(edge_b, hit.time)];
             let usual = self.normal((edge_a, along_a), (edge_b, along_b)).and_then(|normal| {
                 let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
-                self.stands_at_end(one, other, (normal, facing), met)
+                self.edge_contact_at_end(one, other, (normal, facing), met)
             });
             return usual.or_else(|| {
-                let normal = self.head_on((edge_a, along_a), (edge_b, along_b), [-approach], facing)?;
-                self.stands_at_end(one, other, (normal, facing), met)
+                let normal = self.nearly_parallel_normal((edge_a, along_a), (edge_b, along_b), [-approach], facing)?;
+                self.edge_contact_at_end(one, other, (normal, facing), met)
             });
         }
         let (k, l) = segment_segment(e, f);
@@ -485,19 +510,19 @@ impl Couple<'_> {
         if side * before <= 0.0 {
             return None;
         }
-        let facing = || [self.a.facing_at(edge_a, 1.0), self.b.facing_at(edge_b, 1.0)];
-        self.stands_at_end(one, other, (if side > 0.0 { normal } else { -normal }, facing), None)
+        let facing = || [self.a.edge_orientation_at(edge_a, 1.0), self.b.edge_orientation_at(edge_b, 1.0)];
+        self.edge_contact_at_end(one, other, (if side > 0.0 { normal } else { -normal }, facing), None)
     }
 
     /// Normal of two nearly parallel borders or ridges along `u` and `v` whose surface normals do
     /// not determine it: the first of `gaps` that is long enough, otherwise, for two borders, the
     /// direction out of both sheets.
-    fn head_on<const N: usize>(
+    fn nearly_parallel_normal<const N: usize>(
         &self,
-        (edge_a, u): (&SkinEdge, DVec3),
-        (edge_b, v): (&SkinEdge, DVec3),
+        (edge_a, u): (&SurfaceEdge, DVec3),
+        (edge_b, v): (&SurfaceEdge, DVec3),
         gaps: [DVec3; N],
-        facing: impl Fn() -> [Facing; 2],
+        facing: impl Fn() -> [EdgeOrientation; 2],
     ) -> Option<DVec3> {
         let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
         let is_askew = (EDGE_EDGE.parallel_sine..EDGE_EDGE.nearly_parallel_sine).contains(&u.cross(v).length());
@@ -525,7 +550,7 @@ impl Couple<'_> {
     }
 
     /// Normal of two edges along `u` and `v`, of either sign; `None` for parallel edges.
-    fn normal(&self, (edge_a, u): (&SkinEdge, DVec3), (edge_b, v): (&SkinEdge, DVec3)) -> Option<DVec3> {
+    fn normal(&self, (edge_a, u): (&SurfaceEdge, DVec3), (edge_b, v): (&SurfaceEdge, DVec3)) -> Option<DVec3> {
         let across = u.normalize_or_zero().cross(v.normalize_or_zero());
         let sine = across.length();
         if sine >= EDGE_EDGE.nearly_parallel_sine {

@@ -10,48 +10,63 @@
 
 use glam::DVec3;
 
-use crate::collision::bvh::SkinTree;
-use crate::collision::constraint::{Contact, SheetPoint};
-use crate::collision::features::Mesh;
-use crate::collision::narrow_phase::Limits;
-use crate::collision::narrow_phase::body_frame::{Local, Meeting};
-use crate::collision::narrow_phase::feature_keys::Kind;
+use crate::collision::bvh::SurfaceTree;
+use crate::collision::constraint::{ContactConstraint, SheetPoint};
+use crate::collision::features::ColliderMesh;
+use crate::collision::narrow_phase::DetectionDistances;
+use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
+use crate::collision::narrow_phase::feature_keys::FeatureKind;
 use crate::collision::settings::{DetectionSettings, VertexFaceSettings};
 
 const SETTINGS: VertexFaceSettings = DetectionSettings::DEFAULT.vertex_face;
 
 /// Add the constraints of all nodes with a half space.
-pub(crate) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
-    for (i, p) in local.end.iter().enumerate().filter(|(i, _)| !meeting.skin.is_gone(*i)) {
+pub(crate) fn half_space(
+    meeting: &SheetBodyPair,
+    local: &BodyFramePositions,
+    normal: DVec3,
+    constraints: &mut Vec<ContactConstraint>,
+) {
+    for (i, p) in local.end.iter().enumerate().filter(|(i, _)| !meeting.skin.is_detached(*i)) {
         let height = normal.dot(*p);
-        if height.min(normal.dot(local.put(i))) <= meeting.offset + meeting.margin {
+        if height.min(normal.dot(local.accepted(i))) <= meeting.offset + meeting.margin {
             let i = i as u32;
             let foot = *p - normal * height;
-            rows.push(meeting.row((SheetPoint::mass(i), Kind::Mass, i), (foot, Kind::Face, 0), normal));
+            constraints.push(meeting.constraint(
+                (SheetPoint::node(i), FeatureKind::Node, i),
+                (foot, FeatureKind::Face, 0),
+                normal,
+            ));
         }
     }
 }
 
 /// Add the constraints of all nodes with a surface of faces. Return the number of nodes tested.
-pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
-    let limits = meeting.limits(mesh.thinness());
+pub(crate) fn mesh(
+    meeting: &SheetBodyPair,
+    local: &BodyFramePositions,
+    tree: &SurfaceTree,
+    mesh: &ColliderMesh,
+    constraints: &mut Vec<ContactConstraint>,
+) -> u64 {
+    let limits = meeting.limits(mesh.min_width());
     let (low, high) = mesh.bounds();
     let room = DVec3::splat(limits.offset + limits.margin);
     let (low, high) = (low - room, high + room);
-    let few = mesh.has_few_faces();
+    let few = mesh.uses_planes();
     let mut tests = 0;
     for i in 0..local.end.len() {
-        let (a, b, put) = (local.start[i], local.end[i], local.put(i));
-        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) || meeting.skin.is_gone(i) {
+        let (a, b, put) = (local.start[i], local.end[i], local.accepted(i));
+        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) || meeting.skin.is_detached(i) {
             continue;
         }
         tests += 1;
         let first = a;
         let a = if few { last_outside(mesh, a, local.base[i], &limits) } else { a };
         // Evaluated at rims only.
-        let lies = || meeting.at_base(tree.mass_normal(i));
+        let lies = || meeting.at_base(tree.node_normal(i));
         let face = |a, b| {
-            if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) }
+            if few { entered_face(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) }
         };
         // A node that stays clear in free motion may have been pushed in by another contact.
         let pushed = || Some(put).filter(|p| *p != b).and_then(|p| face(first, p));
@@ -59,20 +74,25 @@ pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
         let face = &mesh.faces()[index as usize];
         let foot = b - face.normal * face.height(b);
         let i = i as u32;
-        rows.push(meeting.row((SheetPoint::mass(i), Kind::Mass, i), (foot, Kind::Face, index), face.normal));
+        constraints.push(meeting.constraint(
+            (SheetPoint::node(i), FeatureKind::Node, i),
+            (foot, FeatureKind::Face, index),
+            face.normal,
+        ));
     }
     tests
 }
 
 /// Start of the path into a convex solid: the base if it is outside, since the node may have passed
 /// around a rim; otherwise, and if the path to the base leads through the solid, the start.
-fn last_outside(mesh: &Mesh, start: DVec3, base: DVec3, limits: &Limits) -> DVec3 {
-    let outside = start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.deep);
-    if outside && !has_passed(mesh, start, base, limits) { base } else { start }
+fn last_outside(mesh: &ColliderMesh, start: DVec3, base: DVec3, limits: &DetectionDistances) -> DVec3 {
+    let outside =
+        start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.max_start_penetration);
+    if outside && !passes_through_solid(mesh, start, base, limits) { base } else { start }
 }
 
 /// Whether the path from `a` to `b`, both outside, leads through a convex solid.
-fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
+fn passes_through_solid(mesh: &ColliderMesh, a: DVec3, b: DVec3, limits: &DetectionDistances) -> bool {
     let (mut enters, mut leaves) = ((0, 0.0_f64), (0, 1.0_f64));
     for (k, face) in mesh.faces().iter().enumerate() {
         let (from, to) = (face.height(a) - limits.offset, face.height(b) - limits.offset);
@@ -86,12 +106,18 @@ fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
             leaves = (k, time);
         }
     }
-    enters.1 > 0.0 && leaves.1 < 1.0 && passed(mesh, a, b, enters, leaves, limits)
+    enters.1 > 0.0 && leaves.1 < 1.0 && passes_through(mesh, a, b, enters, leaves, limits)
 }
 
 /// Face of a convex solid through which a node moving from `a` to `b` has entered, or near which it
 /// is. `lies` returns the surface normal of the sheet there.
-fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
+fn entered_face(
+    mesh: &ColliderMesh,
+    a: DVec3,
+    b: DVec3,
+    lies: &dyn Fn() -> DVec3,
+    limits: &DetectionDistances,
+) -> Option<u32> {
     let faces = mesh.faces();
     let ends = |k: usize| (faces[k].height(a) - limits.offset, faces[k].height(b) - limits.offset);
     let (mut outmost, mut furthest) = (0, f64::NEG_INFINITY);
@@ -106,7 +132,7 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
         }
         // For motion nearly parallel to the plane the crossing time is rounding noise.
         let t = if d0 - d1 > 1e-12 { (d0 / (d0 - d1)).max(0.0) } else { 0.0 };
-        if d0 >= -limits.deep && (t > time || (t == time && last.is_some_and(|j| d1 > ends(j).1))) {
+        if d0 >= -limits.max_start_penetration && (t > time || (t == time && last.is_some_and(|j| d1 > ends(j).1))) {
             (last, time) = (Some(k), t);
         }
         if d1 > 0.0 && d1 > d0 && -d0 / (d1 - d0) < out.1 {
@@ -114,40 +140,41 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
         }
     }
     if furthest > 0.0 && furthest <= limits.margin {
-        let chosen = along(mesh, outmost, lies, |k| ends(k).1 >= furthest - SETTINGS.rim_distance);
-        if ends(chosen).0 >= -limits.deep {
+        let chosen = best_aligned_face(mesh, outmost, lies, |k| ends(k).1 >= furthest - SETTINGS.rim_distance);
+        if ends(chosen).0 >= -limits.max_start_penetration {
             return Some(chosen as u32);
         }
     }
     if furthest > 0.0 {
-        return last.filter(|k| passed(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
+        return last.filter(|k| passes_through(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
     }
     // A node that began inside leaves along the shortest way.
-    let Some(last) = last else { return shallowest(mesh, a).map(|k| k as u32) };
+    let Some(last) = last else { return shallowest_face(mesh, a).map(|k| k as u32) };
     let time = time.min(1.0);
-    let chosen = along(mesh, last, lies, |k| {
+    let chosen = best_aligned_face(mesh, last, lies, |k| {
         let (d0, d1) = ends(k);
         let passing = d0 + (d1 - d0) * time;
         let sharp = faces[k].normal.dot(faces[last].normal) < SETTINGS.ridge_cosine;
-        let deep = if sharp { limits.deep.min(SETTINGS.rim_distance) } else { limits.deep };
+        let deep =
+            if sharp { limits.max_start_penetration.min(SETTINGS.rim_distance) } else { limits.max_start_penetration };
         if d0 < -deep || passing >= -deep {
             return d0 >= -deep;
         }
         let lies = lies();
         let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
-        d0 < SETTINGS.rim_passing_depth && lain_on && passing >= -SETTINGS.rim_passing_depth.min(0.4 * mesh.thinness())
+        d0 < SETTINGS.rim_passing_depth && lain_on && passing >= -SETTINGS.rim_passing_depth.min(0.4 * mesh.min_width())
     });
-    Some(settled(mesh, chosen, b) as u32)
+    Some(shallowest_smooth_face(mesh, chosen, b) as u32)
 }
 
 /// Whether the path through a solid is deeper than a graze of a corner.
-fn passed(
-    mesh: &Mesh,
+fn passes_through(
+    mesh: &ColliderMesh,
     a: DVec3,
     b: DVec3,
     (k, enters): (usize, f64),
     (j, leaves): (usize, f64),
-    limits: &Limits,
+    limits: &DetectionDistances,
 ) -> bool {
     if enters >= leaves || enters > 1.0 {
         return false;
@@ -160,7 +187,12 @@ fn passed(
 
 /// Face most nearly parallel to the sheet, among `first` and the faces at a sharp angle to it that
 /// satisfy `allowed`.
-fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(usize) -> bool) -> usize {
+fn best_aligned_face(
+    mesh: &ColliderMesh,
+    first: usize,
+    lies: &dyn Fn() -> DVec3,
+    allowed: impl Fn(usize) -> bool,
+) -> usize {
     let faces = mesh.faces();
     let (mut best, mut most) = (first, 0.0);
     for (k, face) in faces.iter().enumerate() {
@@ -177,7 +209,7 @@ fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(u
 }
 
 /// Face with the least penetration of `b`, among `first` and the faces smoothly joined to it.
-fn settled(mesh: &Mesh, first: usize, b: DVec3) -> usize {
+fn shallowest_smooth_face(mesh: &ColliderMesh, first: usize, b: DVec3) -> usize {
     let faces = mesh.faces();
     let (mut best, mut height) = (first, faces[first].height(b));
     for (k, face) in faces.iter().enumerate() {
@@ -188,21 +220,28 @@ fn settled(mesh: &Mesh, first: usize, b: DVec3) -> usize {
     best
 }
 
-fn shallowest(mesh: &Mesh, p: DVec3) -> Option<usize> {
+fn shallowest_face(mesh: &ColliderMesh, p: DVec3) -> Option<usize> {
     let heights = mesh.faces().iter().enumerate().map(|(k, f)| (k, f.height(p)));
     heights.max_by(|x, y| x.1.total_cmp(&y.1)).map(|x| x.0)
 }
 
 /// Face that a node has entered or is near, by distance and ray queries, for surfaces that are not
 /// convex or have many faces.
-fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
+fn entered_by_query(
+    mesh: &ColliderMesh,
+    a: DVec3,
+    b: DVec3,
+    lies: &dyn Fn() -> DVec3,
+    limits: &DetectionDistances,
+) -> Option<u32> {
     let faces = mesh.faces();
     let travel = a.distance(b);
     let reach = limits.offset + limits.margin;
     let ray = || mesh.entered(a, b).map(|(_, face)| face);
     let Some(near) = mesh.nearest(b, reach + travel) else { return ray() };
     let face = &faces[near.face as usize];
-    let came_in_front = face.height(a) >= -limits.deep.min(0.5 * limits.offset + SETTINGS.rim_distance);
+    let came_in_front =
+        face.height(a) >= -limits.max_start_penetration.min(0.5 * limits.offset + SETTINGS.rim_distance);
     if !near.inside {
         if b.distance(near.point) > reach {
             // The nearest face to the end need not be the one on the path.

@@ -71,7 +71,7 @@ mod tests {
     const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Z];
 
     #[test]
-    fn distances_are_those_seen_by_hand() {
+    fn distances_agree_with_hand_calculation() {
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
         near(point_triangle(DVec3::new(0.2, 0.5, 0.3), TRIANGLE), 0.5);
         near(point_triangle(DVec3::new(-0.3, 0.4, 0.5), TRIANGLE), 0.5);

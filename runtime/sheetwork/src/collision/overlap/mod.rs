@@ -12,14 +12,18 @@ pub(crate) mod solid;
 use glam::{DQuat, DVec3};
 
 pub use crate::collision::overlap::sheets::{between, pairs};
-pub use crate::collision::overlap::solid::Solid;
+pub use crate::collision::overlap::solid::OverlapSolid;
 use crate::math::Vectors;
-use crate::scene::contact::SKIN;
+use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
 use crate::sheet::Sheet;
 
 /// Distance from the nodes of a sheet at which it touches, m.
 pub fn half_thickness(sheet: &Sheet) -> f64 {
-    if sheet.layers.len() == 1 && sheet.follows_material() { 0.5 * sheet.material().thickness } else { SKIN }
+    if sheet.layers.len() == 1 && sheet.follows_material() {
+        0.5 * sheet.material().thickness
+    } else {
+        MINIMUM_CONTACT_OFFSET
+    }
 }
 
 /// Outer surfaces of a sheet as triangles between its nodes.
@@ -28,7 +32,7 @@ pub fn faces(sheet: &Sheet) -> Vec<[u32; 3]> {
         return triangles.clone();
     }
     let outer = sheet.layers.first().into_iter().chain(sheet.layers.last().filter(|_| sheet.layers.len() > 1));
-    outer.flat_map(crate::mesh::structure::Layer::triangles).collect()
+    outer.flat_map(crate::mesh::structure::LatticeLayer::triangles).collect()
 }
 
 /// Corners of a triangle, m.
@@ -38,14 +42,14 @@ pub fn corners(x: &Vectors, triangle: &[u32; 3]) -> [DVec3; 3] {
 
 /// Position and rotation of a body.
 #[derive(Clone, Copy)]
-pub struct Frame {
+pub struct BodyPose {
     /// Position of the origin, m.
     pub position: DVec3,
     /// Rotation from the frame of the body to the world.
     pub rotation: DQuat,
 }
 
-impl Frame {
+impl BodyPose {
     /// A world point in the frame of the body, m.
     pub fn local(&self, p: DVec3) -> DVec3 {
         self.rotation.inverse() * (p - self.position)
@@ -54,11 +58,11 @@ impl Frame {
 
 /// Overlap (m) of the deepest node, and of the deepest point of the whole surface, with a body;
 /// negative if they are farther away than the half thickness.
-pub fn with_body(sheet: &Sheet, faces: &[[u32; 3]], solid: &Solid, frame: &Frame) -> (f64, f64) {
+pub fn with_body(sheet: &Sheet, faces: &[[u32; 3]], solid: &OverlapSolid, frame: &BodyPose) -> (f64, f64) {
     let half = half_thickness(sheet);
     let local: Vec<DVec3> = sheet.x.iter().map(|p| frame.local(p)).collect();
     let masses = local.iter().map(|p| half + solid.depth(*p)).fold(f64::NEG_INFINITY, f64::max);
-    if matches!(solid, Solid::HalfSpace) {
+    if matches!(solid, OverlapSolid::HalfSpace) {
         return (masses, masses);
     }
     let reach = 2.0 * half;

@@ -6,17 +6,17 @@ use crate::collision::overlap::{corners, distance, faces, half_thickness};
 use crate::sheet::Sheet;
 
 /// A triangle with its bounding box.
-struct Boxed {
+struct BoundedTriangle {
     corners: [DVec3; 3],
     low: DVec3,
     high: DVec3,
 }
 
-fn boxed(sheet: &Sheet) -> Vec<Boxed> {
+fn boxed(sheet: &Sheet) -> Vec<BoundedTriangle> {
     let of = |t: &[u32; 3]| {
         let corners = corners(&sheet.x, t);
         let [a, b, c] = corners;
-        Boxed { corners, low: a.min(b).min(c), high: a.max(b).max(c) }
+        BoundedTriangle { corners, low: a.min(b).min(c), high: a.max(b).max(c) }
     };
     faces(sheet).iter().map(of).collect()
 }
@@ -29,7 +29,7 @@ pub fn between(sheets: &[Sheet]) -> f64 {
 
 /// Indices and overlap (m) of all pairs of sheets nearer than `slack` (m) to contact.
 pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
-    let surfaces: Vec<Vec<Boxed>> = sheets.iter().map(boxed).collect();
+    let surfaces: Vec<Vec<BoundedTriangle>> = sheets.iter().map(boxed).collect();
     let mut found = Vec::new();
     for (i, a) in sheets.iter().enumerate() {
         for (j, b) in sheets.iter().enumerate().skip(i + 1) {
@@ -53,7 +53,7 @@ fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {
 }
 
 /// Distance of two surfaces (m) if it is below `reach`, otherwise `reach`.
-fn closest(a: &[Boxed], b: &[Boxed], reach: f64) -> f64 {
+fn closest(a: &[BoundedTriangle], b: &[BoundedTriangle], reach: f64) -> f64 {
     let mut least = reach;
     for s in a {
         for t in b {

@@ -14,31 +14,31 @@ use crate::collision::overlap::distance::{point_triangle, segments};
 use crate::scene::{Polyhedron, Shape};
 
 /// A convex body in its own frame.
-pub enum Solid {
+pub enum OverlapSolid {
     /// The half space y < 0.
     HalfSpace,
     /// A ball of this radius about the origin, m.
     Ball(f64),
     /// A convex polyhedron.
-    Convex(Convex),
+    Convex(ConvexSolid),
 }
 
 /// A convex polyhedron: face planes n·p = d, corners, edges, and faces as triangles.
-pub struct Convex {
+pub struct ConvexSolid {
     planes: Vec<(DVec3, f64)>,
     corners: Vec<DVec3>,
     edges: Vec<[DVec3; 2]>,
     triangles: Vec<[DVec3; 3]>,
 }
 
-impl Solid {
+impl OverlapSolid {
     /// Solid of a scene's shape; `None` for shapes read from a file.
-    pub fn of(shape: &Shape) -> Option<Self> {
+    pub fn from_shape(shape: &Shape) -> Option<Self> {
         match shape {
             Shape::HalfSpace => Some(Self::HalfSpace),
             Shape::Ball(radius) => Some(Self::Ball(*radius)),
-            Shape::Box(size) => Some(Self::Convex(Convex::new(&Polyhedron::cuboid(*size)))),
-            Shape::Polyhedron(polyhedron) => Some(Self::Convex(Convex::new(polyhedron))),
+            Shape::Box(size) => Some(Self::Convex(ConvexSolid::new(&Polyhedron::cuboid(*size)))),
+            Shape::Polyhedron(polyhedron) => Some(Self::Convex(ConvexSolid::new(polyhedron))),
             Shape::File(_) | Shape::Part(..) => None,
         }
     }
@@ -84,7 +84,7 @@ fn span<'a>(points: impl IntoIterator<Item = &'a DVec3>, along: DVec3) -> (f64, 
     })
 }
 
-impl Convex {
+impl ConvexSolid {
     /// Solid of a polyhedron, which must be convex.
     pub fn new(polyhedron: &Polyhedron) -> Self {
         let mut edges: Vec<(u32, u32)> = Vec::new();
@@ -181,8 +181,8 @@ impl Convex {
 mod tests {
     use super::*;
 
-    fn cube() -> Solid {
-        Solid::Convex(Convex::new(&Polyhedron::cuboid(DVec3::splat(2.0))))
+    fn cube() -> OverlapSolid {
+        OverlapSolid::Convex(ConvexSolid::new(&Polyhedron::cuboid(DVec3::splat(2.0))))
     }
 
     #[test]
@@ -205,8 +205,8 @@ mod tests {
     }
 
     #[test]
-    fn a_way_through_a_plate_is_seen() {
-        let plate = Solid::Convex(Convex::new(&Polyhedron::cuboid(DVec3::new(1.0, 0.002, 1.0))));
+    fn a_path_through_a_plate_is_detected() {
+        let plate = OverlapSolid::Convex(ConvexSolid::new(&Polyhedron::cuboid(DVec3::new(1.0, 0.002, 1.0))));
         let crossed = |a: [f64; 3], b: [f64; 3], bend| plate.crossed(DVec3::from(a), DVec3::from(b), bend);
         assert!(crossed([0.0, 0.2, 0.0], [0.3, -0.2, 0.1], 0.0));
         assert!(crossed([0.0, 0.2, 0.0], [0.3, -0.2, 0.1], 0.1));
@@ -215,14 +215,14 @@ mod tests {
         // A path around the rim, or through the plate beside it.
         let around = ([0.49, 0.01, 0.0], [0.505, -0.01, 0.0]);
         assert!(crossed(around.0, around.1, 0.0) && !crossed(around.0, around.1, 0.004));
-        assert!(Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0), 0.0));
-        assert!(!Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.17, 0.0), 0.0));
+        assert!(OverlapSolid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0), 0.0));
+        assert!(!OverlapSolid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.17, 0.0), 0.0));
     }
 
     #[test]
     fn a_slender_needle_counts_by_how_far_it_stands_out() {
         let needle = crate::scene::polyhedron::pyramid::pyramid(0.004, 0.08);
-        let tip = Solid::Convex(Convex::new(&needle));
+        let tip = OverlapSolid::Convex(ConvexSolid::new(&needle));
         let sheet = [DVec3::new(-0.05, 0.07, -0.05), DVec3::new(0.06, 0.07, -0.05), DVec3::new(0.0, 0.07, 0.07)];
         assert!((tip.overlap(&sheet, 1.0) - 0.01).abs() < 1e-12);
     }

@@ -14,19 +14,19 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
-use crate::contact::node::clearance::{Clearance, First, Leg};
-use crate::contact::node::response::{Flight, Surface, arrival, resolve};
-use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
-use crate::contact::node::through_thickness::share_impacts;
+use crate::contact::node::clearance::{Clearance, FirstHit, RemainingPath};
+use crate::contact::node::response::{NodeContactSurface, NodePath, respond_to_surface, time_of_impact};
+use crate::contact::node::target::{ColliderFrame, NO_FACE, PathHit, StepTarget};
+use crate::contact::node::through_thickness::propagate_impacts;
 use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::rigid::RigidView;
 use crate::sheet::Sheet;
-use crate::sheet::layer_stack::Strike;
+use crate::sheet::layer_stack::LayerImpact;
 
 const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
 /// Receives every node that touches a collider in a step.
-pub trait Touch {
+pub trait TouchListener {
     /// Called when node `mass` touches `collider`.
     fn touched(&mut self, collider: ColliderHandle, mass: usize);
 }
@@ -40,38 +40,38 @@ pub(crate) fn resolve_node_contact(
     clearance: &mut Clearance,
     view: &RigidView,
     (dt, remaining): (f64, f64),
-    touch: &mut dyn Touch,
+    touch: &mut dyn TouchListener,
 ) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = sheet.contact_offset();
-    let margin = (SETTINGS.search_margin * sheet.spread).max(2.0 * offset);
+    let margin = (SETTINGS.search_margin * sheet.initial_diagonal).max(2.0 * offset);
     // A sheet may have been displaced between steps, and a caller may move its own bodies without
     // setting their velocity.
-    if std::mem::take(&mut sheet.displaced) || !view.owned {
-        clearance.forget();
+    if std::mem::take(&mut sheet.displaced) || !view.is_world_owned {
+        clearance.clear();
     }
     let inverse_mass = &sheet.inverse_mass;
     if !clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
         return;
     }
-    let Some((low, high)) = swept(sheet) else { return };
+    let Some((low, high)) = swept_bounds(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
-    for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
-        let target = Target::new(handle, collider, view, sheet, dt, remaining);
-        meet(sheet, clearance, &target, dt, margin);
+    for (handle, collider) in view.query_fixed().intersect_aabb_conservative(around) {
+        let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
+        test_nodes(sheet, clearance, &target, dt, margin);
     }
-    let mut struck = turn_all(sheet, clearance, dt, touch);
-    if !clearance.legs.is_empty() {
-        struck |= follow(sheet, clearance, view, (dt, remaining), touch);
+    let mut struck = respond_all(sheet, clearance, dt, touch);
+    if !clearance.remaining_paths.is_empty() {
+        struck |= test_remaining_paths(sheet, clearance, view, (dt, remaining), touch);
     }
     if struck {
         if sheet.stack.is_layered() {
-            share_impacts(sheet, dt);
+            propagate_impacts(sheet, dt);
         }
-        sheet.work.struck.fill(Strike::default());
+        sheet.work.layer_impacts.fill(LayerImpact::default());
     }
-    if !clearance.cornered.is_empty() {
-        free_cornered(sheet, clearance, view, around, (dt, remaining));
+    if !clearance.between_bodies.is_empty() {
+        separate_from_two_bodies(sheet, clearance, view, around, (dt, remaining));
     }
     clearance.end(&sheet.x);
 }
@@ -79,7 +79,7 @@ pub(crate) fn resolve_node_contact(
 /// Upper bound of the displacement of any point of a kinematic body in `time` (s), m: speed, plus
 /// angular speed times radius.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
-    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.gives_way(b));
+    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.is_dynamic(b));
     let reach = moving.map(|(_, body)| {
         let turn = f64::from(body.angvel().length());
         let radius = if turn > 0.0 { radius_of(body, view) } else { 0.0 };
@@ -101,38 +101,38 @@ fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
 }
 
 /// Corners of the bounding box that the sheet swept in the step, m.
-fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
+fn swept_bounds(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.x_before.bounds()?;
     let (c, d) = sheet.x.bounds()?;
     Some((a.min(c), b.max(d)))
 }
 
 /// Test all nodes that need it against one collider, and keep the first hit of each.
-fn meet(sheet: &Sheet, clearance: &mut Clearance, target: &Target, dt: f64, margin: f64) {
+fn test_nodes(sheet: &Sheet, clearance: &mut Clearance, target: &StepTarget, dt: f64, margin: f64) {
     let offset = sheet.contact_offset();
     for i in 0..sheet.x.len() {
         if clearance.nearest[i] < 0.0 {
             continue;
         }
-        let flight = whole_flight(sheet, i, dt);
+        let flight = path_of_node(sheet, i, dt);
         let reach = if clearance.is_new(i) { Real::MAX } else { margin as Real };
-        let (near, mut face) = clearance.face[i];
+        let (near, mut face) = clearance.nearest_face[i];
         if near != target.handle {
             face = NO_FACE;
         }
         let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
-        match target.meet(a, b, reach, &mut face) {
-            Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
-            Meeting::Surface(surface) => {
-                let tau = arrival(&flight, &surface, offset);
-                let before = &mut clearance.first[i];
+        match target.test_path(a, b, reach, &mut face) {
+            PathHit::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
+            PathHit::Surface(surface) => {
+                let tau = time_of_impact(&flight, &surface, offset);
+                let before = &mut clearance.first_hit[i];
                 let earlier = before.is_none_or(|b| tau < b.tau);
                 if before.is_none() {
-                    clearance.met.push(i as u32);
+                    clearance.hits.push(i as u32);
                 }
                 let another = before.is_some();
                 if earlier {
-                    *before = Some(First { collider: target.handle, face, surface, tau, another });
+                    *before = Some(FirstHit { collider: target.handle, face, surface, tau, another });
                 } else if let Some(before) = before {
                     before.another = true;
                 }
@@ -142,21 +142,21 @@ fn meet(sheet: &Sheet, clearance: &mut Clearance, target: &Target, dt: f64, marg
 }
 
 /// Path of node `i` in a step of `dt` (s) as the integrator moved it.
-fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
+fn path_of_node(sheet: &Sheet, i: usize, dt: f64) -> NodePath {
     let work = &sheet.work;
     let drift = sheet.engine_kind.info().drift;
-    Flight { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
+    NodePath { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
 }
 
 /// Apply the response of every node at its first hit. Returns whether any was an impact.
-fn turn_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut dyn Touch) -> bool {
+fn respond_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut dyn TouchListener) -> bool {
     let mut struck = false;
-    for k in 0..clearance.met.len() {
-        let i = clearance.met[k] as usize;
-        let Some(first) = clearance.first[i].take() else { continue };
-        let flight = whole_flight(sheet, i, dt);
-        clearance.face[i] = (first.collider, first.face);
-        struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &first.surface, first.collider, first.another);
+    for k in 0..clearance.hits.len() {
+        let i = clearance.hits[k] as usize;
+        let Some(first) = clearance.first_hit[i].take() else { continue };
+        let flight = path_of_node(sheet, i, dt);
+        clearance.nearest_face[i] = (first.collider, first.face);
+        struck |= respond((&mut *sheet, &mut *clearance), i, &flight, &first.surface, first.collider, first.another);
         touch.touched(first.collider, i);
     }
     struck
@@ -164,37 +164,37 @@ fn turn_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut d
 
 /// Apply the response of node `i` at `surface`. The remaining path is stored for another test if it
 /// is long or `another` collider was hit. Returns whether this was an impact.
-fn turn_aside(
+fn respond(
     (sheet, clearance): (&mut Sheet, &mut Clearance),
     i: usize,
-    flight: &Flight,
-    surface: &Surface,
+    flight: &NodePath,
+    surface: &NodeContactSurface,
     from: ColliderHandle,
     another: bool,
 ) -> bool {
-    let out = resolve(flight, surface, sheet.contact_offset());
+    let out = respond_to_surface(flight, surface, sheet.contact_offset());
     sheet.x.set(i, out.x);
     sheet.v.set(i, out.v);
     sheet.counters.contacts += 1;
     clearance.nearest[i] = 0.0;
     if sheet.work.touching[i] {
-        clearance.cornered.push(i as u32);
+        clearance.between_bodies.push(i as u32);
     }
     sheet.work.touching[i] = true;
     let least = SETTINGS.minimum_remaining_path;
-    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > least * least) {
-        let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
-        let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
-        clearance.legs.push(Leg { mass: i as u32, from, normal: surface.normal, flight });
+    if out.remaining_time > 0.0 && (another || out.x.distance_squared(out.position_at_contact) > least * least) {
+        let (x0, v0, x1, v1) = (out.position_at_contact, out.velocity_after_contact, out.x, out.v);
+        let flight = NodePath { x0, v0, x1, v1, dt: out.remaining_time, drift: flight.drift };
+        clearance.remaining_paths.push(RemainingPath { node: i as u32, from, normal: surface.normal, flight });
     }
     if out.impact > 0.0 {
-        sheet.work.struck[i] = Strike {
+        sheet.work.layer_impacts[i] = LayerImpact {
             share: 1.0,
             normal: surface.normal,
             body: surface.velocity,
             restitution: surface.restitution,
             friction: surface.friction,
-            rest: out.rest,
+            rest: out.remaining_time,
         };
     }
     out.impact > 0.0
@@ -202,40 +202,40 @@ fn turn_aside(
 
 /// Test the remaining paths of nodes after their contact: a node that slips along one wall of a
 /// corner must not pass through the other. Returns whether any hit was an impact.
-fn follow(
+fn test_remaining_paths(
     sheet: &mut Sheet,
     clearance: &mut Clearance,
     view: &RigidView,
     (dt, remaining): (f64, f64),
-    touch: &mut dyn Touch,
+    touch: &mut dyn TouchListener,
 ) -> bool {
     let mut struck = false;
     for _ in 0..SETTINGS.maximum_corner_iterations {
-        std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
-        clearance.legs.clear();
-        let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
+        std::mem::swap(&mut clearance.remaining_paths, &mut clearance.previous_remaining_paths);
+        clearance.remaining_paths.clear();
+        let ends = clearance.previous_remaining_paths.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
         let low = ends.clone().fold(DVec3::INFINITY, DVec3::min);
         let high = ends.fold(DVec3::NEG_INFINITY, DVec3::max);
         if low.x > high.x {
             break;
         }
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
-        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
-            let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for k in 0..clearance.last_legs.len() {
-                let leg = clearance.last_legs[k];
-                let i = leg.mass as usize;
+        for (handle, collider) in view.query_fixed().intersect_aabb_conservative(around) {
+            let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
+            for k in 0..clearance.previous_remaining_paths.len() {
+                let leg = clearance.previous_remaining_paths[k];
+                let i = leg.node as usize;
                 // A path along one face of a convex body cannot enter it.
                 if leg.from == handle && target.convex {
                     continue;
                 }
-                let flight = Flight { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
+                let flight = NodePath { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
                 let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
-                let Meeting::Surface(surface) = target.meet(a, b, 0.0, &mut { NO_FACE }) else { continue };
+                let PathHit::Surface(surface) = target.test_path(a, b, 0.0, &mut { NO_FACE }) else { continue };
                 if leg.from == handle && surface.normal.dot(leg.normal) > SETTINGS.same_face_cosine {
                     continue;
                 }
-                struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
+                struck |= respond((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
                 touch.touched(handle, i);
             }
         }
@@ -245,7 +245,7 @@ fn follow(
 
 /// Move nodes in contact with two bodies out of both by alternating projections, and remove their
 /// approach velocity.
-fn free_cornered(
+fn separate_from_two_bodies(
     sheet: &mut Sheet,
     clearance: &Clearance,
     view: &RigidView,
@@ -253,10 +253,10 @@ fn free_cornered(
     (dt, remaining): (f64, f64),
 ) {
     for _ in 0..SETTINGS.maximum_corner_iterations {
-        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
-            let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for i in clearance.cornered.iter().map(|i| *i as usize) {
-                let Some(surface) = target.holds(sheet.x.get(i)) else { continue };
+        for (handle, collider) in view.query_fixed().intersect_aabb_conservative(around) {
+            let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
+            for i in clearance.between_bodies.iter().map(|i| *i as usize) {
+                let Some(surface) = target.surface_at(sheet.x.get(i)) else { continue };
                 let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
                 let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);
                 sheet.x.set(i, sheet.x.get(i) + surface.normal * depth.max(0.0));
@@ -267,11 +267,11 @@ fn free_cornered(
 }
 
 /// Deepest penetration of a node of `sheet` into a body, m; 0 if there is none.
-pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
+pub fn deepest_penetration(sheet: &Sheet, view: &RigidView) -> f64 {
     let Some((low, high)) = sheet.x.bounds() else { return 0.0 };
     let mut deepest = 0.0_f64;
     for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
-        let frame = Frame::of(collider.position());
+        let frame = ColliderFrame::of(collider.position());
         for p in sheet.x.iter() {
             let local = frame.local(p);
             // Only this projection of Parry distinguishes inside and outside of an oriented mesh.
@@ -315,7 +315,7 @@ mod tests {
 
     /// A slender pyramid, for which Parry's projection takes points beside the tip as inside.
     #[test]
-    fn what_is_beside_a_needles_tip_is_not_within_it() {
+    fn point_beside_a_needle_tip_is_outside() {
         let needle = pyramid(0.016, 0.05);
         let vertices: Vec<_> = needle.vertices.iter().map(|p| p.as_vec3()).collect();
         let triangles = needle.triangulate();

@@ -24,7 +24,7 @@ const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
 /// Surface that a node meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
+pub struct NodeContactSurface {
     /// Point of the surface nearest to the end of the path, m.
     pub point: DVec3,
     /// Outward unit normal.
@@ -39,7 +39,7 @@ pub struct Surface {
 
 /// Path of a node over a step without contact, from (x0, v0) to (x1, v1) in `dt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flight {
+pub struct NodePath {
     /// Position at the start, m.
     pub x0: DVec3,
     /// Velocity at the start, m/s.
@@ -56,11 +56,11 @@ pub struct Flight {
 
 /// State of a node after contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct NodeResponse {
     /// Position where the node met the surface, m.
-    pub touch: DVec3,
+    pub position_at_contact: DVec3,
     /// Velocity immediately after the contact, m/s.
-    pub leaving: DVec3,
+    pub velocity_after_contact: DVec3,
     /// Position at the end of the step, m.
     pub x: DVec3,
     /// Velocity at the end of the step, m/s.
@@ -68,18 +68,18 @@ pub struct Outcome {
     /// Approach speed of the impact, m/s; 0 for resting contact.
     pub impact: f64,
     /// Remaining time of the step after the contact, s.
-    pub rest: f64,
+    pub remaining_time: f64,
 }
 
 /// Return `v` with its length reduced by `amount` (m/s), at most to zero.
-pub fn slowed(v: DVec3, amount: f64) -> DVec3 {
+pub fn reduce_speed(v: DVec3, amount: f64) -> DVec3 {
     let speed = v.length();
     if speed <= amount { DVec3::ZERO } else { v * (1.0 - amount / speed) }
 }
 
 /// Time of impact of a path that ends behind `surface` at contact offset `skin` (m), as a fraction
 /// of the step; 0 if the path starts behind it.
-pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
+pub fn time_of_impact(flight: &NodePath, surface: &NodeContactSurface, skin: f64) -> f64 {
     // The surface moves with constant velocity; in its frame the path is a straight line.
     let start = (flight.x0 + surface.velocity * flight.dt - surface.point).dot(surface.normal) - skin;
     let end = (flight.x1 - surface.point).dot(surface.normal) - skin;
@@ -88,10 +88,10 @@ pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
 
 /// Compute the response of a node whose path ends behind `surface`; the node stays `skin` (m) in
 /// front of it.
-pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
-    let Flight { x0, v0, x1, v1, dt, drift } = *flight;
+pub fn respond_to_surface(flight: &NodePath, surface: &NodeContactSurface, skin: f64) -> NodeResponse {
+    let NodePath { x0, v0, x1, v1, dt, drift } = *flight;
     let n = surface.normal;
-    let tau = arrival(flight, surface, skin);
+    let tau = time_of_impact(flight, surface, skin);
     let rest = (1.0 - tau) * dt;
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;
@@ -99,13 +99,13 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     // Symplectic Euler schemes store velocities half a step off the path. An impact acts on the
     // velocity of the path.
     let shift = acceleration * ((drift - 0.5) * dt);
-    let (mut leaving, impact) = bounce(arriving + shift, surface);
-    leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
+    let (mut leaving, impact) = impact_velocity(arriving + shift, surface);
+    leaving = if impact > 0.0 { leaving - shift } else { impact_velocity(arriving, surface).0 };
     // The remainder of the step.
     let mut last = leaving + acceleration * rest;
     let pressing = last.dot(n);
     if pressing < 0.0 {
-        last = slowed(last - n * pressing, -surface.friction * pressing);
+        last = reduce_speed(last - n * pressing, -surface.friction * pressing);
     }
     let touch = x0 + (x1 - x0) * tau;
     let on_path = if impact > 0.0 { shift } else { DVec3::ZERO };
@@ -115,12 +115,19 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     if depth > 0.0 {
         x += n * depth;
     }
-    Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
+    NodeResponse {
+        position_at_contact: touch,
+        velocity_after_contact: leaving + surface.velocity,
+        x,
+        v: last + surface.velocity,
+        impact,
+        remaining_time: rest,
+    }
 }
 
 /// Relative velocity after an impact, and its approach speed (m/s), 0 if it is below the
 /// restitution threshold.
-fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
+fn impact_velocity(v: DVec3, surface: &NodeContactSurface) -> (DVec3, f64) {
     let n = surface.normal;
     let approach = v.dot(n);
     if approach >= 0.0 {
@@ -129,7 +136,7 @@ fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
     let is_impact = -approach > SETTINGS.restitution_speed;
     let e = if is_impact { surface.restitution } else { 0.0 };
     let impulse = -(1.0 + e) * approach;
-    let along = slowed(v - n * approach, surface.friction * impulse);
+    let along = reduce_speed(v - n * approach, surface.friction * impulse);
     (along - n * (e * approach), if is_impact { -approach } else { 0.0 })
 }
 
@@ -137,14 +144,19 @@ fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
 mod tests {
     use super::*;
 
-    const FLOOR: Surface =
-        Surface { point: DVec3::ZERO, normal: DVec3::Y, velocity: DVec3::ZERO, friction: 0.3, restitution: 0.5 };
+    const FLOOR: NodeContactSurface = NodeContactSurface {
+        point: DVec3::ZERO,
+        normal: DVec3::Y,
+        velocity: DVec3::ZERO,
+        friction: 0.3,
+        restitution: 0.5,
+    };
 
     #[test]
     fn an_impact_reverses_the_normal_and_slows_the_tangential_velocity() {
         let v = DVec3::new(4.0, -2.0, 0.0);
-        let flight = Flight { x0: DVec3::Y, v0: v, x1: DVec3::Y + v, v1: v, dt: 1.0, drift: 0.5 };
-        let out = resolve(&flight, &FLOOR, 0.0);
+        let flight = NodePath { x0: DVec3::Y, v0: v, x1: DVec3::Y + v, v1: v, dt: 1.0, drift: 0.5 };
+        let out = respond_to_surface(&flight, &FLOOR, 0.0);
         // Friction takes 0.3 · 1.5 · 2 from 4; half of the step remains after the impact.
         assert!(out.v.distance(DVec3::new(3.1, 1.0, 0.0)) < 1e-12, "{out:?}");
         assert!(out.x.distance(DVec3::new(2.0 + 1.55, 0.5, 0.0)) < 1e-12, "{out:?}");
@@ -152,30 +164,32 @@ mod tests {
     }
 
     #[test]
-    fn a_stuck_mass_stays_exactly_where_it_is() {
+    fn sticking_node_stays_exactly_in_place() {
         let g = DVec3::new(0.2, -1.0, 0.0);
-        let flight = Flight { x0: DVec3::ZERO, v0: DVec3::ZERO, x1: g * 0.005, v1: g * 0.1, dt: 0.1, drift: 0.5 };
-        let out = resolve(&flight, &FLOOR, 0.0);
+        let flight = NodePath { x0: DVec3::ZERO, v0: DVec3::ZERO, x1: g * 0.005, v1: g * 0.1, dt: 0.1, drift: 0.5 };
+        let out = respond_to_surface(&flight, &FLOOR, 0.0);
         assert_eq!((out.x, out.v), (DVec3::ZERO, DVec3::ZERO));
     }
 
     #[test]
-    fn a_sliding_mass_slows_by_friction_times_the_normal_acceleration() {
+    fn slipping_node_decelerates_by_friction_times_normal_acceleration() {
         let (g, dt) = (DVec3::new(0.0, -10.0, 0.0), 0.01);
         let v0 = DVec3::new(1.0, 0.0, 0.0);
-        let flight = Flight { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
-        let out = resolve(&flight, &FLOOR, 0.0);
+        let flight =
+            NodePath { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
+        let out = respond_to_surface(&flight, &FLOOR, 0.0);
         assert!((out.v.x - (1.0 - 0.3 * 10.0 * dt)).abs() < 1e-12);
         assert!((out.x.x - (dt - 0.5 * 3.0 * dt * dt)).abs() < 1e-12);
     }
 
     #[test]
-    fn a_surface_that_moves_carries_what_sticks_to_it() {
-        let belt = Surface { velocity: DVec3::new(0.5, 0.0, 0.0), friction: 10.0, ..FLOOR };
+    fn moving_surface_carries_a_sticking_node() {
+        let belt = NodeContactSurface { velocity: DVec3::new(0.5, 0.0, 0.0), friction: 10.0, ..FLOOR };
         let (dt, g) = (0.01, DVec3::new(0.0, -10.0, 0.0));
         let v0 = belt.velocity;
-        let flight = Flight { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
-        let out = resolve(&flight, &belt, 0.0);
+        let flight =
+            NodePath { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
+        let out = respond_to_surface(&flight, &belt, 0.0);
         assert!(out.v.distance(v0) < 1e-15 && out.x.distance(v0 * dt) < 1e-15, "{out:?}");
     }
 }

@@ -14,21 +14,21 @@ use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
 use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
-use crate::contact::node::response::Surface;
+use crate::contact::node::response::NodeContactSurface;
 use crate::rigid::{CONVEX, RigidView};
-use crate::scene::contact::SKIN;
+use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
 use crate::sheet::Sheet;
 
 /// A rigid frame in `f64`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
+pub(crate) struct ColliderFrame {
     /// Origin, m.
     pub origin: DVec3,
     /// Rotation from local to world axes.
     pub rotation: DMat3,
 }
 
-impl Frame {
+impl ColliderFrame {
     pub fn of(pose: &Pose) -> Self {
         let rotation = DMat3::from_quat(pose.rotation.as_dquat().normalize());
         Self { origin: pose.translation.as_dvec3(), rotation }
@@ -51,20 +51,20 @@ impl Frame {
 }
 
 /// Result of testing a path against a collider.
-pub(crate) enum Meeting {
+pub(crate) enum PathHit {
     /// The path ends behind this surface, or passes through it.
-    Surface(Surface),
+    Surface(NodeContactSurface),
     /// The path has no contact; the shape is at least this far away, m.
     Clear(Real),
 }
 
 /// A collider over one step of a sheet.
-pub(crate) struct Target<'a> {
+pub(crate) struct StepTarget<'a> {
     pub handle: ColliderHandle,
-    pub end: Frame,
-    pub start: Frame,
+    pub end: ColliderFrame,
+    pub start: ColliderFrame,
     shape: &'a dyn Shape,
-    kind: Kind<'a>,
+    kind: TargetShape<'a>,
     pub convex: bool,
     /// Whether its body may move.
     moves: bool,
@@ -76,12 +76,12 @@ pub(crate) struct Target<'a> {
     friction: f64,
     restitution: f64,
     /// Contact offset, m.
-    skin: f64,
+    contact_offset: f64,
 }
 
 /// Shapes with a specialised test.
 #[derive(Clone, Copy)]
-enum Kind<'a> {
+enum TargetShape<'a> {
     Mesh(&'a TriMesh),
     /// A half-space with this outward normal.
     Plane(Vector),
@@ -89,7 +89,7 @@ enum Kind<'a> {
 }
 
 /// Projection of a point on a shape.
-struct Nearest {
+struct SurfaceProjection {
     point: Vector,
     inside: bool,
     normal: Option<Vector>,
@@ -99,7 +99,7 @@ struct Nearest {
 /// Face index for no face.
 pub(crate) const NO_FACE: u32 = u32::MAX;
 
-impl<'a> Target<'a> {
+impl<'a> StepTarget<'a> {
     /// Prepare `collider` for a step of `dt` (s). `remaining` (s) is the time from the end of the
     /// step to that of the body's pose.
     pub fn new(
@@ -114,7 +114,7 @@ impl<'a> Target<'a> {
         let (linear, angular, centre) = body.map_or((DVec3::ZERO, DVec3::ZERO, DVec3::ZERO), |b| {
             (b.linvel().as_dvec3(), b.angvel().as_dvec3(), b.center_of_mass().as_dvec3())
         });
-        let last = Frame::of(collider.position());
+        let last = ColliderFrame::of(collider.position());
         let (mut end, mut start) = (last, last);
         if body.is_some() {
             end = last.earlier(linear, angular, centre, remaining);
@@ -122,9 +122,9 @@ impl<'a> Target<'a> {
         }
         let shape = collider.shape();
         let kind = match shape.as_typed_shape() {
-            TypedShape::TriMesh(mesh) => Kind::Mesh(mesh),
-            TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
-            _ => Kind::Other,
+            TypedShape::TriMesh(mesh) => TargetShape::Mesh(mesh),
+            TypedShape::HalfSpace(plane) => TargetShape::Plane(plane.normal),
+            _ => TargetShape::Other,
         };
         let skin = sheet.contact_offset();
         let (friction, restitution) = view.coefficients(sheet.surface_coefficients(), handle, collider);
@@ -142,65 +142,65 @@ impl<'a> Target<'a> {
             centre: centre - linear * remaining,
             friction,
             restitution,
-            skin,
+            contact_offset: skin,
         }
     }
 
     /// Frame at the time `dt` (s) before the end of the step.
-    pub fn before_end(&self, dt: f64) -> Frame {
+    pub fn before_end(&self, dt: f64) -> ColliderFrame {
         if self.moves { self.end.earlier(self.linear, self.angular, self.centre, dt) } else { self.end }
     }
 
     /// Test the path from `a` (local, at the start) to `b` (local, at the end). Surfaces further
     /// than `reach` (m) from b may be ignored. `face` is the last known nearest face and is
     /// updated.
-    pub fn meet(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> Meeting {
-        let (skin, fine) = (self.skin as Real, SKIN as Real);
-        if let Kind::Plane(n) = self.kind {
+    pub fn test_path(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> PathHit {
+        let (skin, fine) = (self.contact_offset as Real, MINIMUM_CONTACT_OFFSET as Real);
+        if let TargetShape::Plane(n) = self.kind {
             let height = b.dot(n);
             return if height < skin {
-                Meeting::Surface(self.surface(b - n * height, n))
+                PathHit::Surface(self.surface(b - n * height, n))
             } else {
-                Meeting::Clear(height)
+                PathHit::Clear(height)
             };
         }
         if !self.bounds.intersects(&Aabb::new(a.min(b), a.max(b))) {
-            return Meeting::Clear(self.bounds.distance_to_local_point(b, true));
+            return PathHit::Clear(self.bounds.distance_to_local_point(b, true));
         }
-        if let Some(surface) = self.still_on(*face, a, b) {
-            return Meeting::Surface(surface);
+        if let Some(surface) = self.resting_face(*face, a, b) {
+            return PathHit::Surface(surface);
         }
         let travel = (b - a).length();
         let reach = reach.max(travel + 2.0 * skin);
-        let Some(nearest) = self.nearest(b, reach) else { return Meeting::Clear(reach) };
+        let Some(nearest) = self.nearest(b, reach) else { return PathHit::Clear(reach) };
         *face = nearest.face;
         let offset = b - nearest.point;
         let distance = offset.length();
         if let Some(n) = nearest.normal.filter(|_| self.convex) {
             let came_in_front = (a - nearest.point).dot(n) >= -0.5 * fine;
             if came_in_front && (nearest.inside || distance < skin) {
-                return Meeting::Surface(self.surface(nearest.point, n));
+                return PathHit::Surface(self.surface(nearest.point, n));
             }
             if came_in_front && offset.dot(n) > 0.0 {
-                return Meeting::Clear(distance);
+                return PathHit::Clear(distance);
             }
         }
         let may_have_crossed = travel > 10.0 * fine && (nearest.inside || distance < travel);
         if let Some(surface) = may_have_crossed.then(|| self.cast(a, b)).flatten() {
-            return Meeting::Surface(surface);
+            return PathHit::Surface(surface);
         }
         if !nearest.inside && distance >= skin {
-            return Meeting::Clear(distance);
+            return PathHit::Clear(distance);
         }
         let away = if nearest.inside { -offset } else { offset };
         let normal = nearest.normal.or_else(|| away.try_normalize()).or_else(|| (a - b).try_normalize());
-        normal.map_or(Meeting::Clear(0.0), |n| Meeting::Surface(self.surface(nearest.point, n)))
+        normal.map_or(PathHit::Clear(0.0), |n| PathHit::Surface(self.surface(nearest.point, n)))
     }
 
     /// Contact of a point that lay on a face of a convex mesh and ends behind it within the same
     /// triangle. This needs no search and covers most nodes of a resting sheet.
-    fn still_on(&self, face: u32, a: Vector, b: Vector) -> Option<Surface> {
-        let Kind::Mesh(mesh) = self.kind else { return None };
+    fn resting_face(&self, face: u32, a: Vector, b: Vector) -> Option<NodeContactSurface> {
+        let TargetShape::Mesh(mesh) = self.kind else { return None };
         if face == NO_FACE || !self.convex || face as usize >= mesh.num_triangles() {
             return None;
         }
@@ -209,7 +209,7 @@ impl<'a> Target<'a> {
         let area = u.cross(v);
         let n = area.try_normalize()?;
         let (before, after) = ((a - triangle.a).dot(n), (b - triangle.a).dot(n));
-        if before < -0.5 * SKIN as Real || after >= self.skin as Real {
+        if before < -0.5 * MINIMUM_CONTACT_OFFSET as Real || after >= self.contact_offset as Real {
             return None;
         }
         let along = b - n * after - triangle.a;
@@ -220,38 +220,38 @@ impl<'a> Target<'a> {
 
     /// Surface that holds a point at `p` (world, m), if it is inside or nearer than the contact
     /// offset.
-    pub fn holds(&self, p: DVec3) -> Option<Surface> {
+    pub fn surface_at(&self, p: DVec3) -> Option<NodeContactSurface> {
         let b = self.end.local(p);
         if !self.bounds.contains_local_point(b) {
             return None;
         }
         let nearest = self.nearest(b, Real::MAX)?;
-        let close = nearest.inside || b.distance(nearest.point) < self.skin as Real;
+        let close = nearest.inside || b.distance(nearest.point) < self.contact_offset as Real;
         Some(self.surface(nearest.point, nearest.normal?)).filter(|_| close)
     }
 
     /// Projection of `b` on the shape, or `None` if it is further than `reach` (m).
-    fn nearest(&self, b: Vector, reach: Real) -> Option<Nearest> {
+    fn nearest(&self, b: Vector, reach: Real) -> Option<SurfaceProjection> {
         match self.kind {
-            Kind::Mesh(mesh) => {
+            TargetShape::Mesh(mesh) => {
                 let (on, (face, _)) = mesh.project_local_point_and_get_location_with_max_dist(b, false, reach)?;
                 let normal = mesh.triangle(face).normal();
-                Some(Nearest { point: on.point, inside: on.is_inside, normal, face })
+                Some(SurfaceProjection { point: on.point, inside: on.is_inside, normal, face })
             }
-            Kind::Plane(n) => {
+            TargetShape::Plane(n) => {
                 let height = b.dot(n);
-                Some(Nearest { point: b - n * height, inside: height <= 0.0, normal: Some(n), face: NO_FACE })
+                Some(SurfaceProjection { point: b - n * height, inside: height <= 0.0, normal: Some(n), face: NO_FACE })
             }
-            Kind::Other => {
+            TargetShape::Other => {
                 let (on, feature) = self.shape.project_local_point_and_get_feature(b);
                 let normal = normal_of(self.shape, feature, on.point);
-                Some(Nearest { point: on.point, inside: on.is_inside, normal, face: NO_FACE })
+                Some(SurfaceProjection { point: on.point, inside: on.is_inside, normal, face: NO_FACE })
             }
         }
     }
 
     /// Surface that the ray from `a` to `b` enters first.
-    fn cast(&self, a: Vector, b: Vector) -> Option<Surface> {
+    fn cast(&self, a: Vector, b: Vector) -> Option<NodeContactSurface> {
         let ray = Ray::new(a, b - a);
         let hit = self.shape.cast_local_ray_and_get_normal(&ray, 1.0, false)?;
         let point = ray.point_at(hit.time_of_impact);
@@ -260,9 +260,9 @@ impl<'a> Target<'a> {
         (ray.dir.dot(normal) < 0.0).then(|| self.surface(point, normal))
     }
 
-    fn surface(&self, point: Vector, normal: Vector) -> Surface {
+    fn surface(&self, point: Vector, normal: Vector) -> NodeContactSurface {
         let point = self.end.world(point);
-        Surface {
+        NodeContactSurface {
             point,
             normal: (self.end.rotation * normal.as_dvec3()).normalize_or(DVec3::Y),
             velocity: self.linear + self.angular.cross(point - self.centre),

@@ -10,32 +10,32 @@
 
 use glam::DVec3;
 
-use crate::contact::node::response::slowed;
+use crate::contact::node::response::reduce_speed;
 use crate::sheet::Sheet;
-use crate::sheet::layer_stack::{Neighbours, Stack, Strike};
+use crate::sheet::layer_stack::{LayerImpact, LayerStack, NeighbourLists};
 
-/// Propagate the impacts in `sheet.work.struck` from layer to layer, upwards and then downwards,
+/// Propagate the impacts in `sheet.work.layer_impacts` from layer to layer, upwards and then downwards,
 /// after a step of `dt` (s).
-pub(crate) fn share_impacts(sheet: &mut Sheet, dt: f64) {
+pub(crate) fn propagate_impacts(sheet: &mut Sheet, dt: f64) {
     for layer in 1..sheet.stack.layers {
-        pass(sheet, layer, dt, |stack| &stack.below);
+        propagate_to_layer(sheet, layer, dt, |stack| &stack.below);
     }
     for layer in (0..sheet.stack.layers.saturating_sub(1)).rev() {
-        pass(sheet, layer, dt, |stack| &stack.above);
+        propagate_to_layer(sheet, layer, dt, |stack| &stack.above);
     }
 }
 
 /// Propagate the impacts to the nodes of one layer from the layer on the given `side`.
-fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighbours) {
+fn propagate_to_layer(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&LayerStack) -> &NeighbourLists) {
     let drift = sheet.engine_kind.info().drift - 0.5;
     let Sheet { stack, work, x, v, inverse_mass, .. } = sheet;
     let from = side(stack);
     for i in 0..stack.layer_of.len() {
-        if stack.layer_of[i] != layer || work.struck[i].share > 0.0 || inverse_mass[i] == 0.0 {
+        if stack.layer_of[i] != layer || work.layer_impacts[i].share > 0.0 || inverse_mass[i] == 0.0 {
             continue;
         }
-        let Some(strike) = felt(from.of(i), &work.struck) else { continue };
-        work.struck[i] = strike;
+        let Some(strike) = mean_impact(from.of(i), &work.layer_impacts) else { continue };
+        work.layer_impacts[i] = strike;
         // As in `response`: back to the time of impact, then forward with the new velocity and the
         // same acceleration.
         let ended = v.get(i);
@@ -50,8 +50,8 @@ fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighb
 }
 
 /// Mean impact of the connected nodes, with their share; `None` if none was struck.
-fn felt(neighbours: &[u32], struck: &[Strike]) -> Option<Strike> {
-    let mut sum = Strike::default();
+fn mean_impact(neighbours: &[u32], struck: &[LayerImpact]) -> Option<LayerImpact> {
+    let mut sum = LayerImpact::default();
     for strike in neighbours.iter().map(|j| struck[*j as usize]).filter(|s| s.share > 0.0) {
         sum.share += strike.share;
         sum.normal += strike.normal * strike.share;
@@ -64,7 +64,7 @@ fn felt(neighbours: &[u32], struck: &[Strike]) -> Option<Strike> {
     if total <= 0.0 {
         return None;
     }
-    Some(Strike {
+    Some(LayerImpact {
         share: total / neighbours.len() as f64,
         normal: sum.normal.normalize_or_zero(),
         body: sum.body / total,
@@ -75,12 +75,12 @@ fn felt(neighbours: &[u32], struck: &[Strike]) -> Option<Strike> {
 }
 
 /// Velocity relative to the body after the shared impact, m/s.
-fn rebound(v: DVec3, strike: &Strike) -> DVec3 {
+fn rebound(v: DVec3, strike: &LayerImpact) -> DVec3 {
     let approach = v.dot(strike.normal);
     if approach >= 0.0 {
         return v;
     }
     let impulse = -(1.0 + strike.restitution) * approach * strike.share;
     let along = v - strike.normal * approach;
-    slowed(along, strike.friction * impulse) + strike.normal * (approach + impulse)
+    reduce_speed(along, strike.friction * impulse) + strike.normal * (approach + impulse)
 }

@@ -3,39 +3,39 @@
 //! The Jacobian J of a contact holds, on a sheet, the weights of its nodes times the contact frame;
 //! on a body, the frame and its moment. A sheet contributes with the factor of its tangent H = L
 //! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the compliance
-//! of [`Mover`].
+//! of [`SolverBody`].
 
 use crate::parallel::*;
 use glam::{DMat3, DVec3};
 
-use crate::collision::constraint::{Contact, Side};
+use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::SheetContact;
-use crate::contact::solver::pgs::Problem;
-use crate::contact::solver_body::Mover;
-use crate::integrators::implicit::staged::Jump;
-use crate::linear::{HalfSolutions, Loads};
+use crate::contact::solver::pgs::DualProblem;
+use crate::contact::solver_body::SolverBody;
+use crate::integrators::implicit::staged::ContactJump;
+use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 /// Contact arrays of a sheet.
 #[derive(Default)]
-pub(crate) struct Unit {
+pub(crate) struct SheetContactWork {
     /// Active contacts of the sheet, as ascending indices into the active list.
     list: Vec<u32>,
     /// Jacobians of the contacts to be added.
-    loads: Loads,
+    loads: SparseLoads,
     /// Half solutions L⁻¹ Jᵀ of all active contacts.
     halves: HalfSolutions,
     touched: bool,
     /// Displacement of the position solve while the velocity solve clears `jump`, m.
-    kept_dx: Vectors,
+    saved_dx: Vectors,
     /// Contact force on each node, N.
     force: Vectors,
     /// Response of the sheet to contact in this stage.
-    pub jump: Jump,
+    pub jump: ContactJump,
 }
 
-impl Unit {
+impl SheetContactWork {
     /// Remove all contacts and prepare the arrays for `n` nodes.
     fn clear(&mut self, n: usize) {
         self.touched = false;
@@ -50,7 +50,7 @@ impl Unit {
     }
 
     /// Remove all contacts from the sheet.
-    pub fn release(&mut self) {
+    pub fn remove_contacts(&mut self) {
         self.touched = false;
         self.list.clear();
     }
@@ -61,14 +61,14 @@ impl Unit {
     }
 
     /// Prepare for contacts that are not in the list, on a sheet of `n` nodes.
-    pub fn touch(&mut self, n: usize) {
+    pub fn prepare_without_list(&mut self, n: usize) {
         self.clear(n);
         self.force.clear();
         self.touched = true;
     }
 
     /// Add `force` (N) at `point`.
-    pub fn push(&mut self, point: &crate::collision::constraint::SheetPoint, force: DVec3) {
+    pub fn add_force(&mut self, point: &crate::collision::constraint::SheetPoint, force: DVec3) {
         for (mass, weight) in point.terms() {
             let there = self.force.get(mass as usize);
             self.force.set(mass as usize, there + force * weight);
@@ -85,25 +85,25 @@ impl Unit {
 }
 
 /// Sheets and solver bodies of an island, borrowed for a step.
-pub(crate) struct Group<'a> {
+pub(crate) struct IslandView<'a> {
     /// All sheets of the world.
     pub sheets: &'a mut [Sheet],
     /// Their contact states.
     pub contacts: &'a mut [SheetContact],
-    /// Indices of the island's sheets, ascending. [`Side::Sheet`] holds a position in this list.
+    /// Indices of the island's sheets, ascending. [`ContactSide::Sheet`] holds a position in this list.
     pub members: &'a [u32],
-    /// Bodies of the island. [`Side::Body`] holds a position in this list.
-    pub movers: Vec<Mover>,
+    /// Bodies of the island. [`ContactSide::Body`] holds a position in this list.
+    pub solver_bodies: Vec<SolverBody>,
     /// Whether to work on several sheets in parallel.
     pub parallel: bool,
     /// Largest penetration between bodies that this step removes, m. Whatever lies on the bodies is
     /// lifted by as much.
-    pub lift: f64,
+    pub body_penetration: f64,
     /// Number of dynamic bodies that touch another dynamic body.
-    pub leaning: usize,
+    pub stacked_bodies: usize,
 }
 
-impl Group<'_> {
+impl IslandView<'_> {
     /// Sheet number `local` of the island.
     pub fn sheet(&self, local: u32) -> &Sheet {
         &self.sheets[self.members[local as usize] as usize]
@@ -115,44 +115,44 @@ impl Group<'_> {
     }
 
     /// Contact arrays of sheet number `local` of the island.
-    pub fn unit(&self, local: u32) -> &Unit {
-        &self.contacts[self.members[local as usize] as usize].unit
+    pub fn unit(&self, local: u32) -> &SheetContactWork {
+        &self.contacts[self.members[local as usize] as usize].work
     }
 
     /// Sheet number `local` of the island with its contact arrays, mutable.
-    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut Unit) {
+    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut SheetContactWork) {
         let index = self.members[local as usize] as usize;
-        (&mut self.sheets[index], &mut self.contacts[index].unit)
+        (&mut self.sheets[index], &mut self.contacts[index].work)
     }
 
-    /// Call `work` as [`Group::each`] does, with the contact arrays of the sheet.
-    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut Unit) + Sync) {
+    /// Call `work` as [`IslandView::for_each_sheet`] does, with the contact arrays of the sheet.
+    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut SheetContactWork) + Sync) {
         let members = self.members;
         if self.parallel {
             let all = self.sheets.par_iter_mut().zip(self.contacts.par_iter_mut()).enumerate();
             let own = all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok());
-            own.for_each(|(_, (sheet, contact))| work(sheet, &mut contact.unit));
+            own.for_each(|(_, (sheet, contact))| work(sheet, &mut contact.work));
         } else {
             for i in members.iter().map(|i| *i as usize) {
-                work(&mut self.sheets[i], &mut self.contacts[i].unit);
+                work(&mut self.sheets[i], &mut self.contacts[i].work);
             }
         }
     }
 
     /// Number of independent parts: a single sheet and the bodies that touch only it count as one.
     /// With more parts, some contact changes state in almost every iteration.
-    pub fn pieces(&self) -> usize {
-        self.members.len() + self.leaning.saturating_sub(1)
+    pub fn independent_parts(&self) -> usize {
+        self.members.len() + self.stacked_bodies.saturating_sub(1)
     }
 
     /// Number of nodes of the island.
-    pub fn masses(&self) -> usize {
-        self.members.iter().map(|i| self.sheets[*i as usize].masses()).sum()
+    pub fn nodes(&self) -> usize {
+        self.members.iter().map(|i| self.sheets[*i as usize].node_count()).sum()
     }
 
     /// Call `work` for every sheet of the island, in parallel if enabled. The work on one sheet
     /// must not depend on the others.
-    pub fn each(&mut self, work: impl Fn(&mut Sheet) + Sync) {
+    pub fn for_each_sheet(&mut self, work: impl Fn(&mut Sheet) + Sync) {
         let members = self.members;
         if self.parallel {
             let all = self.sheets.par_iter_mut().enumerate();
@@ -165,7 +165,7 @@ impl Group<'_> {
 
 /// An active contact.
 #[derive(Clone, Copy)]
-struct Active {
+struct ActiveContact {
     /// Index among the detected contacts.
     contact: u32,
     /// Contact frame; columns are the normal and two tangents.
@@ -177,37 +177,37 @@ struct Active {
 
 /// Delassus operator and the problem on it.
 #[derive(Default)]
-pub(crate) struct Delassus {
+pub(crate) struct DelassusOperator {
     /// Active contacts in the order in which they were added.
-    active: Vec<Active>,
+    active: Vec<ActiveContact>,
     /// Active contacts of each body, ascending.
     on_body: Vec<Vec<u32>>,
     /// The problem u = W p + b.
-    pub problem: Problem,
+    pub problem: DualProblem,
     /// Blocks of the contact that is being added.
     row: Vec<DMat3>,
     touched: Vec<u32>,
 }
 
-/// Entry of [`Active::units`] for a side without a sheet of its own.
+/// Entry of [`ActiveContact::units`] for a side without a sheet of its own.
 const NONE: (u32, u32) = (u32::MAX, 0);
 
-impl Delassus {
+impl DelassusOperator {
     /// Remove all contacts, and clear the displacements of the sheets.
-    pub fn clear(&mut self, group: &mut Group) {
+    pub fn clear(&mut self, group: &mut IslandView) {
         self.active.clear();
         self.problem.clear();
         self.on_body.iter_mut().for_each(Vec::clear);
-        self.on_body.resize_with(group.movers.len(), Vec::new);
-        group.each_unit(|sheet, unit| unit.clear(sheet.masses()));
+        self.on_body.resize_with(group.solver_bodies.len(), Vec::new);
+        group.each_unit(|sheet, unit| unit.clear(sheet.node_count()));
     }
 
     /// Remove all contacts, but keep the displacements of the sheets.
-    pub fn clear_for_velocities(&mut self, group: &mut Group) {
-        group.each_unit(|_, unit| std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx));
+    pub fn clear_for_velocities(&mut self, group: &mut IslandView) {
+        group.each_unit(|_, unit| std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx));
         self.clear(group);
         group.each_unit(|_, unit| {
-            std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx);
+            std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx);
             unit.touched = true;
         });
     }
@@ -229,7 +229,7 @@ impl Delassus {
 
     /// Add the contacts `new`, which the caller has pushed to the problem, in a stage of weight `h`
     /// (s).
-    pub fn add(&mut self, group: &mut Group, contacts: &[Contact], new: &[u32], h: f64) {
+    pub fn add(&mut self, group: &mut IslandView, contacts: &[ContactConstraint], new: &[u32], h: f64) {
         let first = self.active.len();
         group.each_unit(|_, unit| unit.loads.clear());
         for number in new {
@@ -246,21 +246,20 @@ impl Delassus {
     }
 
     /// Add the Jacobian of a contact to the lists of its sheets and bodies.
-    fn load(&mut self, group: &mut Group, contacts: &[Contact], number: u32) {
+    fn load(&mut self, group: &mut IslandView, contacts: &[ContactConstraint], number: u32) {
         let contact = &contacts[number as usize];
         let index = self.active.len() as u32;
         let frame = frame_of(contact.normal);
         let mut units = [NONE; 2];
-        let same =
-            matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
+        let same = matches!((contact.a, contact.b), (ContactSide::Sheet { sheet: a, .. }, ContactSide::Sheet { sheet: b, .. }) if a == b);
         for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
             match side {
-                Side::Body { body, .. } => {
-                    if group.movers[body as usize].gives() {
+                ContactSide::Body { body, .. } => {
+                    if group.solver_bodies[body as usize].is_dynamic() {
                         self.on_body[body as usize].push(index);
                     }
                 }
-                Side::Sheet { sheet, .. } if k == 0 || !same => {
+                ContactSide::Sheet { sheet, .. } if k == 0 || !same => {
                     let (member, unit) = group.with_unit(sheet);
                     for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
                         unit.loads.push(loads(member, contact, sheet, column));
@@ -268,14 +267,14 @@ impl Delassus {
                     units[k] = (sheet, unit.list.len() as u32);
                     unit.list.push(index);
                 }
-                Side::Sheet { .. } => {}
+                ContactSide::Sheet { .. } => {}
             }
         }
-        self.active.push(Active { contact: number, frame, units });
+        self.active.push(ActiveContact { contact: number, frame, units });
     }
 
     /// Compute the blocks of W between active contact `i` and those before it, and itself.
-    fn couple(&mut self, group: &Group, contacts: &[Contact], i: usize, h: f64) {
+    fn couple(&mut self, group: &IslandView, contacts: &[ContactConstraint], i: usize, h: f64) {
         self.row.resize(self.active.len(), DMat3::ZERO);
         self.touched.clear();
         let active = self.active[i];
@@ -283,22 +282,22 @@ impl Delassus {
             let unit = group.unit(sheet);
             for (other, j) in unit.list[..=place as usize].iter().enumerate() {
                 let block = unit.halves.block(place as usize, other);
-                self.gather(*j, DMat3::from_cols_array_2d(&block).transpose());
+                self.accumulate_block(*j, DMat3::from_cols_array_2d(&block).transpose());
             }
         }
         let contact = &contacts[active.contact as usize];
-        for (body, arm, sign) in arms(contact, &group.movers).into_iter().flatten() {
-            let mover = &group.movers[body as usize];
+        for (body, arm, sign) in body_arms(contact, &group.solver_bodies).into_iter().flatten() {
+            let mover = &group.solver_bodies[body as usize];
             for k in 0..self.on_body[body as usize].len() {
                 let j = self.on_body[body as usize][k];
                 if j as usize > i {
                     break;
                 }
                 let other = self.active[j as usize];
-                let others = arms(&contacts[other.contact as usize], &group.movers);
+                let others = body_arms(&contacts[other.contact as usize], &group.solver_bodies);
                 for (_, at, its) in others.into_iter().flatten().filter(|a| a.0 == body) {
                     let compliance = mover.compliance(arm, at) * (h * h * sign * its);
-                    self.gather(j, active.frame.transpose() * compliance * other.frame);
+                    self.accumulate_block(j, active.frame.transpose() * compliance * other.frame);
                 }
             }
         }
@@ -309,7 +308,7 @@ impl Delassus {
     }
 
     /// Add `block` to the block of the present contact and contact `j`.
-    fn gather(&mut self, j: u32, block: DMat3) {
+    fn accumulate_block(&mut self, j: u32, block: DMat3) {
         let there = &mut self.row[j as usize];
         if *there == DMat3::ZERO {
             self.touched.push(j);
@@ -318,7 +317,7 @@ impl Delassus {
     }
 
     /// Compute the contact forces on the nodes of each sheet, N.
-    fn forces(&self, group: &mut Group, contacts: &[Contact]) {
+    fn forces(&self, group: &mut IslandView, contacts: &[ContactConstraint]) {
         group.each_unit(|_, unit| {
             if unit.is_touched() {
                 unit.force.clear();
@@ -331,8 +330,8 @@ impl Delassus {
             let force = active.frame * *p;
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
-                if let Side::Sheet { sheet, point } = side {
-                    group.with_unit(sheet).1.push(&point, force * sign);
+                if let ContactSide::Sheet { sheet, point } = side {
+                    group.with_unit(sheet).1.add_force(&point, force * sign);
                 }
             }
         }
@@ -340,47 +339,54 @@ impl Delassus {
 
     /// Compute the displacements by the forces of the problem, and the accelerations that
     /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
-    pub fn displace(&self, group: &mut Group, contacts: &[Contact], h: f64) {
+    pub fn displace(&self, group: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
         self.forces(group, contacts);
         group.each_unit(|sheet, unit| {
             if unit.is_touched() {
-                sheet.answer(&unit.force, &mut unit.jump.dx);
+                sheet.solve_displacement(&unit.force, &mut unit.jump.dx);
                 unit.accelerate(&sheet.inverse_mass);
             }
         });
-        group.movers.iter_mut().for_each(Mover::release);
+        group.solver_bodies.iter_mut().for_each(SolverBody::clear_displacement);
         self.push_bodies(group, contacts, |mover, force, moment| {
-            mover.displace(force, moment, h);
+            mover.add_displacement(force, moment, h);
         });
     }
 
     /// Compute the velocity jumps by the forces of the problem acting for `h` (s), in sheets and
     /// solver bodies.
-    pub fn kick(&self, group: &mut Group, contacts: &[Contact], h: f64) {
+    pub fn apply_velocity_jumps(&self, group: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
         self.forces(group, contacts);
         group.each_unit(|sheet, unit| {
             if unit.is_touched() {
-                sheet.answer(&unit.force, &mut unit.jump.dv);
+                sheet.solve_displacement(&unit.force, &mut unit.jump.dv);
                 unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
         });
-        group.movers.iter_mut().for_each(|m| (m.kick, m.twist) = (DVec3::ZERO, DVec3::ZERO));
+        group.solver_bodies.iter_mut().for_each(|m| (m.kick, m.spin_jump) = (DVec3::ZERO, DVec3::ZERO));
         self.push_bodies(group, contacts, |mover, force, moment| {
-            mover.strike(force, moment, h);
+            mover.add_velocity_jump(force, moment, h);
         });
     }
 
     /// Call `push` for every contact on a dynamic body with its force (N) and the moment about the
     /// centre of mass (N m).
-    fn push_bodies(&self, group: &mut Group, contacts: &[Contact], push: impl Fn(&mut Mover, DVec3, DVec3)) {
+    fn push_bodies(
+        &self,
+        group: &mut IslandView,
+        contacts: &[ContactConstraint],
+        push: impl Fn(&mut SolverBody, DVec3, DVec3),
+    ) {
         for (active, p) in self.active.iter().zip(&self.problem.force) {
             if *p == DVec3::ZERO {
                 continue;
             }
-            for (body, arm, sign) in arms(&contacts[active.contact as usize], &group.movers).into_iter().flatten() {
+            for (body, arm, sign) in
+                body_arms(&contacts[active.contact as usize], &group.solver_bodies).into_iter().flatten()
+            {
                 let force = active.frame * *p * sign;
-                let mover = &mut group.movers[body as usize];
-                if mover.gives() {
+                let mover = &mut group.solver_bodies[body as usize];
+                if mover.is_dynamic() {
                     push(mover, force, arm.cross(force));
                 }
             }
@@ -389,33 +395,33 @@ impl Delassus {
 }
 
 /// Bodies of a contact: index, arm from the centre of mass (m), sign of the force.
-fn arms(contact: &Contact, movers: &[Mover]) -> [Option<(u32, DVec3, f64)>; 2] {
+fn body_arms(contact: &ContactConstraint, movers: &[SolverBody]) -> [Option<(u32, DVec3, f64)>; 2] {
     [(contact.a, 1.0), (contact.b, -1.0)].map(|(side, sign)| match side {
-        Side::Body { body, local } => {
+        ContactSide::Body { body, local } => {
             let mover = &movers[body as usize];
-            Some((body, mover.free.place(local) - mover.free.centre(), sign))
+            Some((body, mover.free.world_point(local) - mover.free.centre(), sign))
         }
-        Side::Sheet { .. } => None,
+        ContactSide::Sheet { .. } => None,
     })
 }
 
 /// Load of a contact force of 1 N along `direction` on the block rows of sheet `number`.
 fn loads<'a>(
     sheet: &'a Sheet,
-    contact: &Contact,
+    contact: &ContactConstraint,
     number: u32,
     direction: DVec3,
 ) -> impl Iterator<Item = (u32, [f64; 3])> + use<'a> {
     let sides = [(contact.a, 1.0), (contact.b, -1.0)];
     sides.into_iter().flat_map(move |(side, sign)| {
         let terms = match side {
-            Side::Sheet { sheet, point } if sheet == number => Some(point),
+            ContactSide::Sheet { sheet, point } if sheet == number => Some(point),
             _ => None,
         };
         terms.into_iter().flat_map(move |point| {
             (0..3).filter_map(move |k| {
                 let weight = point.weights[k];
-                let (row, free) = sheet.free_row(point.masses[k]).filter(|_| weight != 0.0)?;
+                let (row, free) = sheet.free_row(point.nodes[k]).filter(|_| weight != 0.0)?;
                 Some((row, (direction * free * (sign * weight)).to_array()))
             })
         })

@@ -8,15 +8,15 @@
 //! - `augmented_lagrangian`: semismooth Newton method in either set of unknowns; interior point
 //!   method.
 //! - `alart_curnier`: Newton method on normal force and friction bound together.
-//! - `pgs`, `node_sweeps`: projected Gauss-Seidel, and its working set.
-//! - `delassus`: W; `newton`: linear systems in contact forces; `working_set`: choice of contacts.
+//! - `pgs`, `pgs_working_set`: projected Gauss-Seidel, and its working set.
+//! - `delassus`: W; `force_newton`: linear systems in contact forces; `working_set`: choice of contacts.
 
 pub(crate) mod alart_curnier;
 pub(crate) mod augmented_lagrangian;
 pub(crate) mod delassus;
 pub(crate) mod dual;
-pub(crate) mod newton;
-pub(crate) mod node_sweeps;
+pub(crate) mod force_newton;
 pub mod pgs;
+pub(crate) mod pgs_working_set;
 pub(crate) mod primal;
 pub(crate) mod working_set;

@@ -16,7 +16,7 @@
 //!
 //! Sweeps find the contact states but propagate a force through a pile one sheet at a time. With
 //! constant friction bounds, the forces minimise the convex function ½ pᵀ W p + bᵀ p. Newton steps
-//! for all contacts together (see `newton`), projected on the admissible forces and shortened until
+//! for all contacts together (see `force_newton`), projected on the admissible forces and shortened until
 //! they lower this function, run between the sweeps.
 //!
 //! Sources: Morales, Nocedal, Smelyanskiy, "An algorithm for the fast solution of symmetric linear
@@ -25,15 +25,15 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::contact::coulomb::{Law, solve};
+use crate::contact::coulomb::{ContactLaw, solve};
 use crate::contact::settings::{ContactSettings, PgsSettings};
-use crate::contact::solver::newton::{Direct, Ways};
+use crate::contact::solver::force_newton::{ForceNewton, FreeDirections};
 
 const SETTINGS: PgsSettings = ContactSettings::DEFAULT.pgs;
 
 /// Contact problem in contact forces, to which contacts can be added.
 #[derive(Default)]
-pub struct Problem {
+pub struct DualProblem {
     /// Number of contacts; the vectors below may be longer.
     count: usize,
     /// For each contact, the other contacts that it couples to, with their 3×3 blocks of W.
@@ -41,32 +41,32 @@ pub struct Problem {
     /// Diagonal blocks of W, m/N.
     pub(crate) diagonal: Vec<DMat3>,
     /// Diagonal blocks of W + ε diag W.
-    own: Vec<DMat3>,
-    laws: Vec<Law>,
+    proximal_diagonal: Vec<DMat3>,
+    laws: Vec<ContactLaw>,
     /// Force of each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
     /// u for the present forces, m.
-    moved: Vec<DVec3>,
-    direct: Direct,
+    u: Vec<DVec3>,
+    newton: ForceNewton,
     /// Friction bounds during Newton steps, N.
-    limits: Vec<f64>,
-    ways: Vec<Ways>,
+    friction_bounds: Vec<f64>,
+    directions: Vec<FreeDirections>,
     /// Forces before a line search, N.
-    kept: Vec<DVec3>,
+    saved_force: Vec<DVec3>,
     /// u before a line search, m.
-    kept_moved: Vec<DVec3>,
+    saved_u: Vec<DVec3>,
 }
 
 /// Statistics of a PGS solve.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Swept {
+pub struct PgsStats {
     /// Sweeps over all contacts.
     pub sweeps: u32,
     /// Largest change of a gap in the last sweep, m.
     pub change: f64,
 }
 
-impl Problem {
+impl DualProblem {
     /// Remove all contacts, keeping the allocations.
     pub fn clear(&mut self) {
         self.count = 0;
@@ -85,8 +85,8 @@ impl Problem {
         self.count == 0
     }
 
-    /// Add a contact with initial force `force` (N); [`Problem::couple`] then sets its blocks of W.
-    pub fn push(&mut self, law: Law, force: DVec3) {
+    /// Add a contact with initial force `force` (N); [`DualProblem::couple`] then sets its blocks of W.
+    pub fn push(&mut self, law: ContactLaw, force: DVec3) {
         if self.columns.len() == self.count {
             self.columns.push(Vec::new());
         }
@@ -109,7 +109,7 @@ impl Problem {
     }
 
     /// Compute u = W p.
-    pub fn answer(&self, p: &[DVec3], u: &mut [DVec3]) {
+    pub fn apply_delassus(&self, p: &[DVec3], u: &mut [DVec3]) {
         for (u, (p, diagonal)) in u.iter_mut().zip(p.iter().zip(&self.diagonal)) {
             *u = *diagonal * *p;
         }
@@ -122,19 +122,19 @@ impl Problem {
 
     /// Solve u = W p + b from the present forces, until no gap changes by more than `tolerance` (m)
     /// in a sweep or after `most` sweeps.
-    pub fn solve(&mut self, b: &[DVec3], tolerance: f64, most: u32) -> Swept {
-        self.own.clear();
+    pub fn solve(&mut self, b: &[DVec3], tolerance: f64, most: u32) -> PgsStats {
+        self.proximal_diagonal.clear();
         for (a, column) in self.diagonal.iter().zip(&self.columns) {
             // An uncoupled contact needs no proximal term.
             let slight = if column.is_empty() { DVec3::ZERO } else { SETTINGS.proximal };
             let own = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * slight;
-            self.own.push(*a + DMat3::from_diagonal(own));
+            self.proximal_diagonal.push(*a + DMat3::from_diagonal(own));
         }
-        let mut done = Swept::default();
+        let mut done = PgsStats::default();
         for _ in 0..SETTINGS.maximum_proximal_iterations {
-            self.centre(b);
+            self.set_proximal_centre(b);
             let before = done.sweeps;
-            self.settle(&mut done, tolerance, most);
+            self.sweep_until_converged(&mut done, tolerance, most);
             if done.sweeps == before + 1 || done.sweeps >= most {
                 break;
             }
@@ -143,21 +143,21 @@ impl Problem {
     }
 
     /// Set p₀ to the present forces, for which the proximal term in u is zero.
-    fn centre(&mut self, b: &[DVec3]) {
-        self.moved.clear();
-        self.moved.extend_from_slice(b);
+    fn set_proximal_centre(&mut self, b: &[DVec3]) {
+        self.u.clear();
+        self.u.extend_from_slice(b);
         for j in 0..self.count {
             let p = self.force[j];
             if p != DVec3::ZERO {
-                self.moved[j] += self.diagonal[j] * p;
-                self.carry(j, p);
+                self.u[j] += self.diagonal[j] * p;
+                self.propagate(j, p);
             }
         }
     }
 
     /// Sweep, with Newton steps in between, until no gap changes by more than `tolerance` (m) or
     /// `most` sweeps are done.
-    fn settle(&mut self, done: &mut Swept, tolerance: f64, most: u32) {
+    fn sweep_until_converged(&mut self, done: &mut PgsStats, tolerance: f64, most: u32) {
         let mut next = done.sweeps + SETTINGS.first_sweeps;
         loop {
             done.change = self.sweep();
@@ -166,7 +166,7 @@ impl Problem {
                 return;
             }
             if self.count > 1 && done.sweeps >= next {
-                self.step_at_once();
+                self.newton_steps();
                 next = done.sweeps + SETTINGS.sweeps_between;
             }
         }
@@ -178,11 +178,11 @@ impl Problem {
         let mut change = 0.0_f64;
         for i in 0..self.count {
             let old = self.force[i];
-            if old == DVec3::ZERO && self.moved[i].x >= 0.0 && self.laws[i] != Law::Glue {
+            if old == DVec3::ZERO && self.u[i].x >= 0.0 && self.laws[i] != ContactLaw::Attachment {
                 continue;
             }
-            let a = self.own[i];
-            let new = solve(&a, self.moved[i] - a * old, self.laws[i], old);
+            let a = self.proximal_diagonal[i];
+            let new = solve(&a, self.u[i] - a * old, self.laws[i], old);
             change = change.max(self.change(i, new));
         }
         change
@@ -190,7 +190,7 @@ impl Problem {
 
     /// Set the force of contact `i` to `new`. Returns the change of its own gap and slip, m.
     fn change(&mut self, i: usize, new: DVec3) -> f64 {
-        let (step, a) = (new - self.force[i], self.own[i]);
+        let (step, a) = (new - self.force[i], self.proximal_diagonal[i]);
         if step == DVec3::ZERO {
             return 0.0;
         }
@@ -200,101 +200,103 @@ impl Problem {
     }
 
     /// Take Newton steps for all contacts with the present friction bounds.
-    fn step_at_once(&mut self) {
-        self.limits.clear();
+    fn newton_steps(&mut self) {
+        self.friction_bounds.clear();
         for (law, p) in self.laws.iter().zip(&self.force) {
-            self.limits.push(match law {
-                Law::Glue => f64::INFINITY,
-                Law::Coulomb(friction) => friction * p.x,
+            self.friction_bounds.push(match law {
+                ContactLaw::Attachment => f64::INFINITY,
+                ContactLaw::Coulomb(friction) => friction * p.x,
             });
         }
-        let mut direct = std::mem::take(&mut self.direct);
+        let mut direct = std::mem::take(&mut self.newton);
         for _ in 0..SETTINGS.newton_steps {
-            self.ways.clear();
+            self.directions.clear();
             for i in 0..self.count {
                 let ways = self.ways_of(i);
-                self.ways.push(ways);
+                self.directions.push(ways);
             }
-            if !direct.solve(&self.columns, &self.own, &self.ways, &self.moved) || !self.search(&direct) {
+            if !direct.solve(&self.columns, &self.proximal_diagonal, &self.directions, &self.u)
+                || !self.line_search(&direct)
+            {
                 break;
             }
         }
-        self.direct = direct;
+        self.newton = direct;
     }
 
     /// Directions in which the force of contact `i` may change.
-    fn ways_of(&self, i: usize) -> Ways {
-        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.own[i], self.limits[i]);
-        if self.laws[i] == Law::Glue {
-            return Ways { count: 3, ..Ways::NONE };
+    fn ways_of(&self, i: usize) -> FreeDirections {
+        let (p, u, a, limit) = (self.force[i], self.u[i], &self.proximal_diagonal[i], self.friction_bounds[i]);
+        if self.laws[i] == ContactLaw::Attachment {
+            return FreeDirections { count: 3, ..FreeDirections::NONE };
         }
         if p.x * a.x_axis.x - u.x <= 0.0 {
-            return Ways::NONE;
+            return FreeDirections::NONE;
         }
         if limit <= 0.0 {
-            return Ways { count: 1, ..Ways::NONE };
+            return FreeDirections { count: 1, ..FreeDirections::NONE };
         }
         let (force, slip) = (DVec2::new(p.y, p.z), DVec2::new(u.y, u.z));
         let along = force.normalize_or_zero();
         if force.length() < limit * (1.0 - 1e-9) || along.dot(slip) >= 0.0 {
-            return Ways { count: 3, ..Ways::NONE };
+            return FreeDirections { count: 3, ..FreeDirections::NONE };
         }
         // In slip the tangential force can only rotate, and rotates against the slip.
         let basis = DMat3::from_cols(DVec3::X, DVec3::new(0.0, -along.y, along.x), DVec3::new(0.0, along.x, along.y));
-        Ways { basis, count: 2, turning: [0.0, slip.length() / limit, 0.0] }
+        FreeDirections { basis, count: 2, compliance: [0.0, slip.length() / limit, 0.0] }
     }
 
     /// Line search on ½ pᵀ W p + bᵀ p along the Newton step, with each force projected on its
     /// admissible set. Returns false if no step length lowers the function.
-    fn search(&mut self, direct: &Direct) -> bool {
-        self.kept.clone_from(&self.force);
-        self.kept_moved.clone_from(&self.moved);
+    fn line_search(&mut self, direct: &ForceNewton) -> bool {
+        self.saved_force.clone_from(&self.force);
+        self.saved_u.clone_from(&self.u);
         let mut part = 1.0;
         for _ in 0..SETTINGS.maximum_step_lengths {
             let mut gain = 0.0;
             for i in 0..self.count {
-                if self.ways[i].count > 0 {
-                    let next = self.kept[i] + direct.step(i, &self.ways[i]) * part;
-                    self.change(i, self.within(i, next));
+                if self.directions[i].count > 0 {
+                    let next = self.saved_force[i] + direct.step(i, &self.directions[i]) * part;
+                    self.change(i, self.project_force(i, next));
                 }
             }
-            for i in (0..self.count).filter(|i| self.ways[*i].count > 0) {
-                gain -= 0.5 * (self.force[i] - self.kept[i]).dot(self.moved[i] + self.kept_moved[i]);
+            for i in (0..self.count).filter(|i| self.directions[*i].count > 0) {
+                gain -= 0.5 * (self.force[i] - self.saved_force[i]).dot(self.u[i] + self.saved_u[i]);
             }
             if gain > 0.0 {
                 return true;
             }
-            self.force.clone_from(&self.kept);
-            self.moved.clone_from(&self.kept_moved);
+            self.force.clone_from(&self.saved_force);
+            self.u.clone_from(&self.saved_u);
             part *= 0.25;
         }
         false
     }
 
     /// Projection of `p` on the admissible forces of contact `i`.
-    fn within(&self, i: usize, p: DVec3) -> DVec3 {
-        if self.laws[i] == Law::Glue {
+    fn project_force(&self, i: usize, p: DVec3) -> DVec3 {
+        if self.laws[i] == ContactLaw::Attachment {
             return p;
         }
-        let tangential = DVec2::new(p.y, p.z).clamp_length_max(self.limits[i]);
+        let tangential = DVec2::new(p.y, p.z).clamp_length_max(self.friction_bounds[i]);
         DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
     }
 
     /// u of the last solve, m.
     pub fn moved(&self) -> &[DVec3] {
-        &self.moved
+        &self.u
     }
 
     /// Add the effect of force `p` at contact `j` to u of all contacts.
     fn apply(&mut self, j: usize, p: DVec3) {
-        self.moved[j] += self.own[j] * p;
-        self.carry(j, p);
+        self.u[j] += self.proximal_diagonal[j] * p;
+        self.propagate(j, p);
     }
 
     /// Add the effect of force `p` at contact `j` to u of the other contacts.
-    fn carry(&mut self, j: usize, p: DVec3) {
+    fn propagate(&mut self, j: usize, p: DVec3) {
         for (i, block) in &self.columns[j] {
-            self.moved[*i as usize] += *block * p;
+            self.u[*i as usize] += *block * p;
         }
     }
 }
@@ -305,8 +307,8 @@ mod tests {
 
     /// A pile of `count` equal bodies on a floor. The weight of each is 1 in units of its own
     /// compliance.
-    fn pile(count: usize, law: Law) -> (Problem, Vec<DVec3>) {
-        let mut problem = Problem::default();
+    fn pile(count: usize, law: ContactLaw) -> (DualProblem, Vec<DVec3>) {
+        let mut problem = DualProblem::default();
         for i in 0..count {
             problem.push(law, DVec3::ZERO);
             problem.couple(i, i, DMat3::IDENTITY * if i == 0 { 1.0 } else { 2.0 });
@@ -320,9 +322,9 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_of_a_pile_carries_what_lies_above_it() {
+    fn contact_in_a_pile_carries_the_weight_above() {
         let count = 40;
-        let (mut problem, b) = pile(count, Law::Coulomb(0.3));
+        let (mut problem, b) = pile(count, ContactLaw::Coulomb(0.3));
         // Repeated solves, each from the forces of the previous one, as in steps at rest.
         let mut sweeps = 0;
         for _ in 0..200 {
@@ -337,11 +339,11 @@ mod tests {
     }
 
     #[test]
-    fn contacts_that_hold_the_same_share_it_and_rest() {
+    fn redundant_contacts_share_the_load_and_rest() {
         // One body with two identical contacts, pulled sideways by less than the friction bound.
-        let mut problem = Problem::default();
+        let mut problem = DualProblem::default();
         for i in 0..2 {
-            problem.push(Law::Coulomb(0.5), DVec3::ZERO);
+            problem.push(ContactLaw::Coulomb(0.5), DVec3::ZERO);
             problem.couple(i, i, DMat3::IDENTITY);
         }
         problem.couple(1, 0, DMat3::IDENTITY);
@@ -354,8 +356,8 @@ mod tests {
     }
 
     #[test]
-    fn what_slides_is_rubbed_by_as_much_as_it_pushes() {
-        let (mut problem, mut b) = pile(1, Law::Coulomb(0.25));
+    fn slip_friction_equals_bound() {
+        let (mut problem, mut b) = pile(1, ContactLaw::Coulomb(0.25));
         b[0].y = 2.0;
         problem.solve(&b, 1e-12, 200);
         let p = problem.force[0];

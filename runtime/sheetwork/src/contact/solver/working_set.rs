@@ -4,16 +4,16 @@
 
 use glam::DVec3;
 
-use crate::collision::constraint::{Contact, Side};
-use crate::contact::gap::Gaps;
+use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::contact::gap::ContactGaps;
 use crate::contact::settings::{ContactSettings, WorkingSetSettings};
-use crate::contact::stage::Scratch;
+use crate::contact::workspace::ContactWorkspace;
 
 const SETTINGS: WorkingSetSettings = ContactSettings::DEFAULT.working_set;
 
 /// Working set of contacts.
 #[derive(Default)]
-pub(crate) struct Picker {
+pub(crate) struct WorkingSet {
     /// Whether each contact is active or excluded.
     is_active: Vec<bool>,
     /// Contacts to be added, as indices into the detected contacts.
@@ -23,10 +23,10 @@ pub(crate) struct Picker {
     /// Violated contacts, sorted by pair.
     violated: Vec<(u64, u32)>,
     /// Active contacts, sorted by pair.
-    held: Vec<(u64, u32)>,
+    active: Vec<(u64, u32)>,
 }
 
-impl Picker {
+impl WorkingSet {
     /// Start with an empty working set for `count` contacts.
     pub fn begin(&mut self, count: usize) {
         self.is_active.clear();
@@ -45,31 +45,37 @@ impl Picker {
     }
 
     /// Exclude contact `i`.
-    pub fn leave_out(&mut self, i: usize) {
+    pub fn exclude(&mut self, i: usize) {
         self.is_active[i] = true;
     }
 
     /// Add attachments, and contacts that have a cached force and penetrate.
-    pub fn pick_known(&mut self, scratch: &Scratch) {
-        for (i, contact) in scratch.found.contacts.iter().enumerate() {
-            let had_force = || scratch.remembered(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
+    pub fn add_cached(&mut self, scratch: &ContactWorkspace) {
+        for (i, contact) in scratch.detected.contacts.iter().enumerate() {
+            let had_force = || scratch.cached_forces(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
             let was = scratch.gaps.free[i] < 0.0 && had_force();
-            if (i >= scratch.found.glue_from || was) && !self.is_active[i] {
+            if (i >= scratch.detected.first_attachment || was) && !self.is_active[i] {
                 self.new.push(i as u32);
             }
         }
     }
 
     /// Add the contact with the smallest gap, so that the set is not empty.
-    pub fn pick_deepest(&mut self, gap: &[f64]) {
+    pub fn add_deepest(&mut self, gap: &[f64]) {
         let all = (0..gap.len()).filter(|i| !self.is_active[*i]);
         self.new.extend(all.min_by(|a, b| gap[*a].total_cmp(&gap[*b])).map(|i| i as u32));
     }
 
     /// Add inactive contacts that penetrate by more than `depth`: the deepest of each pair, then
     /// deep ones far from the added and the `active` ones.
-    pub fn pick_violated(&mut self, scratch: &Scratch, gap: &[f64], depth: f64, active: impl Iterator<Item = usize>) {
-        let contacts = &scratch.found.contacts;
+    pub fn add_violated(
+        &mut self,
+        scratch: &ContactWorkspace,
+        gap: &[f64],
+        depth: f64,
+        active: impl Iterator<Item = usize>,
+    ) {
+        let contacts = &scratch.detected.contacts;
         self.new.clear();
         self.violated.clear();
         for (i, contact) in contacts.iter().enumerate() {
@@ -81,17 +87,17 @@ impl Picker {
             return;
         }
         self.violated.sort_unstable();
-        self.held.clear();
-        self.held.extend(active.map(|i| (pair_of(&contacts[i]), i as u32)));
-        self.held.sort_unstable();
-        let (mut violated, mut held) = (self.violated.as_slice(), self.held.as_slice());
+        self.active.clear();
+        self.active.extend(active.map(|i| (pair_of(&contacts[i]), i as u32)));
+        self.active.sort_unstable();
+        let (mut violated, mut held) = (self.violated.as_slice(), self.active.as_slice());
         while let Some((pair, _)) = violated.first().copied() {
             let here = violated.partition_point(|v| v.0 == pair);
             let passed = held.partition_point(|v| v.0 < pair);
             held = &held[passed..];
             let own = held.partition_point(|v| v.0 == pair);
             let of_pair = (&violated[..here], &held[..own]);
-            pick(of_pair, gap, &scratch.gaps, (&mut self.reach, &mut self.new));
+            add_from_pair(of_pair, gap, &scratch.gaps, (&mut self.reach, &mut self.new));
             violated = &violated[here..];
         }
         self.new.sort_unstable();
@@ -99,10 +105,10 @@ impl Picker {
 }
 
 /// Number that identifies the pair of sheets or bodies of a contact.
-fn pair_of(contact: &Contact) -> u64 {
-    let thing = |side: &Side| match side {
-        Side::Sheet { sheet, .. } => u64::from(*sheet) << 1,
-        Side::Body { body, .. } => u64::from(*body) << 1 | 1,
+fn pair_of(contact: &ContactConstraint) -> u64 {
+    let thing = |side: &ContactSide| match side {
+        ContactSide::Sheet { sheet, .. } => u64::from(*sheet) << 1,
+        ContactSide::Body { body, .. } => u64::from(*body) << 1 | 1,
     };
     let (a, b) = (thing(&contact.a), thing(&contact.b));
     a.min(b) << 32 | a.max(b)
@@ -110,16 +116,17 @@ fn pair_of(contact: &Contact) -> u64 {
 
 /// Append some of the `violated` contacts of a pair to `picks`; `held` are its active contacts. The
 /// score of a contact is its depth times the square of its distance from the chosen ones.
-fn pick(
+fn add_from_pair(
     (violated, held): (&[(u64, u32)], &[(u64, u32)]),
     gap: &[f64],
-    gaps: &Gaps,
+    gaps: &ContactGaps,
     (reach, picks): (&mut Vec<f64>, &mut Vec<u32>),
 ) {
     let most = SETTINGS.minimum_addition.max(held.len() / 2);
     let depth = |k: usize| -gap[violated[k].1 as usize];
-    let apart =
-        |k: usize, other: u32| gaps.places[violated[k].1 as usize].distance_squared(gaps.places[other as usize]);
+    let apart = |k: usize, other: u32| {
+        gaps.positions_a[violated[k].1 as usize].distance_squared(gaps.positions_a[other as usize])
+    };
     reach.clear();
     reach.resize(violated.len(), f64::INFINITY);
     for (k, reach) in reach.iter_mut().enumerate() {

@@ -28,20 +28,20 @@ mod tests;
 
 use glam::DVec3;
 
-use crate::elements::bending::rest::Rests;
-use crate::elements::creep::Flows;
+use crate::elements::bending::rest::RestCurvature;
+use crate::elements::creep::InelasticElement;
 use crate::elements::curvature::CurvatureGroup;
-use crate::elements::fracture::Open;
-use crate::elements::remap::Carry;
-use crate::elements::staggered::Left;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
-use crate::material::law::Law;
+use crate::elements::fracture::OpenCells;
+use crate::elements::remap::Remap;
+use crate::elements::staggered::ClosedPart;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_strain_after_softening};
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// One curvature group: a point with up to three curvatures.
 #[derive(Clone, Debug)]
-struct Group {
+struct BendingGroup {
     /// Range of its entries in `masses` and `weights`.
     entries: (u32, u32),
     /// Contribution of prescribed slopes to the curvatures, 1/m.
@@ -73,7 +73,7 @@ struct Pair {
 #[derive(Clone, Debug, Default)]
 pub struct Bending {
     source: Vec<CurvatureGroup>,
-    groups: Vec<Group>,
+    groups: Vec<BendingGroup>,
     /// κ₀ of each group in its axes, 1/m, and the thermal curvature along the normal, 1/m; empty
     /// before the first change of temperature.
     rest: Vec<[DVec3; 3]>,
@@ -91,9 +91,9 @@ pub struct Bending {
     per_time: f64,
     /// Rest curvature along the normal; `None` for a sheet without initial curvature, plasticity
     /// and creep.
-    rests: Option<Box<Rests>>,
+    rest_curvature: Option<Box<RestCurvature>>,
     /// Each group without open cells; empty before the first cell opens.
-    whole: Vec<Left>,
+    whole: Vec<ClosedPart>,
 }
 
 impl Bending {
@@ -140,7 +140,7 @@ impl Bending {
             let each = source.clamps[a].iter().filter_map(|(d, w)| directions.get(*d as usize).map(|t| *t * *w));
             each.sum::<DVec3>()
         });
-        self.groups.push(Group {
+        self.groups.push(BendingGroup {
             entries: (first as u32, self.masses.len() as u32),
             prescribed,
             frame: source.frame,
@@ -152,14 +152,14 @@ impl Bending {
         });
     }
 
-    fn entries(&self, group: &Group) -> impl Iterator<Item = (usize, &[f64; 3])> {
+    fn entries(&self, group: &BendingGroup) -> impl Iterator<Item = (usize, &[f64; 3])> {
         let range = group.entries.0 as usize..group.entries.1 as usize;
         self.masses[range.clone()].iter().map(|m| *m as usize).zip(&self.weights[range])
     }
 
     /// κ of a group at positions `x`; its rate for velocities `x` and zero `prescribed`.
     #[inline(always)]
-    fn curvature(&self, group: &Group, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
+    fn curvature(&self, group: &BendingGroup, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
         let mut k = *prescribed;
         for (mass, w) in self.entries(group) {
             let p = x.get(mass);
@@ -177,7 +177,7 @@ impl Bending {
 
     /// Adds `scale` Σ wᵀ m to `to`, with the moments m (N m²) of a group.
     #[inline(always)]
-    fn add_moments(&self, group: &Group, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
+    fn add_moments(&self, group: &BendingGroup, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
         for (mass, w) in self.entries(group) {
             let f = (moments[0] * w[0] + moments[1] * w[1] + moments[2] * w[2]) * scale;
             to.set(mass, to.get(mass) + f);
@@ -187,7 +187,7 @@ impl Bending {
 
 /// The unit normal of a group's frame; zero for a degenerate frame.
 #[inline(always)]
-fn normal(group: &Group, x: &Vectors) -> DVec3 {
+fn normal(group: &BendingGroup, x: &Vectors) -> DVec3 {
     let [a, b, c, d] = group.frame;
     let n = (x.get(b as usize) - x.get(a as usize)).cross(x.get(d as usize) - x.get(c as usize));
     let squared = n.length_squared();
@@ -196,7 +196,7 @@ fn normal(group: &Group, x: &Vectors) -> DVec3 {
 
 /// Axes that rotate with a group: first side of its frame, normal, and their cross product.
 #[inline(always)]
-fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
+fn axes(group: &BendingGroup, x: &Vectors) -> [DVec3; 3] {
     let n = normal(group, x);
     let [a, b, ..] = group.frame;
     let p = (x.get(b as usize) - x.get(a as usize)).normalize_or_zero();
@@ -204,7 +204,7 @@ fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
 }
 
 /// The unit normal and its rate, 1/s.
-fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
+fn normal_and_rate(group: &BendingGroup, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     let sides = |of: &Vectors| {
         let [a, b, c, d] = group.frame.map(|m| of.get(m as usize));
         (b - a, d - c)
@@ -222,7 +222,7 @@ fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
 
 /// Remaining stiffness and thermal curvature (1/m) of a group: means over its nodes, weighted with
 /// the absolute stencil weights.
-fn warmth_of(warmth: &Warmth, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64) {
+fn softness_and_curl(warmth: &ThermalFields, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64) {
     let (mut compliance, mut curl, mut sum) = (0.0, 0.0, 0.0);
     for (mass, w) in masses.iter().zip(weights) {
         let weight = w[0].abs() + w[1].abs() + w[2].abs();
@@ -278,23 +278,23 @@ pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
 }
 
 impl Element for Bending {
-    fn boxed(&self) -> Box<dyn Element> {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(self.clone())
     }
 
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for group in &self.groups {
             let masses = &self.masses[group.entries.0 as usize..group.entries.1 as usize];
             for (p, a) in masses.iter().enumerate() {
                 masses[..p].iter().for_each(|b| visit(*a, *b));
             }
         }
-        if let Some(rests) = &self.rests {
-            rests.turning.couples(visit);
+        if let Some(rests) = &self.rest_curvature {
+            rests.rotation.visit_coupled_nodes(visit);
         }
     }
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for group in &self.groups {
             let first = group.entries.0;
             for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
@@ -306,12 +306,12 @@ impl Element for Bending {
         self.order.extend((0..self.pairs.len() as u32).filter(|i| self.pairs[*i as usize].block != NO_BLOCK));
         self.order.sort_by_key(|i| self.pairs[*i as usize].block);
         self.sum_constant();
-        if let Some(rests) = &mut self.rests {
-            rests.turning.bind(block);
+        if let Some(rests) = &mut self.rest_curvature {
+            rests.rotation.bind_blocks(block);
         }
     }
 
-    fn set_law(&mut self, law: &Law) {
+    fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
         for (group, source) in self.groups.iter_mut().zip(&self.source) {
             let soft = source.area * group.softness;
@@ -323,13 +323,13 @@ impl Element for Bending {
                 pair.value = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
             }
         }
-        if self.rests.is_some() {
+        if self.rest_curvature.is_some() {
             return self.set_rest_law(law.bending[0][0]);
         }
         self.sum_constant();
     }
 
-    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
         if self.rest.is_empty() {
             self.rest = vec![[DVec3::ZERO; 3]; self.groups.len()];
             self.curl = vec![0.0; self.groups.len()];
@@ -337,22 +337,23 @@ impl Element for Bending {
         for i in 0..self.groups.len() {
             let group = &self.groups[i];
             let range = group.entries.0 as usize..group.entries.1 as usize;
-            let (softness, curl) = warmth_of(warmth, &self.masses[range.clone()], &self.weights[range]);
+            let (softness, curl) = softness_and_curl(warmth, &self.masses[range.clone()], &self.weights[range]);
             let (k, axes) = (self.curvature(group, x, &group.prescribed), axes(group, x));
             let rest = &mut self.rest[i];
             // A group with twist alone has no thermal curvature.
             let rows = &self.source[i].rows;
             let bends = !(rows[0].is_empty() && rows[1].is_empty());
             let curled = if bends { curl - self.curl[i] } else { 0.0 };
-            let mut along_normal = self.rests.as_deref_mut();
+            let mut along_normal = self.rest_curvature.as_deref_mut();
             if let Some(rests) = &mut along_normal {
-                rests.warm(i, curled, k.map(|k| k.dot(axes[1])), (group.softness, softness));
+                rests.apply_temperature(i, curled, k.map(|k| k.dot(axes[1])), (group.softness, softness));
             } else {
                 (0..2).for_each(|a| rest[a].y += curled);
             }
             for a in 0..3 {
                 for (part, axis) in axes.iter().enumerate().filter(|(part, _)| *part != 1 || along_normal.is_none()) {
-                    rest[a][part] = set_rest(k[a].dot(*axis), rest[a][part], group.softness, softness);
+                    rest[a][part] =
+                        rest_strain_after_softening(k[a].dot(*axis), rest[a][part], group.softness, softness);
                 }
             }
             self.curl[i] = curl;
@@ -363,19 +364,19 @@ impl Element for Bending {
             let pairs = group.pairs.0 as usize..group.pairs.1 as usize;
             self.pairs[pairs].iter_mut().for_each(|p| p.value *= change);
         }
-        if let Some(rests) = &mut self.rests {
-            rests.look();
+        if let Some(rests) = &mut self.rest_curvature {
+            rests.update_is_flat();
         }
         self.sum_constant();
     }
 
-    fn open(&mut self, open: &Open, _gone: &[bool]) {
+    fn open(&mut self, open: &OpenCells, _gone: &[bool]) {
         if self.whole.is_empty() {
-            self.whole = self.source.iter().map(Left::whole).collect();
+            self.whole = self.source.iter().map(ClosedPart::from_group).collect();
         }
         let columns = open.size().0 + 1;
         for ((source, group), whole) in self.source.iter_mut().zip(&mut self.groups).zip(&self.whole) {
-            let left = whole.of(source, columns, open);
+            let left = whole.closed_part(source, columns, open);
             (source.area, source.relaxed, source.frame, group.frame) =
                 (left.area, left.relaxed, left.frame, left.frame);
         }
@@ -383,10 +384,10 @@ impl Element for Bending {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(rests) = self.rests.as_deref().filter(|r| !r.is_elastic()) {
+        if let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_elastic()) {
             return self.rest_energy(x, rests);
         }
-        if self.rest.is_empty() { self.stored::<false>(x) } else { self.stored::<true>(x) }
+        if self.rest.is_empty() { self.stored_energy::<false>(x) } else { self.stored_energy::<true>(x) }
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
@@ -398,7 +399,7 @@ impl Element for Bending {
         self.add_rest_gradient(x, -1.0, force);
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.viscous = self.retardation * per_time;
         self.per_time = per_time;
         if self.viscous == 0.0 {
@@ -417,7 +418,7 @@ impl Element for Bending {
         }
     }
 
-    fn finish(&mut self, x: &Vectors) {
+    fn finish_stage(&mut self, x: &Vectors) {
         if self.viscous == 0.0 {
             return;
         }
@@ -429,28 +430,28 @@ impl Element for Bending {
         }
     }
 
-    fn forget(&mut self) {
+    fn reset_rates(&mut self) {
         self.groups.iter_mut().for_each(|g| g.rate = [0.0; 3]);
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.groups.iter_mut().for_each(|g| visit(&mut g.rate));
     }
 
-    fn keep_history(&self, to: &mut Keeper) {
-        self.keep_rates(to);
+    fn serialise_history(&self, to: &mut StateWriter) {
+        self.serialise_rates(to);
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
-        self.take_rates(from)
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+        self.deserialise_rates(from)
     }
 
-    fn keep_changes(&self, to: &mut Keeper) {
-        self.keep_law(to);
+    fn serialise_changes(&self, to: &mut StateWriter) {
+        self.serialise_law(to);
     }
 
-    fn take_changes(&mut self, from: &mut Taker) -> Taken {
-        self.take_law(from)
+    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
+        self.deserialise_law(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -497,23 +498,23 @@ impl Element for Bending {
         }
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        self.missed_turn(x, d)
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.normal_prediction_error(x, d)
     }
 
-    fn settle(&mut self, _x: &Vectors) {}
+    fn update_stress(&mut self, _x: &Vectors) {}
 
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
-        self.rests.is_some().then(|| self.made_angles())
+        self.rest_curvature.is_some().then(|| self.stress_free_angles())
     }
 
-    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+    fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
-            self.carry_rests(old, carry);
+            self.transfer_rest_curvature(old, carry);
         }
     }
 
-    fn flows(&mut self) -> Option<&mut dyn Flows> {
-        self.rests.is_some().then_some(self as &mut dyn Flows)
+    fn as_inelastic(&mut self) -> Option<&mut dyn InelasticElement> {
+        self.rest_curvature.is_some().then_some(self as &mut dyn InelasticElement)
     }
 }

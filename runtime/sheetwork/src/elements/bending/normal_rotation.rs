@@ -7,7 +7,7 @@ use crate::elements::curvature::dot;
 
 /// Two nodes of a group or its frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Couple {
+pub(crate) struct NodePair {
     pub block: u32,
     /// Positions of the two nodes among the group's nodes.
     pub of: (u32, u32),
@@ -15,19 +15,19 @@ pub(crate) struct Couple {
 
 /// The nodes of all groups and of their frames, group by group.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Turning {
+pub(crate) struct NormalRotation {
     /// Ascending in each group, so that pairs lie in the lower triangle.
     masses: Vec<u32>,
     /// Weights of each node in its group, 1/m²; zero for a node of the frame alone.
     weights: Vec<[f64; 3]>,
-    couples: Vec<Couple>,
+    couples: Vec<NodePair>,
     /// Ends of the nodes and the pairs of each group.
     ends: Vec<(u32, u32)>,
     /// Positions of the frame's nodes among the group's nodes.
     pub frame: Vec<[u32; 4]>,
 }
 
-impl Turning {
+impl NormalRotation {
     pub fn new(bending: &Bending) -> Self {
         let mut all = Self::default();
         for group in &bending.groups {
@@ -39,7 +39,7 @@ impl Turning {
             }
             own.sort_by_key(|(m, _)| *m);
             for p in 0..own.len() as u32 {
-                all.couples.extend((0..=p).map(|q| Couple { block: NO_BLOCK, of: (p, q) }));
+                all.couples.extend((0..=p).map(|q| NodePair { block: NO_BLOCK, of: (p, q) }));
             }
             all.masses.extend(own.iter().map(|(m, _)| m));
             all.weights.extend(own.iter().map(|(_, w)| w));
@@ -65,22 +65,22 @@ impl Turning {
     }
 
     /// Pairs of nodes of group `i`.
-    pub fn couples_of(&self, i: usize) -> &[Couple] {
+    pub fn pairs_of(&self, i: usize) -> &[NodePair] {
         &self.couples[self.first(i).1..self.ends[i].1 as usize]
     }
 
     /// Product of `moment` (N m²) with the weights of each node, N m.
-    pub fn parts_of<'a>(&'a self, i: usize, moment: &'a [f64; 3]) -> impl Iterator<Item = f64> + 'a {
+    pub fn nodal_moments<'a>(&'a self, i: usize, moment: &'a [f64; 3]) -> impl Iterator<Item = f64> + 'a {
         self.weights[self.first(i).0..self.ends[i].0 as usize].iter().map(|w| dot(w, moment))
     }
 
     /// Largest number of nodes of a group.
-    pub fn most(&self) -> usize {
+    pub fn largest_group(&self) -> usize {
         (0..self.ends.len()).map(|i| self.masses_of(i).len()).max().unwrap_or(0)
     }
 
     /// Visits every pair of nodes with a common block.
-    pub fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    pub fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for i in 0..self.ends.len() {
             let masses = self.masses_of(i);
             for (p, a) in masses.iter().enumerate() {
@@ -90,7 +90,7 @@ impl Turning {
     }
 
     /// Stores the indices of the matrix blocks.
-    pub fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    pub fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for i in 0..self.ends.len() {
             let (masses, couples) = self.first(i);
             for couple in &mut self.couples[couples..self.ends[i].1 as usize] {

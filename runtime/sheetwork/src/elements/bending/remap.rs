@@ -5,46 +5,46 @@
 use glam::DVec3;
 
 use crate::elements::bending::Bending;
-use crate::elements::remap::Carry;
+use crate::elements::remap::Remap;
 
 /// State per curvature: thermal κ₀ (3), angle beyond the initial one, hardening, two creep arms.
-const HELD: usize = 7;
+const STATE_COMPONENTS: usize = 7;
 
 impl Bending {
     /// Thermal curvature of component `a` of group `i`, 1/m.
-    fn curl_of(&self, i: usize, a: usize) -> f64 {
+    fn thermal_curl(&self, i: usize, a: usize) -> f64 {
         let rows = &self.source[i].rows;
         let bends = !(rows[0].is_empty() && rows[1].is_empty());
         if a < 2 && bends { self.curl.get(i).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
     /// Transferable state of component `a` of group `i`.
-    fn held(&self, i: usize, a: usize) -> [f64; HELD] {
+    fn stored_state(&self, i: usize, a: usize) -> [f64; STATE_COMPONENTS] {
         let source = &self.source[i];
-        let curl = self.curl_of(i, a);
+        let curl = self.thermal_curl(i, a);
         let mut set = self.rest.get(i).map_or(DVec3::ZERO, |r| r[a]);
-        let Some(rests) = &self.rests else {
+        let Some(rests) = &self.rest_curvature else {
             set.y -= curl;
             return [set.x, set.y, set.z, 0.0, 0.0, 0.0, 0.0];
         };
         let strain = rests.strains.get(i).map(|s| s[a]);
-        let left = strain.map_or(rests.rest[i][a], |s| s.left());
-        let angle = source.angle_of(a, left - curl) - rests.made[i][a];
+        let left = strain.map_or(rests.rest[i][a], |s| s.stress_free());
+        let angle = source.angle_from_curvature(a, left - curl) - rests.design_angles[i][a];
         let arms = strain.map_or([0.0; 2], |s| s.arms.map(|arm| arm / source.gain[a]));
         let hardened = rests.hardened.get(i).copied().unwrap_or(0.0);
         [set.x, set.y, set.z, angle, hardened, arms[0], arms[1]]
     }
 
-    fn put(&mut self, i: usize, a: usize, held: [f64; HELD]) {
+    fn set_stored_state(&mut self, i: usize, a: usize, held: [f64; STATE_COMPONENTS]) {
         let [x, y, z, angle, hardened, first, second] = held;
-        let curl = self.curl_of(i, a);
+        let curl = self.thermal_curl(i, a);
         let source = &self.source[i];
-        let own = if self.rests.is_some() { 0.0 } else { curl };
+        let own = if self.rest_curvature.is_some() { 0.0 } else { curl };
         if let Some(rest) = self.rest.get_mut(i) {
             rest[a] = DVec3::new(x, y + own, z);
         }
-        let Some(rests) = &mut self.rests else { return };
-        let left = source.of_angle(a, rests.made[i][a] + angle) + curl;
+        let Some(rests) = &mut self.rest_curvature else { return };
+        let left = source.curvature_from_angle(a, rests.design_angles[i][a] + angle) + curl;
         rests.rest[i][a] = left;
         if let Some(strain) = rests.strains.get_mut(i).map(|s| &mut s[a]) {
             strain.arms = [first * source.gain[a], second * source.gain[a]];
@@ -56,24 +56,24 @@ impl Bending {
     }
 
     /// Takes the state of `old`.
-    pub(crate) fn carry_rests(&mut self, old: &Self, carry: &Carry) {
-        if old.rests.is_none() && old.rest.is_empty() {
+    pub(crate) fn transfer_rest_curvature(&mut self, old: &Self, carry: &Remap) {
+        if old.rest_curvature.is_none() && old.rest.is_empty() {
             return;
         }
         for a in 0..3 {
             let known = old.source.iter().enumerate().filter(|(_, s)| !s.rows[a].is_empty());
-            let places = carry.gather(a == 2, known.map(|(i, s)| (s.home, old.held(i, a))));
+            let places = carry.gather(a == 2, known.map(|(i, s)| (s.home, old.stored_state(i, a))));
             for i in 0..self.groups.len() {
                 let source = &self.source[i];
                 let known = !source.rows[a].is_empty();
                 let home = source.home;
-                if let Some(held) = known.then(|| carry.read(&places, home, a == 2)).flatten() {
-                    self.put(i, a, held);
+                if let Some(held) = known.then(|| carry.interpolate(&places, home, a == 2)).flatten() {
+                    self.set_stored_state(i, a, held);
                 }
             }
         }
-        if let Some(rests) = &mut self.rests {
-            rests.look();
+        if let Some(rests) = &mut self.rest_curvature {
+            rests.update_is_flat();
         }
     }
 }

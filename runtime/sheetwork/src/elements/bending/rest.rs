@@ -14,29 +14,29 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec3};
 
-use crate::elements::bending::normal_rotation::Turning;
-use crate::elements::bending::{Bending, Group, along, normal, times, times_scalar};
-use crate::elements::creep::{FlowStep, Flows, Strain, Yield};
+use crate::elements::bending::normal_rotation::NormalRotation;
+use crate::elements::bending::{Bending, BendingGroup, along, normal, times, times_scalar};
+use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep, YieldLaw};
 use crate::elements::curvature::{CurvatureGroup, dot};
-use crate::elements::{Geometric, NO_BLOCK, keep_matrices, set_rest, take_matrices};
+use crate::elements::{Geometric, NO_BLOCK, deserialise_matrices, rest_strain_after_softening, serialise_matrices};
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Rest curvature of all groups.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rests {
+pub(crate) struct RestCurvature {
     /// k₀ of each group; during a step that of the step's elastic law.
     pub(crate) rest: Vec<[f64; 3]>,
     /// Initial rest curvature, as angles per length, 1/m.
-    pub(crate) made: Vec<[f64; 3]>,
+    pub(crate) design_angles: Vec<[f64; 3]>,
     /// Instantaneous stiffness S D of each group, N m³.
     full: Vec<[[f64; 3]; 3]>,
     /// Stiffness of each group in the step, relative to the instantaneous one.
     scale: Vec<f64>,
     /// Nodes and pairs of each group and its frame.
-    pub(crate) turning: Turning,
+    pub(crate) rotation: NormalRotation,
     /// Creep state of each group; empty without creep.
-    pub(crate) strains: Vec<[Strain; 3]>,
+    pub(crate) strains: Vec<[CreepStrain; 3]>,
     /// Shares of the Maxwell arms.
     share: [f64; 2],
     /// Accumulated plastic curvature α of each group, 1/m; empty without plasticity.
@@ -44,24 +44,24 @@ pub(crate) struct Rests {
     /// D along the sheet's length, N m.
     stiffness: f64,
     /// Whether a step is in progress.
-    running: bool,
+    is_in_step: bool,
     /// Whether k₀ is zero everywhere: this file then contributes nothing and is skipped.
-    flat: bool,
+    is_flat: bool,
     /// Buffers for the derivatives of a group.
-    turns: Vec<DMat3>,
+    rotation_derivatives: Vec<DMat3>,
     coupled: Vec<f64>,
 }
 
 /// Sides of a group's frame, its normal and the length of the sides' cross product.
-struct Frame {
+struct NormalFrame {
     p: DVec3,
     q: DVec3,
     n: DVec3,
     length: f64,
 }
 
-impl Frame {
-    fn of(group: &Group, x: &Vectors) -> Option<Self> {
+impl NormalFrame {
+    fn of(group: &BendingGroup, x: &Vectors) -> Option<Self> {
         let [a, b, c, d] = group.frame.map(|m| x.get(m as usize));
         let (p, q) = (b - a, d - c);
         let across = p.cross(q);
@@ -85,21 +85,21 @@ impl Frame {
     }
 }
 
-impl Rests {
+impl RestCurvature {
     /// Applies temperature to group `i`: the thermal curvature changes by `curled` (1/m) and the
     /// remaining stiffness from `softness.0` to `softness.1` at curvatures `k` (1/m) along the
     /// normal. Stiffening keeps the moment.
-    pub fn warm(&mut self, i: usize, curled: f64, k: [f64; 3], softness: (f64, f64)) {
+    pub fn apply_temperature(&mut self, i: usize, curled: f64, k: [f64; 3], softness: (f64, f64)) {
         let kept = (softness.0 / softness.1).min(1.0);
         for a in 0..3 {
             let curl = if a < 2 { curled } else { 0.0 };
             self.rest[i][a] += curl;
             if let Some(strain) = self.strains.get_mut(i).map(|s| &mut s[a]) {
                 strain.move_rest(curl, self.share);
-                strain.set(k[a], kept, self.share);
-                self.rest[i][a] = strain.left();
+                strain.scale_stress(k[a], kept, self.share);
+                self.rest[i][a] = strain.stress_free();
             } else {
-                self.rest[i][a] = set_rest(k[a], self.rest[i][a], softness.0, softness.1);
+                self.rest[i][a] = rest_strain_after_softening(k[a], self.rest[i][a], softness.0, softness.1);
             }
         }
         let change = softness.1 / softness.0;
@@ -107,16 +107,16 @@ impl Rests {
     }
 }
 
-impl Rests {
+impl RestCurvature {
     /// Recomputes whether the rest curvature is zero, after each change of k₀.
-    pub fn look(&mut self) {
-        self.flat = self.rest.iter().all(is_flat);
+    pub fn update_is_flat(&mut self) {
+        self.is_flat = self.rest.iter().all(is_flat);
     }
 
     /// Upper bound of the squared moment (N²) of group `i` with zero rest curvature at `curvature`
     /// (1/m): asin s ≤ π/2 s, and no eigenvalue of a positive semi-definite matrix exceeds its
     /// trace.
-    fn most_moment_squared(&self, i: usize, g: &Group, source: &CurvatureGroup, curvature: &[DVec3; 3]) -> f64 {
+    fn moment_squared_bound(&self, i: usize, g: &BendingGroup, source: &CurvatureGroup, curvature: &[DVec3; 3]) -> f64 {
         let bent = |a: usize| curvature[a].length_squared() / (source.gain[a] * source.gain[a]);
         let full = &self.full[i];
         let largest = (full[0][0] + full[1][1] + full[2][2]) / (g.softness * source.area);
@@ -125,28 +125,28 @@ impl Rests {
 
     /// Whether the energy is that of a flat elastic sheet: no rest curvature and no creep arms.
     pub fn is_elastic(&self) -> bool {
-        self.flat && self.strains.is_empty()
+        self.is_flat && self.strains.is_empty()
     }
 
     /// Serialises the state.
-    pub fn keep(&self, to: &mut Keeper) {
+    pub fn serialise(&self, to: &mut StateWriter) {
         self.rest.iter().for_each(|r| to.numbers(r));
-        keep_matrices(self.full.iter(), to);
+        serialise_matrices(self.full.iter(), to);
         to.numbers(&self.scale);
-        self.strains.iter().flatten().for_each(|s| s.keep(to));
+        self.strains.iter().flatten().for_each(|s| s.serialise(to));
         to.numbers(&self.hardened);
-        to.flag(self.running);
+        to.flag(self.is_in_step);
     }
 
     /// Deserialises the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         self.rest.iter_mut().try_for_each(|r| from.numbers(r))?;
-        take_matrices(self.full.iter_mut(), from)?;
+        deserialise_matrices(self.full.iter_mut(), from)?;
         from.numbers(&mut self.scale)?;
-        self.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+        self.strains.iter_mut().flatten().try_for_each(|s| s.deserialise(from))?;
         from.numbers(&mut self.hardened)?;
-        self.running = from.flag()?;
-        self.look();
+        self.is_in_step = from.flag()?;
+        self.update_is_flat();
         Ok(())
     }
 }
@@ -172,39 +172,40 @@ impl Bending {
         }
         all.source = source;
         let n = all.groups.len();
-        let mut rests = Rests { scale: vec![1.0; n], full: vec![[[0.0; 3]; 3]; n], ..Rests::default() };
-        rests.rest = all.source.iter().zip(angles).map(|(g, k)| [0, 1, 2].map(|a| g.of_angle(a, k[a]))).collect();
+        let mut rests = RestCurvature { scale: vec![1.0; n], full: vec![[[0.0; 3]; 3]; n], ..RestCurvature::default() };
+        rests.rest =
+            all.source.iter().zip(angles).map(|(g, k)| [0, 1, 2].map(|a| g.curvature_from_angle(a, k[a]))).collect();
         rests.rest.resize(n, [0.0; 3]);
-        rests.made = angles.to_vec();
-        rests.made.resize(n, [0.0; 3]);
-        rests.turning = Turning::new(&all);
-        let most = rests.turning.most();
-        rests.turns = vec![DMat3::ZERO; most];
+        rests.design_angles = angles.to_vec();
+        rests.design_angles.resize(n, [0.0; 3]);
+        rests.rotation = NormalRotation::new(&all);
+        let most = rests.rotation.largest_group();
+        rests.rotation_derivatives = vec![DMat3::ZERO; most];
         rests.coupled = vec![0.0; most];
         if let Some(share) = creeps {
             rests.share = share;
-            let begun = |k: &[f64; 3]| k.map(|start| Strain { start, rest: start, ..Strain::default() });
+            let begun = |k: &[f64; 3]| k.map(|start| CreepStrain { start, rest: start, ..CreepStrain::default() });
             rests.strains = rests.rest.iter().map(begun).collect();
         }
         if yields {
             rests.hardened = vec![0.0; n];
         }
-        rests.look();
-        all.rests = Some(Box::new(rests));
+        rests.update_is_flat();
+        all.rest_curvature = Some(Box::new(rests));
         all
     }
 
     /// Finds the positions of the frames' nodes in their groups.
     pub(crate) fn find_frames(&mut self) {
-        if let Some(mut rests) = self.rests.take() {
-            rests.turning.find_frames(self);
-            self.rests = Some(rests);
+        if let Some(mut rests) = self.rest_curvature.take() {
+            rests.rotation.find_frames(self);
+            self.rest_curvature = Some(rests);
         }
     }
 
     /// Sets the stiffness of the groups; see [`crate::elements::Element::set_law`].
     pub(crate) fn set_rest_law(&mut self, stiffness: f64) {
-        let Some(rests) = &mut self.rests else { return };
+        let Some(rests) = &mut self.rest_curvature else { return };
         rests.stiffness = stiffness;
         for (full, g) in rests.full.iter_mut().zip(&self.groups) {
             *full = g.stiffness;
@@ -214,7 +215,7 @@ impl Bending {
 
     /// Applies the scale of the step to stiffnesses and the constant tangent.
     fn rescale(&mut self) {
-        let Some(rests) = &self.rests else { return };
+        let Some(rests) = &self.rest_curvature else { return };
         for ((group, full), scale) in self.groups.iter_mut().zip(&rests.full).zip(&rests.scale) {
             group.stiffness = full.map(|row| row.map(|d| d * scale));
             let first = group.entries.0;
@@ -228,8 +229,8 @@ impl Bending {
 
     /// Stored energy with rest curvature, J; between steps it includes the energy of the creep
     /// arms.
-    pub(crate) fn rest_energy(&self, x: &Vectors, rests: &Rests) -> f64 {
-        if rests.running || rests.strains.is_empty() {
+    pub(crate) fn rest_energy(&self, x: &Vectors, rests: &RestCurvature) -> f64 {
+        if rests.is_in_step || rests.strains.is_empty() {
             return (0..self.groups.len()).map(|i| self.stored_at(i, &rests.rest[i], x)).sum();
         }
         let share = rests.share;
@@ -271,9 +272,9 @@ impl Bending {
 
     /// Contribution of rest curvature to the potential of the stage, J.
     pub(crate) fn rest_potential(&self, x: &Vectors) -> f64 {
-        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
+        let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return 0.0 };
         let bent = self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest));
-        let one = |(g, rest): (&Group, &[f64; 3])| {
+        let one = |(g, rest): (&BendingGroup, &[f64; 3])| {
             let m = times_scalar(&g.stiffness, rest);
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
             0.5 * dot(rest, &m) - dot(&k, &m)
@@ -283,9 +284,9 @@ impl Bending {
 
     /// Adds `scale` times the gradient of [`Bending::rest_potential`], N.
     pub(crate) fn add_rest_gradient(&self, x: &Vectors, scale: f64, to: &mut Vectors) {
-        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return };
+        let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return };
         for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
-            let Some(frame) = Frame::of(g, x) else { continue };
+            let Some(frame) = NormalFrame::of(g, x) else { continue };
             let m = times_scalar(&g.stiffness, rest);
             let n = frame.n;
             self.add_moments(g, &[n * m[0], n * m[1], n * m[2]], -scale, to);
@@ -301,20 +302,20 @@ impl Bending {
 
     /// Adds the tangent of [`Bending::rest_potential`], N/m.
     pub(crate) fn add_rest_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
-        let Some(mut rests) = self.rests.take_if(|r| !r.flat) else { return };
-        let Rests { rest, turning, turns, coupled, .. } = &mut *rests;
+        let Some(mut rests) = self.rest_curvature.take_if(|r| !r.is_flat) else { return };
+        let RestCurvature { rest, rotation: turning, rotation_derivatives: turns, coupled, .. } = &mut *rests;
         for (i, (g, rest)) in self.groups.iter().zip(rest).enumerate().filter(|(_, (_, rest))| !is_flat(rest)) {
-            let Some(frame) = Frame::of(g, x) else { continue };
+            let Some(frame) = NormalFrame::of(g, x) else { continue };
             let m = times_scalar(&g.stiffness, rest);
             turns[..turning.masses_of(i).len()].fill(DMat3::ZERO);
-            coupled.iter_mut().zip(turning.parts_of(i, &m)).for_each(|(to, part)| *to = part);
+            coupled.iter_mut().zip(turning.nodal_moments(i, &m)).for_each(|(to, part)| *to = part);
             for (place, by) in turning.frame[i].iter().zip(frame.derivatives()) {
                 turns[*place as usize] += by;
             }
             let own = dot(rest, &m);
             let now = dot(&along(&self.curvature(g, x, &g.prescribed), frame.n), &m);
             let square = if geometric == Geometric::Clipped { now.max(own) } else { now };
-            for couple in turning.couples_of(i).iter().filter(|c| c.block != NO_BLOCK) {
+            for couple in turning.pairs_of(i).iter().filter(|c| c.block != NO_BLOCK) {
                 let (p, q) = (couple.of.0 as usize, couple.of.1 as usize);
                 let (tp, tq) = (turns[p].transpose(), turns[q]);
                 let block = tp * tq * square - tq * coupled[p] - tp * coupled[q];
@@ -323,16 +324,16 @@ impl Bending {
                 values[at..at + 9].iter_mut().zip(by_rows).for_each(|(to, from)| *to += from);
             }
         }
-        self.rests = Some(rests);
+        self.rest_curvature = Some(rests);
     }
 
     /// Energy (J) of the second-order rotation of the normal for a displacement `d` (m) from `x`
     /// (m).
-    pub(crate) fn missed_turn(&self, x: &Vectors, d: &Vectors) -> f64 {
-        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
+    pub(crate) fn normal_prediction_error(&self, x: &Vectors, d: &Vectors) -> f64 {
+        let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return 0.0 };
         let mut missed = 0.0;
         for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
-            let Some(frame) = Frame::of(g, x) else { continue };
+            let Some(frame) = NormalFrame::of(g, x) else { continue };
             let [a, b, c, e] = g.frame.map(|m| d.get(m as usize));
             let (dp, dq) = (b - a, e - c);
             let across = (frame.p + dp).cross(frame.q + dq).normalize_or_zero();
@@ -343,12 +344,12 @@ impl Bending {
     }
 
     /// Applies the yield condition to all groups at `x` (m).
-    fn yield_at(&self, x: &Vectors, law: &Yield, rests: &mut Rests) {
+    fn apply_yield(&self, x: &Vectors, law: &YieldLaw, rests: &mut RestCurvature) {
         let within = law.moment * law.moment;
         for (i, g) in self.groups.iter().enumerate() {
             let source = &self.source[i];
             let curvature = self.curvature(g, x, &g.prescribed);
-            if source.area <= 0.0 || (rests.flat && rests.most_moment_squared(i, g, source, &curvature) <= within) {
+            if source.area <= 0.0 || (rests.is_flat && rests.moment_squared_bound(i, g, source, &curvature) <= within) {
                 continue;
             }
             let n = normal(g, x);
@@ -356,21 +357,21 @@ impl Bending {
                 continue;
             }
             let k = along(&curvature, n);
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.left()) };
-            let bent = [0, 1, 2].map(|a| source.angle_of(a, k[a]));
-            let made = [0, 1, 2].map(|a| source.angle_of(a, rest[a]));
+            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
+            let bent = [0, 1, 2].map(|a| source.angle_from_curvature(a, k[a]));
+            let made = [0, 1, 2].map(|a| source.angle_from_curvature(a, rest[a]));
             let elastic = [bent[0] - made[0], bent[1] - made[1], bent[2] - made[2]];
             // The yield condition uses the stiffness at 20 °C: yield strain does not depend on
             // temperature.
             let full = &rests.full[i].map(|row| row.map(|d| d / g.softness));
             let moment = (rests.stiffness * dot(&elastic, &times_scalar(full, &elastic)) / source.area).max(0.0).sqrt();
-            let flow = law.flow(moment, rests.stiffness, rests.hardened[i]);
+            let flow = law.plastic_increment(moment, rests.stiffness, rests.hardened[i]);
             if flow <= 0.0 {
                 continue;
             }
             rests.hardened[i] += flow;
             let part = flow * rests.stiffness / moment;
-            let mut next = [0, 1, 2].map(|a| source.of_angle(a, made[a] + part * elastic[a]));
+            let mut next = [0, 1, 2].map(|a| source.curvature_from_angle(a, made[a] + part * elastic[a]));
             // Angle and curvature are proportional except for large angles; the energy must not
             // rise there either.
             let stored = |rest: &[f64; 3]| {
@@ -384,26 +385,26 @@ impl Bending {
                 (0..3).for_each(|a| strains[a].move_rest(next[a] - rest[a], rests.share));
             }
             rests.rest[i] = next;
-            rests.flat = false;
+            rests.is_flat = false;
         }
     }
 
     /// Angles per length (1/m) towards the upper side at which each group has no moment.
-    pub(crate) fn made_angles(&self) -> Vec<[f64; 3]> {
-        let each = self.rests.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
-        let one = |(i, rests): (usize, &Rests)| {
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.left()) };
-            [0, 1, 2].map(|a| self.source[i].angle_of(a, rest[a]))
+    pub(crate) fn stress_free_angles(&self) -> Vec<[f64; 3]> {
+        let each = self.rest_curvature.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
+        let one = |(i, rests): (usize, &RestCurvature)| {
+            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
+            [0, 1, 2].map(|a| self.source[i].angle_from_curvature(a, rest[a]))
         };
         each.map(one).collect()
     }
 }
 
-impl Flows for Bending {
-    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
-        let Some(mut rests) = self.rests.take() else { return false };
+impl InelasticElement for Bending {
+    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+        let Some(mut rests) = self.rest_curvature.take() else { return false };
         let mut changed = false;
-        let Rests { strains, rest, scale, share, running, .. } = &mut *rests;
+        let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
         *running = true;
         for (i, strains) in strains.iter_mut().enumerate() {
             let g = &self.groups[i];
@@ -414,18 +415,18 @@ impl Flows for Bending {
             changed |= std::mem::replace(&mut scale[i], decay.stiffness()) != decay.stiffness();
         }
         if !rests.strains.is_empty() {
-            rests.look();
+            rests.update_is_flat();
         }
-        self.rests = Some(rests);
+        self.rest_curvature = Some(rests);
         if changed {
             self.rescale();
         }
         changed
     }
 
-    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
-        let Some(mut rests) = self.rests.take() else { return };
-        rests.running = false;
+    fn end_step(&mut self, x: &Vectors, step: &InelasticStep) {
+        let Some(mut rests) = self.rest_curvature.take() else { return };
+        rests.is_in_step = false;
         for (i, strains) in rests.strains.iter_mut().enumerate() {
             let g = &self.groups[i];
             let Some(decay) = step.decay(&g.frame) else { continue };
@@ -433,27 +434,27 @@ impl Flows for Bending {
             (0..3).for_each(|a| strains[a].end(k[a], &decay));
         }
         if let Some(law) = step.law.plastic.filter(|_| !rests.hardened.is_empty()) {
-            self.yield_at(x, &law, &mut rests);
+            self.apply_yield(x, &law, &mut rests);
         }
-        self.rests = Some(rests);
+        self.rest_curvature = Some(rests);
     }
 
-    fn stand(&mut self, x: &Vectors) -> bool {
-        let Some(mut rests) = self.rests.take() else { return false };
-        let Rests { strains, rest, scale, share, running, .. } = &mut *rests;
+    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
+        let Some(mut rests) = self.rest_curvature.take() else { return false };
+        let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
         *running = false;
         for (i, strains) in strains.iter_mut().enumerate() {
             let g = &self.groups[i];
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            (0..3).for_each(|a| strains[a].stand(k[a], *share));
+            (0..3).for_each(|a| strains[a].apply_elastic_law(k[a], *share));
             rest[i] = strains.map(|s| s.rest);
         }
         let changed = scale.iter().any(|s| *s != 1.0);
         scale.fill(1.0);
         if !rests.strains.is_empty() {
-            rests.look();
+            rests.update_is_flat();
         }
-        self.rests = Some(rests);
+        self.rest_curvature = Some(rests);
         if changed {
             self.rescale();
         }
@@ -466,16 +467,16 @@ mod tests {
     use super::*;
     use crate::elements::Element;
     use crate::elements::derivative_check;
-    use crate::elements::staggered::{Grid, curvatures};
+    use crate::elements::staggered::{StaggeredGrid, curvatures};
     use crate::elements::triangle_bending::triangle_curvatures;
-    use crate::material::law::Law;
+    use crate::material::law::ElementLaw;
 
-    fn law() -> Law {
-        Law { retardation: 0.0, ..derivative_check::law() }
+    fn law() -> ElementLaw {
+        ElementLaw { retardation: 0.0, ..derivative_check::law() }
     }
 
     fn creased(clamped: &[bool], angle: f64) -> Bending {
-        let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
+        let grid = StaggeredGrid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
         let source = curvatures(&grid);
         let angles: Vec<[f64; 3]> = source.iter().map(|_| [angle, 0.4 * angle, -0.3 * angle]).collect();
         let mut bending = Bending::with_rest(source, &[DVec3::X, DVec3::Z], &angles, None, false);
@@ -487,7 +488,7 @@ mod tests {
     fn the_gradient_is_that_of_the_potential() {
         let mut bending = creased(&[false; 35], 1.3);
         let x = derivative_check::bent_grid(7, 5, (0.1, 0.15));
-        bending.begin(0.0, &[], 0.0);
+        bending.begin_stage(0.0, &[], 0.0);
         let mut gradient = Vectors::zeros(35);
         bending.add_gradient(&x, &mut gradient);
         let largest = gradient.max_squared().sqrt();
@@ -513,7 +514,7 @@ mod tests {
         // A roll about the v axis with radius 0.5 whose edges are not stretched; the rest curvature
         // is equal to it, or smaller.
         let clamped = [false; 35];
-        let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped: &clamped };
+        let grid = StaggeredGrid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped: &clamped };
         let source = curvatures(&grid);
         let turn = 2.0 * (0.1_f64).asin();
         let made = |part: f64| {

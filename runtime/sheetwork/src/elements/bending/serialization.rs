@@ -3,19 +3,19 @@
 use glam::DVec3;
 
 use crate::elements::bending::Bending;
-use crate::elements::{keep_matrices, take_matrices};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::elements::{deserialise_matrices, serialise_matrices};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 impl Bending {
     /// Serialises the rates of curvature as a sparse list: a group of a grid has one or two of the
     /// three.
-    pub(crate) fn keep_rates(&self, to: &mut Keeper) {
+    pub(crate) fn serialise_rates(&self, to: &mut StateWriter) {
         let mut rates = Vec::with_capacity(3 * self.groups.len());
         self.groups.iter().for_each(|g| rates.extend_from_slice(&g.rate));
         to.sparse(&rates);
     }
 
-    pub(crate) fn take_rates(&mut self, from: &mut Taker) -> Taken {
+    pub(crate) fn deserialise_rates(&mut self, from: &mut StateReader) -> ReadResult {
         let mut rates = vec![0.0; 3 * self.groups.len()];
         from.sparse(&mut rates)?;
         for (g, rate) in self.groups.iter_mut().zip(rates.chunks_exact(3)) {
@@ -26,25 +26,25 @@ impl Bending {
 
     /// Serialises stiffness and rest state. The values of the pairs are included, because each
     /// change of temperature or creep scale rounds them.
-    pub(crate) fn keep_law(&self, to: &mut Keeper) {
+    pub(crate) fn serialise_law(&self, to: &mut StateWriter) {
         self.groups.iter().for_each(|g| to.number(g.softness));
-        keep_matrices(self.groups.iter().map(|g| &g.stiffness), to);
+        serialise_matrices(self.groups.iter().map(|g| &g.stiffness), to);
         self.pairs.iter().for_each(|p| to.number(p.value));
         to.flag(!self.rest.is_empty());
         for (rest, curl) in self.rest.iter().zip(&self.curl) {
             rest.iter().for_each(|r| to.sparse(&r.to_array()));
             to.number(*curl);
         }
-        if let Some(rests) = &self.rests {
-            rests.keep(to);
+        if let Some(rests) = &self.rest_curvature {
+            rests.serialise(to);
         }
     }
 
-    pub(crate) fn take_law(&mut self, from: &mut Taker) -> Taken {
+    pub(crate) fn deserialise_law(&mut self, from: &mut StateReader) -> ReadResult {
         for group in &mut self.groups {
             group.softness = from.number()?;
         }
-        take_matrices(self.groups.iter_mut().map(|g| &mut g.stiffness), from)?;
+        deserialise_matrices(self.groups.iter_mut().map(|g| &mut g.stiffness), from)?;
         for pair in &mut self.pairs {
             pair.value = from.number()?;
         }
@@ -60,8 +60,8 @@ impl Bending {
             }
             *curl = from.number()?;
         }
-        if let Some(rests) = &mut self.rests {
-            rests.take(from)?;
+        if let Some(rests) = &mut self.rest_curvature {
+            rests.deserialise(from)?;
         }
         self.sum_constant();
         Ok(())

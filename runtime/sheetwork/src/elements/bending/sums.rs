@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::elements::bending::{Bending, Pair, along, axes, normal, times, times_scalar, turning_normal};
+use crate::elements::bending::{Bending, Pair, along, axes, normal, normal_and_rate, times, times_scalar};
 use crate::math::Vectors;
 
 impl Bending {
@@ -27,7 +27,7 @@ impl Bending {
     }
 
     /// Energy at positions `x` (m), J.
-    pub(crate) fn stored<const REST: bool>(&self, x: &Vectors) -> f64 {
+    pub(crate) fn stored_energy<const REST: bool>(&self, x: &Vectors) -> f64 {
         let each = self.groups.iter().enumerate().map(|(i, g)| {
             let mut k = self.curvature(g, x, &g.prescribed);
             self.less_rest::<REST>(i, &mut k, x);
@@ -42,7 +42,7 @@ impl Bending {
         for (i, g) in self.groups.iter().enumerate() {
             let mut k = self.curvature(g, x, &g.prescribed);
             if self.retardation > 0.0 {
-                let (n, turning) = turning_normal(g, x, v);
+                let (n, turning) = normal_and_rate(g, x, v);
                 let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
                 // k̇ = κ̇·n + κ·ṅ, consistent with the stages, which difference k.
                 let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));

@@ -2,10 +2,10 @@
 
 use crate::elements::bending::*;
 use crate::elements::derivative_check;
-use crate::elements::staggered::{Grid, curvatures};
+use crate::elements::staggered::{StaggeredGrid, curvatures};
 
 fn grid(clamped: &[bool]) -> Bending {
-    let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
+    let grid = StaggeredGrid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
     let mut bending = Bending::new(curvatures(&grid), &[DVec3::X, DVec3::Z]);
     bending.set_law(&derivative_check::law());
     bending
@@ -17,7 +17,7 @@ fn gradient_and_tangent_are_those_of_the_potential() {
     (0..5).for_each(|j| clamped[7 * j] = true);
     let mut bending = grid(&clamped);
     // Exact without damping; with damping the normal is not differentiated.
-    bending.set_law(&Law { retardation: 0.0, ..derivative_check::law() });
+    bending.set_law(&ElementLaw { retardation: 0.0, ..derivative_check::law() });
     derivative_check::derivatives(&mut bending, &derivative_check::bent_grid(7, 5, (0.1, 0.15)), 1e-7);
 }
 
@@ -26,12 +26,12 @@ fn a_rigid_motion_costs_nothing() {
     let mut bending = grid(&[false; 35]);
     let flat = derivative_check::flat_grid(7, 5, (0.1, 0.15));
     assert!(bending.energy(&flat) < 1e-25);
-    bending.set_law(&Law { retardation: 0.0, ..derivative_check::law() });
+    bending.set_law(&ElementLaw { retardation: 0.0, ..derivative_check::law() });
     derivative_check::rigid(&mut bending, &flat);
 }
 
 #[test]
-fn a_bent_sheet_that_turns_is_not_braked() {
+fn rigid_rotation_of_a_bent_sheet_is_undamped() {
     // An unstretched cylinder: damping of a rotation acts on curvature along the sheet, which is
     // zero here.
     let bending = grid(&[false; 35]);

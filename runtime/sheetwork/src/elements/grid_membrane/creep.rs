@@ -1,45 +1,45 @@
-//! Creep of the membrane of a grid. [`Warmed`] holds the elastic law of the step; the strains of
+//! Creep of the membrane of a grid. [`PacketRestState`] holds the elastic law of the step; the strains of
 //! the creep arms are here. [`crate::elements::creep`] has the equations.
 
-use crate::elements::Warmth;
-use crate::elements::creep::{Decay, FlowStep, Flows, Strain};
-use crate::elements::grid_membrane::{Cell, CellMembrane, LANES, Pack, Warmed, half_dot, open_cell};
+use crate::elements::ThermalFields;
+use crate::elements::creep::{ArmDecay, CreepStrain, InelasticElement, InelasticStep};
+use crate::elements::grid_membrane::{CellGeometry, CellMembrane, LANES, Pack, PacketRestState, half_dot, open_cell};
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Creep state of the cells of a packet; strains without thermal expansion.
 #[derive(Clone, Debug)]
-struct Part {
-    strains: [[Strain; LANES]; 5],
+struct PacketCreep {
+    strains: [[CreepStrain; LANES]; 5],
     /// Remaining stiffness as a fraction of the law's.
     softness: Pack,
 }
 
 /// Creep state of all cells.
 #[derive(Clone, Debug)]
-pub(crate) struct Creeping {
-    parts: Vec<Part>,
+pub(crate) struct CellCreep {
+    parts: Vec<PacketCreep>,
     share: [f64; 2],
     /// Whether a step is in progress.
-    running: bool,
+    is_in_step: bool,
 }
 
-impl Creeping {
+impl CellCreep {
     fn new(packets: usize, share: [f64; 2]) -> Self {
-        let part = Part { strains: [[Strain::default(); LANES]; 5], softness: Pack::splat(1.0) };
-        Self { parts: vec![part; packets], share, running: false }
+        let part = PacketCreep { strains: [[CreepStrain::default(); LANES]; 5], softness: Pack::splat(1.0) };
+        Self { parts: vec![part; packets], share, is_in_step: false }
     }
 
     /// Creep states of lane `l` of packet `index`.
-    pub fn strains(&mut self, index: usize, l: usize) -> impl Iterator<Item = &mut Strain> {
+    pub fn strains(&mut self, index: usize, l: usize) -> impl Iterator<Item = &mut CreepStrain> {
         self.parts[index].strains.iter_mut().map(move |s| &mut s[l])
     }
 
     /// Strain without stress and arms of each strain of a cell.
-    pub fn held(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
+    pub fn stored_state(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
         std::array::from_fn(|k| {
             let s = &self.parts[index].strains[k][l];
-            [s.left(), s.arms[0], s.arms[1]]
+            [s.stress_free(), s.arms[0], s.arms[1]]
         })
     }
 
@@ -49,21 +49,21 @@ impl Creeping {
     }
 }
 
-impl Creeping {
+impl CellCreep {
     /// Serialises the state.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.flag(self.running);
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_in_step);
         for part in &self.parts {
-            part.strains.iter().flatten().for_each(|s| s.keep(to));
+            part.strains.iter().flatten().for_each(|s| s.serialise(to));
             to.numbers(&part.softness.0);
         }
     }
 
     /// Deserialises the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
-        self.running = from.flag()?;
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.is_in_step = from.flag()?;
         for part in &mut self.parts {
-            part.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+            part.strains.iter_mut().flatten().try_for_each(|s| s.deserialise(from))?;
             from.numbers(&mut part.softness.0)?;
         }
         Ok(())
@@ -71,24 +71,24 @@ impl Creeping {
 }
 
 /// Thermal expansion of strain `k` in lane `l`; the shear has none.
-fn expansion(w: &Warmed, k: usize, l: usize) -> f64 {
+fn expansion(w: &PacketRestState, k: usize, l: usize) -> f64 {
     w.expansion.get(k).map_or(0.0, |e| e.0[l])
 }
 
 impl CellMembrane {
     /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn creeping(mut self, share: [f64; 2]) -> Self {
-        self.creeping = Some(Box::new(Creeping::new(self.packets.len(), share)));
-        self.warmed = vec![Warmed::COLD; self.packets.len()];
+    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+        self.creep = Some(Box::new(CellCreep::new(self.packets.len(), share)));
+        self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         self
     }
 
     /// Energy stored in the arms, J; `None` during a step and without creep.
-    pub(crate) fn crept_energy(&self, x: &Vectors) -> Option<f64> {
-        let creeping = self.creeping.as_ref().filter(|c| !c.running)?;
+    pub(crate) fn creep_energy(&self, x: &Vectors) -> Option<f64> {
+        let creeping = self.creep.as_ref().filter(|c| !c.is_in_step)?;
         let (cell, share) = (&self.cell, creeping.share);
         let mut sum = 0.0;
-        for ((p, part), w) in self.packets.iter().zip(&creeping.parts).zip(&self.warmed) {
+        for ((p, part), w) in self.packets.iter().zip(&creeping.parts).zip(&self.rest_state) {
             let e = cell.strains(&cell.edges(x, p.first));
             for i in (0..2).filter(|i| share[*i] > 0.0) {
                 let mut arm = e;
@@ -104,11 +104,11 @@ impl CellMembrane {
         Some(sum)
     }
 
-    /// Applies temperature, as [`crate::elements::Element::warm`]; returns false without creep.
-    pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
-        let Some(creeping) = &mut self.creeping else { return false };
+    /// Applies temperature, as [`crate::elements::Element::apply_temperature`]; returns false without creep.
+    pub(crate) fn apply_temperature_to_creep(&mut self, x: &Vectors, warmth: &ThermalFields) -> bool {
+        let Some(creeping) = &mut self.creep else { return false };
         let (cell, share) = (self.cell, creeping.share);
-        let parts = self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed);
+        let parts = self.packets.iter().zip(&mut creeping.parts).zip(&mut self.rest_state);
         for (index, ((p, part), w)) in parts.enumerate() {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
@@ -124,8 +124,8 @@ impl CellMembrane {
                 let kept = (part.softness.0[l] / after).min(1.0);
                 for k in 0..5 {
                     let grown = expansion(w, k, l);
-                    part.strains[k][l].set(e[k].0[l] - grown, kept, share);
-                    w.rest[k].0[l] = grown + part.strains[k][l].left();
+                    part.strains[k][l].scale_stress(e[k].0[l] - grown, kept, share);
+                    w.rest[k].0[l] = grown + part.strains[k][l].stress_free();
                 }
                 part.softness.0[l] = after;
                 w.softness.0[l] = after;
@@ -135,12 +135,12 @@ impl CellMembrane {
     }
 }
 
-impl Flows for CellMembrane {
-    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
-        let Some(creeping) = &mut self.creeping else { return false };
+impl InelasticElement for CellMembrane {
+    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+        let Some(creeping) = &mut self.creep else { return false };
         let (cell, share) = (self.cell, creeping.share);
-        creeping.running = true;
-        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed) {
+        creeping.is_in_step = true;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.rest_state) {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
                 let Some(decay) = decay(&cell, p.first + l, step) else { continue };
@@ -155,11 +155,11 @@ impl Flows for CellMembrane {
         false
     }
 
-    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
-        let Some(creeping) = &mut self.creeping else { return };
+    fn end_step(&mut self, x: &Vectors, step: &InelasticStep) {
+        let Some(creeping) = &mut self.creep else { return };
         let cell = self.cell;
-        creeping.running = false;
-        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&self.warmed) {
+        creeping.is_in_step = false;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&self.rest_state) {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
                 let Some(decay) = decay(&cell, p.first + l, step) else { continue };
@@ -168,17 +168,17 @@ impl Flows for CellMembrane {
         }
     }
 
-    fn stand(&mut self, x: &Vectors) -> bool {
-        let Some(creeping) = &mut self.creeping else { return false };
+    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
+        let Some(creeping) = &mut self.creep else { return false };
         let (cell, share) = (self.cell, creeping.share);
-        creeping.running = false;
-        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed) {
+        creeping.is_in_step = false;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.rest_state) {
             let e = cell.strains(&cell.edges(x, p.first));
             w.softness = part.softness;
             for l in 0..p.count {
                 for k in 0..5 {
                     let (strain, grown) = (&mut part.strains[k][l], expansion(w, k, l));
-                    strain.stand(e[k].0[l] - grown, share);
+                    strain.apply_elastic_law(e[k].0[l] - grown, share);
                     w.rest[k].0[l] = grown + strain.rest;
                 }
             }
@@ -187,6 +187,6 @@ impl Flows for CellMembrane {
     }
 }
 
-fn decay(cell: &Cell, first: usize, step: &FlowStep) -> Option<Decay> {
+fn decay(cell: &CellGeometry, first: usize, step: &InelasticStep) -> Option<ArmDecay> {
     step.decay(&cell.masses(first).map(|m| m as u32))
 }

@@ -3,17 +3,29 @@
 
 use multiversion::multiversion;
 
-use crate::elements::grid_membrane::{Anchor, Cell, Geometric, Pack, Packet, Vectors, Warmed, half_dot};
+use crate::elements::grid_membrane::{
+    Anchor, CellGeometry, Geometric, Pack, Packet, PacketRestState, Vectors, half_dot,
+};
 
-pub(crate) fn energy<const WARM: bool>(cell: &Cell, packets: &[Packet], warmed: &[Warmed], x: &Vectors) -> f64 {
+pub(crate) fn energy<const WARM: bool>(
+    cell: &CellGeometry,
+    packets: &[Packet],
+    warmed: &[PacketRestState],
+    x: &Vectors,
+) -> f64 {
     let each = packets.iter().enumerate().map(|(i, p)| {
         let e = cell.strains(&cell.edges(x, p.first));
-        cell.stored::<WARM>(e, warmed, i, p.count)
+        cell.stored_energy::<WARM>(e, warmed, i, p.count)
     });
     each.sum()
 }
 
-pub(crate) fn settle<const WARM: bool>(cell: &Cell, packets: &mut [Packet], warmed: &[Warmed], x: &Vectors) {
+pub(crate) fn settle<const WARM: bool>(
+    cell: &CellGeometry,
+    packets: &mut [Packet],
+    warmed: &[PacketRestState],
+    x: &Vectors,
+) {
     for (i, packet) in packets.iter_mut().enumerate() {
         let e = cell.strains(&cell.edges(x, packet.first));
         packet.stress = cell.stress_of::<WARM>(cell.staged(e, &packet.anchor), warmed, i);
@@ -22,9 +34,9 @@ pub(crate) fn settle<const WARM: bool>(cell: &Cell, packets: &mut [Packet], warm
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 pub(crate) fn add_forces<const WARM: bool>(
-    cell: &Cell,
+    cell: &CellGeometry,
     packets: &[Packet],
-    warmed: &[Warmed],
+    warmed: &[PacketRestState],
     x: &Vectors,
     v: &Vectors,
     force: &mut Vectors,
@@ -43,7 +55,7 @@ pub(crate) fn add_forces<const WARM: bool>(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-pub(crate) fn begin(cell: &Cell, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
+pub(crate) fn begin(cell: &CellGeometry, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
     for p in packets {
         for k in 0..5 {
             p.anchor[k] = p.rate[k] * follow;
@@ -59,9 +71,9 @@ pub(crate) fn begin(cell: &Cell, packets: &mut [Packet], anchors: &[Anchor], fol
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 pub(crate) fn add_gradient<const WARM: bool>(
-    cell: &Cell,
+    cell: &CellGeometry,
     packets: &[Packet],
-    warmed: &[Warmed],
+    warmed: &[PacketRestState],
     x: &Vectors,
     gradient: &mut Vectors,
 ) {
@@ -73,11 +85,16 @@ pub(crate) fn add_gradient<const WARM: bool>(
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-pub(crate) fn potential<const WARM: bool>(cell: &Cell, packets: &[Packet], warmed: &[Warmed], x: &Vectors) -> f64 {
+pub(crate) fn potential<const WARM: bool>(
+    cell: &CellGeometry,
+    packets: &[Packet],
+    warmed: &[PacketRestState],
+    x: &Vectors,
+) -> f64 {
     let mut sum = 0.0;
     for (i, p) in packets.iter().enumerate() {
         let e = cell.strains(&cell.edges(x, p.first));
-        sum += cell.stored::<WARM>(e, warmed, i, p.count);
+        sum += cell.stored_energy::<WARM>(e, warmed, i, p.count);
         if cell.viscous > 0.0 {
             let mut rate = e;
             for k in 0..5 {
@@ -91,9 +108,9 @@ pub(crate) fn potential<const WARM: bool>(cell: &Cell, packets: &[Packet], warme
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 pub(crate) fn add_tangent<const WARM: bool>(
-    cell: &Cell,
+    cell: &CellGeometry,
     packets: &[Packet],
-    warmed: &[Warmed],
+    warmed: &[PacketRestState],
     x: &Vectors,
     geometric: Geometric,
     values: &mut [f64],
@@ -103,7 +120,7 @@ pub(crate) fn add_tangent<const WARM: bool>(
         let mut s = p.stress;
         if geometric == Geometric::Clipped {
             for tension in &mut s {
-                *tension = tension.positive();
+                *tension = tension.positive_part();
             }
             // Shear has no sign: its geometric part is always indefinite.
             s[4] = Pack::default();
@@ -118,9 +135,9 @@ pub(crate) fn add_tangent<const WARM: bool>(
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 pub(crate) fn predict<const WARM: bool>(
-    cell: &Cell,
+    cell: &CellGeometry,
     packets: &mut [Packet],
-    warmed: &[Warmed],
+    warmed: &[PacketRestState],
     x: &Vectors,
     moved: &Vectors,
 ) -> f64 {

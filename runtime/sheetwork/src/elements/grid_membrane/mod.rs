@@ -17,7 +17,7 @@
 //! and A₂₆ are zero: the grid is aligned with the material axes.
 //!
 //! After a change of temperature every cell has its own stiffness and rest strains, stored in
-//! `Warmed`; the kernels are compiled with and without them. An open cell has zero stiffness at any
+//! `PacketRestState`; the kernels are compiled with and without them. An open cell has zero stiffness at any
 //! temperature.
 
 pub(crate) mod creep;
@@ -27,18 +27,18 @@ pub(crate) mod serialization;
 #[cfg(test)]
 mod tests;
 
-use crate::elements::creep::Flows;
-use crate::elements::fracture::Open;
-use crate::elements::grid_membrane::creep::Creeping;
+use crate::elements::creep::InelasticElement;
+use crate::elements::fracture::OpenCells;
+use crate::elements::grid_membrane::creep::CellCreep;
 use crate::elements::grid_membrane::kernels::{
     add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle,
 };
-use crate::elements::remap::Carry;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
-use crate::material::law::Law;
+use crate::elements::remap::Remap;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_strain_after_softening};
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
 use crate::math::lanes::{LANES, Pack, Pack3, Pack9};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Pairs of a cell's nodes with a matrix block, row by row of the lower triangle.
 const PAIRS: [(usize, usize); 10] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)];
@@ -61,7 +61,7 @@ pub(crate) struct Packet {
 
 /// Parameters common to all cells.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Cell {
+pub(crate) struct CellGeometry {
     /// Nodes in a row of the grid: offset from node 0 to node 2.
     row: usize,
     /// 1/h_u, 1/m.
@@ -79,7 +79,7 @@ pub(crate) struct Cell {
 
 /// Thermal rest state of the cells of a packet.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Warmed {
+pub(crate) struct PacketRestState {
     /// Remaining stiffness as a fraction of the law's.
     softness: Pack,
     /// Rest strains.
@@ -88,7 +88,7 @@ pub(crate) struct Warmed {
     expansion: [Pack; 4],
 }
 
-impl Warmed {
+impl PacketRestState {
     const COLD: Self =
         Self { softness: Pack([1.0; LANES]), rest: [Pack([0.0; LANES]); 5], expansion: [Pack([0.0; LANES]); 4] };
 }
@@ -96,12 +96,12 @@ impl Warmed {
 /// The membrane of all cells of a rectangular grid.
 #[derive(Clone, Debug, Default)]
 pub struct CellMembrane {
-    cell: Cell,
+    cell: CellGeometry,
     packets: Vec<Packet>,
     /// One entry per packet; empty until the first change of temperature or fracture.
-    warmed: Vec<Warmed>,
+    rest_state: Vec<PacketRestState>,
     /// Creep state; `None` without creep.
-    creeping: Option<Box<Creeping>>,
+    creep: Option<Box<CellCreep>>,
     /// For each cell of a packet, `Some` with the remaining stiffness (fraction of the law's) that
     /// an open cell would have if closed; empty without open cells.
     open: Vec<[Option<f64>; LANES]>,
@@ -125,7 +125,7 @@ impl CellMembrane {
                 });
             }
         }
-        let cell = Cell { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..Cell::default() };
+        let cell = CellGeometry { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..CellGeometry::default() };
         Self { cell, packets, ..Self::default() }
     }
 
@@ -142,7 +142,7 @@ impl CellMembrane {
     }
 }
 
-impl Cell {
+impl CellGeometry {
     /// Nodes of a cell, from its node 0.
     #[inline(always)]
     fn masses(&self, first: usize) -> [usize; 4] {
@@ -197,9 +197,9 @@ impl Cell {
         e
     }
 
-    /// Stress of packet `index` at the strain `e` (of [`Cell::staged`] within a stage).
+    /// Stress of packet `index` at the strain `e` (of [`CellGeometry::staged`] within a stage).
     #[inline(always)]
-    fn stress_of<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+    fn stress_of<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[PacketRestState], index: usize) -> [Pack; 5] {
         if !WARM {
             return self.stress(&e);
         }
@@ -212,7 +212,13 @@ impl Cell {
 
     /// Energy stored by packet `index` at strain `e`, J.
     #[inline(always)]
-    fn stored<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize, count: usize) -> f64 {
+    fn stored_energy<const WARM: bool>(
+        &self,
+        mut e: [Pack; 5],
+        warmed: &[PacketRestState],
+        index: usize,
+        count: usize,
+    ) -> f64 {
         if WARM {
             for k in 0..5 {
                 e[k] = e[k] - warmed[index].rest[k];
@@ -223,7 +229,7 @@ impl Cell {
 
     /// Stress of a strain increment `e`, without rest strain.
     #[inline(always)]
-    fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+    fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[PacketRestState], index: usize) -> [Pack; 5] {
         let s = self.stress(e);
         if WARM { scaled(s, warmed[index].softness) } else { s }
     }
@@ -324,7 +330,7 @@ fn half_dot(s: &[Pack; 5], e: &[Pack; 5], count: usize) -> f64 {
 /// Calls the kernel `$name` compiled with or without a thermal rest state.
 macro_rules! kernel {
     ($name:ident, $self:ident, $($argument:expr),*) => {
-        if $self.warmed.is_empty() {
+        if $self.rest_state.is_empty() {
             $name::<false>($($argument),*)
         } else {
             $name::<true>($($argument),*)
@@ -341,11 +347,11 @@ impl CellMembrane {
 }
 
 impl Element for CellMembrane {
-    fn boxed(&self) -> Box<dyn Element> {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(self.clone())
     }
 
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for packet in &self.packets {
             for l in 0..packet.count {
                 let m = self.cell.masses(packet.first + l);
@@ -354,7 +360,7 @@ impl Element for CellMembrane {
         }
     }
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for packet in &mut self.packets {
             for l in 0..packet.count {
                 let m = self.cell.masses(packet.first + l);
@@ -365,22 +371,22 @@ impl Element for CellMembrane {
         }
     }
 
-    fn set_law(&mut self, law: &Law) {
+    fn set_law(&mut self, law: &ElementLaw) {
         let area = 1.0 / (self.cell.iu * self.cell.iv);
         let a = &law.membrane;
         self.cell.c = [0.5 * a[0][0] * area, 0.5 * a[1][1] * area, 0.25 * a[0][1] * area, a[2][2] * area];
         self.cell.retardation = law.retardation;
     }
 
-    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
-        if self.warm_creeping(x, warmth) {
+    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
+        if self.apply_temperature_to_creep(x, warmth) {
             return;
         }
-        if self.warmed.is_empty() {
-            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        if self.rest_state.is_empty() {
+            self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         }
         let cell = self.cell;
-        for (index, (w, p)) in self.warmed.iter_mut().zip(&self.packets).enumerate() {
+        for (index, (w, p)) in self.rest_state.iter_mut().zip(&self.packets).enumerate() {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
                 let m = cell.masses(p.first + l);
@@ -396,7 +402,7 @@ impl Element for CellMembrane {
                 }
                 let before = w.softness.0[l];
                 for k in 0..5 {
-                    w.rest[k].0[l] = set_rest(e[k].0[l], w.rest[k].0[l], before, after);
+                    w.rest[k].0[l] = rest_strain_after_softening(e[k].0[l], w.rest[k].0[l], before, after);
                 }
                 w.softness.0[l] = after;
             }
@@ -404,17 +410,17 @@ impl Element for CellMembrane {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(energy) = self.crept_energy(x) {
+        if let Some(energy) = self.creep_energy(x) {
             return energy;
         }
-        kernel!(energy, self, &self.cell, &self.packets, &self.warmed, x)
+        kernel!(energy, self, &self.cell, &self.packets, &self.rest_state, x)
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        kernel!(add_forces, self, &self.cell, &self.packets, &self.warmed, x, v, force);
+        kernel!(add_forces, self, &self.cell, &self.packets, &self.rest_state, x, v, force);
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.cell.viscous = self.cell.retardation * per_time;
         self.cell.per_time = per_time;
         if self.cell.viscous > 0.0 {
@@ -422,7 +428,7 @@ impl Element for CellMembrane {
         }
     }
 
-    fn finish(&mut self, x: &Vectors) {
+    fn finish_stage(&mut self, x: &Vectors) {
         if self.cell.viscous > 0.0 {
             let cell = self.cell;
             for p in &mut self.packets {
@@ -434,62 +440,62 @@ impl Element for CellMembrane {
         }
     }
 
-    fn forget(&mut self) {
+    fn reset_rates(&mut self) {
         self.packets.iter_mut().for_each(|p| p.rate = [Pack::default(); 5]);
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         for packet in &mut self.packets {
             packet.rate.iter_mut().chain(&mut packet.stress).for_each(|pack| visit(&mut pack.0));
         }
     }
 
-    fn keep_history(&self, to: &mut Keeper) {
-        self.keep_rates(to);
+    fn serialise_history(&self, to: &mut StateWriter) {
+        self.serialise_rates(to);
         for p in &self.packets {
             p.stress.iter().for_each(|pack| to.sparse(&pack.0[..p.count]));
         }
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
-        self.take_rates(from)?;
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+        self.deserialise_rates(from)?;
         for p in &mut self.packets {
             p.stress.iter_mut().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
         }
         Ok(())
     }
 
-    fn keep_changes(&self, to: &mut Keeper) {
-        self.keep_warmth(to);
+    fn serialise_changes(&self, to: &mut StateWriter) {
+        self.serialise_thermal(to);
     }
 
-    fn take_changes(&mut self, from: &mut Taker) -> Taken {
-        self.take_warmth(from)
+    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
+        self.deserialise_thermal(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        kernel!(potential, self, &self.cell, &self.packets, &self.warmed, x)
+        kernel!(potential, self, &self.cell, &self.packets, &self.rest_state, x)
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
-        kernel!(add_gradient, self, &self.cell, &self.packets, &self.warmed, x, gradient);
+        kernel!(add_gradient, self, &self.cell, &self.packets, &self.rest_state, x, gradient);
     }
 
     fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
-        kernel!(add_tangent, self, &self.cell, &self.packets, &self.warmed, x, geometric, values);
+        kernel!(add_tangent, self, &self.cell, &self.packets, &self.rest_state, x, geometric, values);
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        kernel!(predict, self, &self.cell, &mut self.packets, &self.warmed, x, d)
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        kernel!(predict, self, &self.cell, &mut self.packets, &self.rest_state, x, d)
     }
 
-    fn settle(&mut self, x: &Vectors) {
-        kernel!(settle, self, &self.cell, &mut self.packets, &self.warmed, x);
+    fn update_stress(&mut self, x: &Vectors) {
+        kernel!(settle, self, &self.cell, &mut self.packets, &self.rest_state, x);
     }
 
-    fn open(&mut self, open: &Open, _gone: &[bool]) {
-        if self.warmed.is_empty() {
-            self.warmed = vec![Warmed::COLD; self.packets.len()];
+    fn open(&mut self, open: &OpenCells, _gone: &[bool]) {
+        if self.rest_state.is_empty() {
+            self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         }
         self.open.resize(self.packets.len(), [None; LANES]);
         for index in 0..self.packets.len() {
@@ -497,8 +503,8 @@ impl Element for CellMembrane {
             for l in 0..p.count {
                 let mass = p.first + l;
                 let closed = open.is_closed((mass % self.cell.row) as i64, (mass / self.cell.row) as i64);
-                let creeps = self.creeping.as_mut();
-                let of_step = &mut self.warmed[index].softness.0[l];
+                let creeps = self.creep.as_mut();
+                let of_step = &mut self.rest_state[index].softness.0[l];
                 let softness = creeps.map_or(&mut *of_step, |creeping| creeping.softness(index, l));
                 let was = &mut self.open[index][l];
                 if !closed && was.is_none() {
@@ -512,14 +518,14 @@ impl Element for CellMembrane {
         }
     }
 
-    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+    fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
-            self.carry_strains(old, carry);
+            self.transfer_strains(old, carry);
         }
     }
 
-    fn flows(&mut self) -> Option<&mut dyn Flows> {
-        self.creeping.is_some().then_some(self as &mut dyn Flows)
+    fn as_inelastic(&mut self) -> Option<&mut dyn InelasticElement> {
+        self.creep.is_some().then_some(self as &mut dyn InelasticElement)
     }
 }
 

@@ -1,11 +1,11 @@
 //! Remapping of the membrane state of a grid to another grid: thermal rest strain and creep.
 //! Thermal expansion follows from the temperatures.
 
-use crate::elements::grid_membrane::{CellMembrane, Warmed};
-use crate::elements::remap::Carry;
+use crate::elements::grid_membrane::{CellMembrane, PacketRestState};
+use crate::elements::remap::Remap;
 
 /// State per cell: rest strain and two creep arms for each of the four edges and the shear.
-const HELD: usize = 15;
+const STATE_COMPONENTS: usize = 15;
 
 impl CellMembrane {
     /// Calls `visit` with packet, lane and first node of every cell.
@@ -18,38 +18,38 @@ impl CellMembrane {
     }
 
     /// Takes the state of `old`.
-    pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
-        if old.warmed.is_empty() {
+    pub(crate) fn transfer_strains(&mut self, old: &Self, carry: &Remap) {
+        if old.rest_state.is_empty() {
             return;
         }
-        if self.warmed.is_empty() {
-            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        if self.rest_state.is_empty() {
+            self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         }
         let mut cells = Vec::new();
         old.for_each_cell(|index, l, home| {
-            let w = &old.warmed[index];
-            let mut held = [0.0; HELD];
+            let w = &old.rest_state[index];
+            let mut held = [0.0; STATE_COMPONENTS];
             for k in 0..5 {
                 let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
                 held[3 * k] = w.rest[k].0[l] - grown;
             }
-            if let Some(creeping) = &old.creeping {
-                held = std::array::from_fn(|n| creeping.held(index, l)[n / 3][n % 3]);
+            if let Some(creeping) = &old.creep {
+                held = std::array::from_fn(|n| creeping.stored_state(index, l)[n / 3][n % 3]);
             }
             cells.push((home, held));
         });
         let places = carry.gather(true, cells.into_iter());
         let mut all = Vec::new();
         self.for_each_cell(|index, l, home| {
-            all.extend(carry.read(&places, home, true).map(|held| (index, l, held)));
+            all.extend(carry.interpolate(&places, home, true).map(|held| (index, l, held)));
         });
         for (index, l, held) in all {
-            let w = &mut self.warmed[index];
+            let w = &mut self.rest_state[index];
             for k in 0..5 {
                 let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
                 w.rest[k].0[l] = grown + held[3 * k];
             }
-            let Some(creeping) = &mut self.creeping else { continue };
+            let Some(creeping) = &mut self.creep else { continue };
             for (k, strain) in creeping.strains(index, l).enumerate() {
                 let [left, first, second] = [held[3 * k], held[3 * k + 1], held[3 * k + 2]];
                 strain.arms = [first, second];

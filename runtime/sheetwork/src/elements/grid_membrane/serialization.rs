@@ -3,8 +3,8 @@
 //! An edge shared by two cells has one strain in both, bit for bit, and so one strain rate, which
 //! is serialised once.
 
-use crate::elements::grid_membrane::{CellMembrane, LANES, Warmed};
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::elements::grid_membrane::{CellMembrane, LANES, PacketRestState};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 impl CellMembrane {
     /// Calls `visit` for every strain rate with its packet, component and lane, and with the
@@ -28,7 +28,7 @@ impl CellMembrane {
         }
     }
 
-    pub(crate) fn keep_rates(&self, to: &mut Keeper) {
+    pub(crate) fn serialise_rates(&self, to: &mut StateWriter) {
         let of = |(index, k, l): (usize, usize, usize)| self.packets[index].rate[k].0[l];
         let mut alike = true;
         self.for_each_rate(|this, shared| {
@@ -44,7 +44,7 @@ impl CellMembrane {
         to.sparse(&rates);
     }
 
-    pub(crate) fn take_rates(&mut self, from: &mut Taker) -> Taken {
+    pub(crate) fn deserialise_rates(&mut self, from: &mut StateReader) -> ReadResult {
         let alike = from.flag()?;
         let mut count = 0;
         self.for_each_rate(|_, shared| count += usize::from(!(alike && shared.is_some())));
@@ -67,33 +67,33 @@ impl CellMembrane {
         Ok(())
     }
 
-    pub(crate) fn keep_warmth(&self, to: &mut Keeper) {
-        to.flag(!self.warmed.is_empty());
-        for (w, p) in self.warmed.iter().zip(&self.packets) {
+    pub(crate) fn serialise_thermal(&self, to: &mut StateWriter) {
+        to.flag(!self.rest_state.is_empty());
+        for (w, p) in self.rest_state.iter().zip(&self.packets) {
             let packs = std::iter::once(&w.softness).chain(&w.rest).chain(&w.expansion);
             packs.for_each(|pack| to.sparse(&pack.0[..p.count]));
         }
-        if let Some(creeping) = &self.creeping {
-            creeping.keep(to);
+        if let Some(creeping) = &self.creep {
+            creeping.serialise(to);
         }
         to.flag(!self.open.is_empty());
         self.open.iter().flatten().for_each(|open| to.optional(*open));
     }
 
-    pub(crate) fn take_warmth(&mut self, from: &mut Taker) -> Taken {
+    pub(crate) fn deserialise_thermal(&mut self, from: &mut StateReader) -> ReadResult {
         let is_warm = from.flag()?;
-        self.warmed.clear();
+        self.rest_state.clear();
         if is_warm {
-            self.warmed.resize(self.packets.len(), Warmed::COLD);
-        } else if self.creeping.is_some() {
-            return Err(Cut);
+            self.rest_state.resize(self.packets.len(), PacketRestState::COLD);
+        } else if self.creep.is_some() {
+            return Err(CorruptState);
         }
-        for (w, p) in self.warmed.iter_mut().zip(&self.packets) {
+        for (w, p) in self.rest_state.iter_mut().zip(&self.packets) {
             let packs = std::iter::once(&mut w.softness).chain(&mut w.rest).chain(&mut w.expansion);
             packs.into_iter().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
         }
-        if let Some(creeping) = &mut self.creeping {
-            creeping.take(from)?;
+        if let Some(creeping) = &mut self.creep {
+            creeping.deserialise(from)?;
         }
         self.open.clear();
         if from.flag()? {

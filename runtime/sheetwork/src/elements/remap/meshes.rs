@@ -10,31 +10,31 @@
 //! of a coarser mesh takes the mean weighted with its hat function. Neither exceeds the range of
 //! the values.
 
-use crate::mesh::outline::Mesh;
-use crate::mesh::outline::locate::{Locator, inward};
+use crate::mesh::outline::TriangleMesh;
+use crate::mesh::outline::locate::{PointLocator, inward};
 
 /// Indices and weights of old nodes or triangles.
 type Combination = Vec<(u32, f64)>;
 
 /// Two meshes, and the combinations of old values for each place of the new mesh.
-pub struct Meshes<'a> {
+pub struct MeshRemap<'a> {
     /// Old mesh.
-    pub from: &'a Mesh,
+    pub from: &'a TriangleMesh,
     /// New mesh.
-    pub to: &'a Mesh,
+    pub to: &'a TriangleMesh,
     /// Old triangles of each new triangle; the sum of the weights is 1.
     triangles: Vec<Combination>,
     /// Old nodes of each new node; weights are not negative and their sum is 1.
     masses: Vec<Combination>,
 }
 
-impl<'a> Meshes<'a> {
+impl<'a> MeshRemap<'a> {
     /// Combinations for remapping from `from` to `to`.
-    pub fn new(from: &'a Mesh, to: &'a Mesh) -> Self {
-        let mean = |mesh: &Mesh| mesh.total_area() / mesh.triangles.len().max(1) as f64;
+    pub fn new(from: &'a TriangleMesh, to: &'a TriangleMesh) -> Self {
+        let mean = |mesh: &TriangleMesh| mesh.total_area() / mesh.triangles.len().max(1) as f64;
         let coarser = mean(to) > mean(from);
-        let (there, here) = (Locator::new(from), Locator::new(to));
-        let inside = |mesh: &Mesh, locator: &Locator, k: usize| {
+        let (there, here) = (PointLocator::new(from), PointLocator::new(to));
+        let inside = |mesh: &TriangleMesh, locator: &PointLocator, k: usize| {
             let middle = mesh.middle_of(k);
             locator.find(middle, middle)
         };
@@ -46,7 +46,7 @@ impl<'a> Meshes<'a> {
             }
             let sides = inward(from);
             for (i, p) in from.positions.iter().enumerate() {
-                for (v, w) in hats(to, &here, *p, sides[i]) {
+                for (v, w) in hat_weights(to, &here, *p, sides[i]) {
                     masses[v as usize].push((i as u32, w * from.lumped[i]));
                 }
             }
@@ -56,7 +56,7 @@ impl<'a> Meshes<'a> {
         }
         let sides = inward(to);
         for (i, parts) in masses.iter_mut().enumerate().filter(|(_, parts)| parts.is_empty()) {
-            parts.extend(hats(from, &there, to.positions[i], sides[i]));
+            parts.extend(hat_weights(from, &there, to.positions[i], sides[i]));
         }
         triangles.iter_mut().chain(&mut masses).for_each(make_whole);
         Self { from, to, triangles, masses }
@@ -64,7 +64,7 @@ impl<'a> Meshes<'a> {
 
     /// Value in new triangle `k` from `values` of old triangles; `None` where no contributing value
     /// is known.
-    pub fn read<const K: usize>(&self, values: &[Option<[f64; K]>], k: usize) -> Option<[f64; K]> {
+    pub fn interpolate<const K: usize>(&self, values: &[Option<[f64; K]>], k: usize) -> Option<[f64; K]> {
         let (mut sum, mut whole) = ([0.0; K], 0.0);
         for (old, weight) in &self.triangles[k] {
             if let Some(value) = &values[*old as usize] {
@@ -76,7 +76,7 @@ impl<'a> Meshes<'a> {
     }
 
     /// Value at new node `i` from `values` at old nodes.
-    pub fn at_mass<const K: usize>(&self, values: &[[f64; K]], i: usize) -> [f64; K] {
+    pub fn at_node<const K: usize>(&self, values: &[[f64; K]], i: usize) -> [f64; K] {
         let mut sum = [0.0; K];
         for (old, weight) in &self.masses[i] {
             sum.iter_mut().zip(&values[*old as usize]).for_each(|(s, x)| *s += weight * x);
@@ -87,7 +87,7 @@ impl<'a> Meshes<'a> {
 
 /// Corners of the triangle of `mesh` that contains `p` (m), approached from `inside`, and their
 /// barycentric weights, clipped to non-negative.
-pub fn hats(mesh: &Mesh, locator: &Locator, p: [f64; 2], inside: [f64; 2]) -> Combination {
+pub fn hat_weights(mesh: &TriangleMesh, locator: &PointLocator, p: [f64; 2], inside: [f64; 2]) -> Combination {
     let k = locator.find(p, inside);
     let weights = locator.weights(k, p).map(|w| w.max(0.0));
     let mut parts: Combination = mesh.triangles[k as usize].into_iter().zip(weights).filter(|w| w.1 > 1e-9).collect();
@@ -107,7 +107,7 @@ mod tests {
     use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, mesh};
     use std::path::Path;
 
-    fn ring(n: u32) -> Mesh {
+    fn ring(n: u32) -> TriangleMesh {
         let disc = OutlineSpec::Disc { radius: 0.1 };
         let hole = HoleSpec::Disc { centre: (0.02, 0.0), radius: 0.03 };
         let outline = Outline::new(Some(&disc), &[hole], &[], (0.2, 0.2), Path::new(".")).expect("an outline");
@@ -115,38 +115,40 @@ mod tests {
     }
 
     #[test]
-    fn what_is_the_same_everywhere_stays_so() {
+    fn a_constant_field_stays_constant() {
         for (a, b) in [(13, 25), (25, 13), (25, 20), (13, 41)] {
             let (from, to) = (ring(a), ring(b));
-            let meshes = Meshes::new(&from, &to);
+            let meshes = MeshRemap::new(&from, &to);
             let (each, masses) = (vec![Some([2.5]); from.triangles.len()], vec![[2.5]; from.positions.len()]);
-            assert!((0..to.triangles.len()).all(|k| (meshes.read(&each, k).expect("known")[0] - 2.5).abs() < 1e-12));
-            assert!((0..to.positions.len()).all(|i| (meshes.at_mass(&masses, i)[0] - 2.5).abs() < 1e-12));
+            assert!(
+                (0..to.triangles.len()).all(|k| (meshes.interpolate(&each, k).expect("known")[0] - 2.5).abs() < 1e-12)
+            );
+            assert!((0..to.positions.len()).all(|i| (meshes.at_node(&masses, i)[0] - 2.5).abs() < 1e-12));
         }
     }
 
     #[test]
-    fn a_slope_is_read_off_a_coarser_mesh_as_it_is() {
+    fn a_linear_field_is_exact_on_a_finer_mesh() {
         let (from, to) = (ring(13), ring(25));
-        let meshes = Meshes::new(&from, &to);
+        let meshes = MeshRemap::new(&from, &to);
         let values: Vec<[f64; 1]> = from.positions.iter().map(|[u, v]| [3.0 * u - v]).collect();
         for (i, [u, v]) in to.positions.iter().enumerate().filter(|(i, _)| !to.border[*i]) {
-            assert!((meshes.at_mass(&values, i)[0] - (3.0 * u - v)).abs() < 1e-3, "{u} {v}");
+            assert!((meshes.at_node(&values, i)[0] - (3.0 * u - v)).abs() < 1e-3, "{u} {v}");
         }
     }
 
     #[test]
-    fn the_angle_of_a_line_is_kept() {
+    fn the_integral_along_a_fold_is_conserved() {
         // A fold along a line of triangles: the sum over the area is angle times length.
         for (a, b) in [(25, 13), (13, 25), (41, 21)] {
             let (from, to) = (ring(a), ring(b));
-            let meshes = Meshes::new(&from, &to);
+            let meshes = MeshRemap::new(&from, &to);
             let bent = |k: usize| Some([if from.middle_of(k)[0].abs() < 0.008 { 1.0 } else { 0.0 }]);
             let each: Vec<_> = (0..from.triangles.len()).map(bent).collect();
-            let sum = |mesh: &Mesh, of: &dyn Fn(usize) -> Option<[f64; 1]>| {
+            let sum = |mesh: &TriangleMesh, of: &dyn Fn(usize) -> Option<[f64; 1]>| {
                 (0..mesh.triangles.len()).map(|k| mesh.areas[k] * of(k).map_or(0.0, |v| v[0])).sum::<f64>()
             };
-            let (before, after) = (sum(&from, &|k| each[k]), sum(&to, &|k| meshes.read(&each, k)));
+            let (before, after) = (sum(&from, &|k| each[k]), sum(&to, &|k| meshes.interpolate(&each, k)));
             assert!((after / before - 1.0).abs() < 0.06, "{a} to {b}: {after} of {before}");
         }
     }

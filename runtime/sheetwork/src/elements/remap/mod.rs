@@ -7,65 +7,67 @@
 
 pub(crate) mod meshes;
 
-pub use crate::elements::remap::meshes::{Meshes, hats};
+pub use crate::elements::remap::meshes::{MeshRemap, hat_weights};
 
 /// Remapping between two grids or two meshes.
-pub enum Carry<'a> {
+pub enum Remap<'a> {
     /// Between rectangular grids of a shell or a lattice.
-    Grid(Grids),
+    Grid(GridRemap),
     /// Between triangle meshes of a sheet with outline, holes or cuts.
-    Mesh(Meshes<'a>),
+    Mesh(MeshRemap<'a>),
 }
 
-/// State at the points of the old sheet, from [`Carry::gather`].
-pub enum Held<const K: usize> {
+/// State at the points of the old sheet, from [`Remap::gather`].
+pub enum SourceField<const K: usize> {
     /// At nodes or cell centres.
-    Grid(Places<K>),
+    Grid(GridField<K>),
     /// One value per triangle.
     Mesh(Vec<Option<[f64; K]>>),
 }
 
-impl Carry<'_> {
+impl Remap<'_> {
     /// Collects values at `homes` of the old sheet: nodes, or first nodes of cells for values at
     /// cell centres (`middle`); triangles of a mesh.
-    pub fn gather<const K: usize>(&self, middle: bool, homes: impl Iterator<Item = (u32, [f64; K])>) -> Held<K> {
+    pub fn gather<const K: usize>(&self, middle: bool, homes: impl Iterator<Item = (u32, [f64; K])>) -> SourceField<K> {
         match self {
             Self::Grid(grids) => {
-                let mut places = if middle { Places::cells(grids.from) } else { Places::masses(grids.from) };
+                let mut places = if middle { GridField::cells(grids.from) } else { GridField::masses(grids.from) };
                 for (home, value) in homes {
-                    let (i, j) = grids.row_of(home as usize);
+                    let (i, j) = grids.column_and_row(home as usize);
                     places.put(i, j, value);
                 }
-                Held::Grid(places)
+                SourceField::Grid(places)
             }
             Self::Mesh(meshes) => {
                 let mut each = vec![None; meshes.from.triangles.len()];
                 homes.for_each(|(home, value)| each[home as usize] = Some(value));
-                Held::Mesh(each)
+                SourceField::Mesh(each)
             }
         }
     }
 
     /// Values at the nodes of the new sheet from `values` at the nodes of the old one.
-    pub fn at_masses(&self, values: &[f64]) -> Vec<f64> {
+    pub fn at_nodes(&self, values: &[f64]) -> Vec<f64> {
         match self {
             Self::Grid(grids) => {
                 let places = self.gather(false, values.iter().enumerate().map(|(k, v)| (k as u32, [*v])));
-                let at = |k: u32| self.read(&places, k, false).map_or(0.0, |v| v[0]);
+                let at = |k: u32| self.interpolate(&places, k, false).map_or(0.0, |v| v[0]);
                 (0..(grids.to[0] * grids.to[1]) as u32).map(at).collect()
             }
             Self::Mesh(meshes) => {
                 let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
-                (0..meshes.to.positions.len()).map(|i| meshes.at_mass(&values, i)[0]).collect()
+                (0..meshes.to.positions.len()).map(|i| meshes.at_node(&values, i)[0]).collect()
             }
         }
     }
 
     /// Value at `home` of the new sheet; `None` where no value is known.
-    pub fn read<const K: usize>(&self, held: &Held<K>, home: u32, middle: bool) -> Option<[f64; K]> {
+    pub fn interpolate<const K: usize>(&self, held: &SourceField<K>, home: u32, middle: bool) -> Option<[f64; K]> {
         match (self, held) {
-            (Self::Grid(grids), Held::Grid(places)) => grids.read(places, grids.place(home as usize, middle)),
-            (Self::Mesh(meshes), Held::Mesh(each)) => meshes.read(each, home as usize),
+            (Self::Grid(grids), SourceField::Grid(places)) => {
+                grids.interpolate(places, grids.place(home as usize, middle))
+            }
+            (Self::Mesh(meshes), SourceField::Mesh(each)) => meshes.interpolate(each, home as usize),
             _ => None,
         }
     }
@@ -73,7 +75,7 @@ impl Carry<'_> {
 
 /// Remapping between two rectangular grids: numbers of nodes along u and v.
 #[derive(Clone, Copy, Debug)]
-pub struct Grids {
+pub struct GridRemap {
     /// Old grid.
     pub from: [usize; 2],
     /// New grid.
@@ -81,7 +83,7 @@ pub struct Grids {
 }
 
 /// Values at the nodes or cell centres of a grid, where they are known.
-pub struct Places<const K: usize> {
+pub struct GridField<const K: usize> {
     columns: usize,
     rows: usize,
     /// Distance of the first point from the border, in cells.
@@ -89,7 +91,7 @@ pub struct Places<const K: usize> {
     values: Vec<Option<[f64; K]>>,
 }
 
-impl<const K: usize> Places<K> {
+impl<const K: usize> GridField<K> {
     /// At the nodes of a grid.
     pub fn masses([columns, rows]: [usize; 2]) -> Self {
         Self { columns, rows, offset: 0.0, values: vec![None; columns * rows] }
@@ -107,7 +109,7 @@ impl<const K: usize> Places<K> {
     }
 }
 
-impl Grids {
+impl GridRemap {
     /// Width of a cell of the coarser grid along `axis`, as a fraction of the sheet.
     fn width(&self, axis: usize) -> f64 {
         1.0 / (self.from[axis].min(self.to[axis]) - 1) as f64
@@ -131,7 +133,7 @@ impl Grids {
     }
 
     /// Value at (u, v), each 0 to 1 over the sheet; `None` if no value is known anywhere.
-    pub fn read<const K: usize>(&self, values: &Places<K>, at: [f64; 2]) -> Option<[f64; K]> {
+    pub fn interpolate<const K: usize>(&self, values: &GridField<K>, at: [f64; 2]) -> Option<[f64; K]> {
         // A wider hat where no value is near, as beside a border, which has no curvature across it.
         for wide in [1.0, 2.0, 4.0, 1e3] {
             let u = self.hat(0, (values.columns, values.offset), at[0], wide);
@@ -162,7 +164,7 @@ impl Grids {
     }
 
     /// Column and row of node `home` of the old grid.
-    pub fn row_of(&self, home: usize) -> (usize, usize) {
+    pub fn column_and_row(&self, home: usize) -> (usize, usize) {
         (home % self.from[0], home / self.from[0])
     }
 }
@@ -172,16 +174,16 @@ mod tests {
     use super::*;
 
     fn line(from: usize, to: usize, f: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
-        let carry = Grids { from: [from, 3], to: [to, 3] };
-        let mut values = Places::masses(carry.from);
+        let carry = GridRemap { from: [from, 3], to: [to, 3] };
+        let mut values = GridField::masses(carry.from);
         for j in 0..3 {
             (0..from).filter_map(|i| Some((i, f(i)?))).for_each(|(i, x)| values.put(i, j, [x]));
         }
-        (0..to).map(|i| carry.read(&values, carry.place(to + i, false)).expect("known")[0]).collect()
+        (0..to).map(|i| carry.interpolate(&values, carry.place(to + i, false)).expect("known")[0]).collect()
     }
 
     #[test]
-    fn what_is_the_same_everywhere_stays_so() {
+    fn a_constant_field_stays_constant() {
         for (from, to) in [(11, 21), (21, 11), (41, 11), (21, 16), (7, 30)] {
             let inner = line(from, to, |i| (i > 0 && i + 1 < from).then_some(3.5));
             assert!(inner.iter().all(|x| (x - 3.5).abs() < 1e-12), "{from} to {to}: {inner:?}");
@@ -189,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sum_of_a_line_is_kept() {
+    fn the_sum_along_a_fold_is_conserved() {
         // A fold of angle 1 has a curvature of one over the spacing.
         for (from, to, at) in [(41, 11, 20), (41, 11, 13), (21, 11, 7), (11, 21, 4), (11, 41, 6), (41, 21, 9)] {
             let angles = line(from, to, |i| Some(if i == at { (from - 1) as f64 } else { 0.0 }));

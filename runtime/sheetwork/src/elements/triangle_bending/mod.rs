@@ -25,18 +25,21 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::elements::curvature::CurvatureGroup;
-use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::outline::{MeshEdge, TriangleMesh};
 
 /// Area factor of a triangle with a clamped edge.
-const ON_CLAMP: f64 = 7.0 / 5.0;
+const CLAMPED_EDGE_AREA_FACTOR: f64 = 7.0 / 5.0;
 /// Area factor of a triangle that touches a clamped edge with a corner only.
-const AT_CLAMP: f64 = 3.0 / 4.0;
+const CLAMPED_CORNER_AREA_FACTOR: f64 = 3.0 / 4.0;
 /// Weight below which a term is rounding, in units of 1/area.
-const NOTHING: f64 = 1e-12;
+const WEIGHT_TOLERANCE: f64 = 1e-12;
 
 /// One group per triangle of `mesh`, in their order, and the outward unit normals (u, v) of the
 /// clamped edges, to which [`CurvatureGroup::clamps`] refers. Only boundary edges can be clamped.
-pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec<CurvatureGroup>, Vec<[f64; 2]>) {
+pub fn triangle_curvatures(
+    mesh: &TriangleMesh,
+    clamped: &dyn Fn(&MeshEdge) -> bool,
+) -> (Vec<CurvatureGroup>, Vec<[f64; 2]>) {
     let mut clamp_of: BTreeMap<u32, u32> = BTreeMap::new();
     let mut directions = Vec::new();
     let mut clamped_nodes = BTreeSet::new();
@@ -53,9 +56,9 @@ pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec
         .map(|k| {
             let mut group = curvature(mesh, k, &slopes, &clamp_of);
             if mesh.triangle_edges[k].iter().any(|e| clamp_of.contains_key(e)) {
-                group.area *= ON_CLAMP;
+                group.area *= CLAMPED_EDGE_AREA_FACTOR;
             } else if mesh.triangles[k].iter().any(|v| clamped_nodes.contains(v)) {
-                group.area *= AT_CLAMP;
+                group.area *= CLAMPED_CORNER_AREA_FACTOR;
             }
             group
         })
@@ -64,7 +67,12 @@ pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec
 }
 
 /// The curvature of triangle `k`.
-fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeMap<u32, u32>) -> CurvatureGroup {
+fn curvature(
+    mesh: &TriangleMesh,
+    k: usize,
+    slopes: &[slope::Stencil],
+    clamp_of: &BTreeMap<u32, u32>,
+) -> CurvatureGroup {
     let (area, nodes) = (mesh.areas[k], mesh.triangles[k]);
     let mut group = CurvatureGroup {
         area,
@@ -103,7 +111,7 @@ fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeM
         }
     }
     for (mass, weights) in rows {
-        for (row, weight) in group.rows.iter_mut().zip(weights).filter(|w| w.1.abs() * area > NOTHING) {
+        for (row, weight) in group.rows.iter_mut().zip(weights).filter(|w| w.1.abs() * area > WEIGHT_TOLERANCE) {
             row.push((mass, weight));
         }
     }

@@ -14,25 +14,25 @@
 use std::collections::BTreeSet;
 
 use crate::elements::triangle_bending::symmetric::{eigen, pseudo_inverse};
-use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};
+use crate::mesh::outline::{MeshEdge, NO_TRIANGLE, TriangleMesh};
 
 /// Nodes and weights, 1/m.
 pub type Stencil = Vec<(u32, f64)>;
 
 /// Smallest ratio of the singular values of P at which the patch determines a quadratic.
-const TOLD_APART: f64 = 0.02;
+const MINIMUM_SINGULAR_VALUE_RATIO: f64 = 0.02;
 /// Maximum number of additional rings of a patch.
-const GROWTH: usize = 2;
+const MAXIMUM_RINGS: usize = 2;
 /// Eigenvalue of P W Pᵀ, relative to the largest, below which the pseudo-inverse drops it.
-const SINGULAR: f64 = 1e-7;
+const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 
 /// Slope of each edge along the normal out of its first triangle; empty for boundary edges.
-pub fn slopes(mesh: &Mesh) -> Vec<Stencil> {
+pub fn slopes(mesh: &TriangleMesh) -> Vec<Stencil> {
     mesh.edges.iter().map(|edge| if edge.is_boundary() { Vec::new() } else { slope(mesh, edge) }).collect()
 }
 
 /// Gradient (u, v) of the plane over triangle `k`: weight of each corner, 1/m.
-fn gradient(mesh: &Mesh, k: u32) -> [[f64; 2]; 3] {
+fn gradient(mesh: &TriangleMesh, k: u32) -> [[f64; 2]; 3] {
     let p = mesh.triangles[k as usize].map(|v| mesh.positions[v as usize]);
     let twice = 2.0 * mesh.areas[k as usize];
     std::array::from_fn(|i| {
@@ -41,7 +41,7 @@ fn gradient(mesh: &Mesh, k: u32) -> [[f64; 2]; 3] {
     })
 }
 
-fn grown(mesh: &Mesh, patch: &BTreeSet<u32>) -> BTreeSet<u32> {
+fn grown(mesh: &TriangleMesh, patch: &BTreeSet<u32>) -> BTreeSet<u32> {
     let edges = patch.iter().flat_map(|k| mesh.triangle_edges[*k as usize]);
     edges.flat_map(|e| mesh.edges[e as usize].triangles).filter(|k| *k != NO_TRIANGLE).collect()
 }
@@ -62,7 +62,7 @@ fn moments(all: &[[f64; 6]], weight: &[f64]) -> [[f64; 6]; 6] {
     sum
 }
 
-fn slope(mesh: &Mesh, edge: &Edge) -> Stencil {
+fn slope(mesh: &TriangleMesh, edge: &MeshEdge) -> Stencil {
     let (length, t) = mesh.direction(edge);
     let (n, middle) = ([t[1], -t[0]], mesh.middle(edge));
     let (masses, all) = patch(mesh, edge, length, middle);
@@ -70,7 +70,7 @@ fn slope(mesh: &Mesh, edge: &Edge) -> Stencil {
     // From here in units of the edge's length.
     r.iter_mut().for_each(|w| *w *= length);
     let weight: Vec<f64> = all.iter().map(|m| (0.3 + m[1] * m[1] + m[2] * m[2]).powi(-2)).collect();
-    let inverse = pseudo_inverse(&moments(&all, &weight), SINGULAR);
+    let inverse = pseudo_inverse(&moments(&all, &weight), EIGENVALUE_TOLERANCE);
     let wanted = [0.0, n[0], n[1], 0.0, 0.0, 0.0];
     // The second pass removes the rounding of the first.
     for _ in 0..2 {
@@ -85,9 +85,9 @@ fn slope(mesh: &Mesh, edge: &Edge) -> Stencil {
 }
 
 /// Nodes of the patch, and their monomials.
-fn patch(mesh: &Mesh, edge: &Edge, length: f64, middle: [f64; 2]) -> (Vec<u32>, Vec<[f64; 6]>) {
+fn patch(mesh: &TriangleMesh, edge: &MeshEdge, length: f64, middle: [f64; 2]) -> (Vec<u32>, Vec<[f64; 6]>) {
     let mut triangles = grown(mesh, &edge.triangles.into_iter().collect());
-    for ring in 0..=GROWTH {
+    for ring in 0..=MAXIMUM_RINGS {
         let masses: BTreeSet<u32> = triangles.iter().flat_map(|k| mesh.triangles[*k as usize]).collect();
         let place = |v: &u32| {
             let p = mesh.positions[*v as usize];
@@ -96,7 +96,9 @@ fn patch(mesh: &Mesh, edge: &Edge, length: f64, middle: [f64; 2]) -> (Vec<u32>, 
         let all: Vec<[f64; 6]> = masses.iter().map(place).collect();
         let (values, _) = eigen(&moments(&all, &vec![1.0; all.len()]));
         let (low, high) = values.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
-        if ring == GROWTH || (all.len() >= 6 && low > TOLD_APART * TOLD_APART * high) {
+        if ring == MAXIMUM_RINGS
+            || (all.len() >= 6 && low > MINIMUM_SINGULAR_VALUE_RATIO * MINIMUM_SINGULAR_VALUE_RATIO * high)
+        {
             return (masses.into_iter().collect(), all);
         }
         triangles = grown(mesh, &triangles);
@@ -105,7 +107,7 @@ fn patch(mesh: &Mesh, edge: &Edge, length: f64, middle: [f64; 2]) -> (Vec<u32>, 
 }
 
 /// Mean of the two triangles' gradients along `n`, each weighted by the other's height.
-fn start(mesh: &Mesh, edge: &Edge, n: [f64; 2], masses: &[u32]) -> Vec<f64> {
+fn start(mesh: &TriangleMesh, edge: &MeshEdge, n: [f64; 2], masses: &[u32]) -> Vec<f64> {
     let [first, second] = edge.triangles;
     let (a, b) = (mesh.areas[first as usize], mesh.areas[second as usize]);
     let mut r = vec![0.0; masses.len()];

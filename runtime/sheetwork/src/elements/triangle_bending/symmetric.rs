@@ -2,7 +2,7 @@
 //! Computations*, 8.5), and the pseudo-inverse from them.
 
 /// Maximum number of Jacobi sweeps; convergence is quadratic and needs far fewer.
-const SWEEPS: usize = 30;
+const MAXIMUM_JACOBI_SWEEPS: usize = 30;
 
 /// Eigenvalues, and eigenvectors as columns.
 pub fn eigen<const N: usize>(matrix: &[[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
@@ -10,7 +10,7 @@ pub fn eigen<const N: usize>(matrix: &[[f64; N]; N]) -> ([f64; N], [[f64; N]; N]
     let mut v = [[0.0; N]; N];
     (0..N).for_each(|i| v[i][i] = 1.0);
     let scale: f64 = a.as_flattened().iter().map(|x| x * x).sum();
-    for _ in 0..SWEEPS {
+    for _ in 0..MAXIMUM_JACOBI_SWEEPS {
         let off: f64 = (0..N).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i][j] * a[i][j]).sum();
         if off <= 1e-34 * scale {
             break;

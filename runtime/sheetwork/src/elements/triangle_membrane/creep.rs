@@ -1,55 +1,55 @@
 //! Creep of the membrane of a triangle mesh: each edge has a rest strain and each triangle a
 //! relative stiffness for the step. [`crate::elements::creep`] has the equations.
 
-use crate::elements::Warmth;
-use crate::elements::creep::{FlowStep, Flows, Strain};
+use crate::elements::ThermalFields;
+use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep};
 use crate::elements::triangle_membrane::{EdgeMembrane, dot, product};
-use crate::elements::{keep_matrices, take_matrices};
+use crate::elements::{deserialise_matrices, serialise_matrices};
 use crate::math::Vectors;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Creep state of all edges and triangles.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Creeping {
+pub(crate) struct EdgeCreep {
     /// Creep state of each edge.
-    pub(crate) strains: Vec<Strain>,
+    pub(crate) strains: Vec<CreepStrain>,
     /// Instantaneous stiffness G of each triangle, J.
     full: Vec<[[f64; 3]; 3]>,
     /// Stiffness of each triangle in the step, relative to the instantaneous one.
     scale: Vec<f64>,
     share: [f64; 2],
-    running: bool,
+    is_in_step: bool,
     /// Remaining stiffness along each edge as a fraction of the law's, and thermal expansion of the
     /// edge.
     warmth: Vec<(f64, f64)>,
 }
 
-impl Creeping {
+impl EdgeCreep {
     pub fn new(edges: usize, triangles: usize, share: [f64; 2]) -> Self {
         Self {
-            strains: vec![Strain::default(); edges],
+            strains: vec![CreepStrain::default(); edges],
             full: vec![[[0.0; 3]; 3]; triangles],
             scale: vec![1.0; triangles],
             share,
-            running: false,
+            is_in_step: false,
             warmth: vec![(1.0, 0.0); edges],
         }
     }
 
     /// Serialises the state.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.flag(self.running);
-        self.strains.iter().for_each(|s| s.keep(to));
-        keep_matrices(self.full.iter(), to);
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_in_step);
+        self.strains.iter().for_each(|s| s.serialise(to));
+        serialise_matrices(self.full.iter(), to);
         to.numbers(&self.scale);
         self.warmth.iter().for_each(|w| to.numbers(&[w.0, w.1]));
     }
 
     /// Deserialises the state.
-    pub fn take(&mut self, from: &mut Taker) -> Taken {
-        self.running = from.flag()?;
-        self.strains.iter_mut().try_for_each(|s| s.take(from))?;
-        take_matrices(self.full.iter_mut(), from)?;
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.is_in_step = from.flag()?;
+        self.strains.iter_mut().try_for_each(|s| s.deserialise(from))?;
+        deserialise_matrices(self.full.iter_mut(), from)?;
         from.numbers(&mut self.scale)?;
         for warmth in &mut self.warmth {
             *warmth = (from.number()?, from.number()?);
@@ -59,14 +59,14 @@ impl Creeping {
 
     /// Whether a step is in progress.
     pub fn is_running(&self) -> bool {
-        self.running
+        self.is_in_step
     }
 }
 
 impl EdgeMembrane {
     /// Stores newly set stiffnesses as the instantaneous ones and applies the scale of the step.
-    pub(crate) fn keep_full(&mut self) {
-        let Some(creeping) = &mut self.creeping else { return };
+    pub(crate) fn store_full_stiffness(&mut self) {
+        let Some(creeping) = &mut self.creep else { return };
         for (full, t) in creeping.full.iter_mut().zip(&self.triangles) {
             *full = t.stiffness;
         }
@@ -74,28 +74,28 @@ impl EdgeMembrane {
     }
 
     fn rescale(&mut self) {
-        let Some(creeping) = &self.creeping else { return };
+        let Some(creeping) = &self.creep else { return };
         for ((t, full), scale) in self.triangles.iter_mut().zip(&creeping.full).zip(&creeping.scale) {
             t.stiffness = full.map(|row| row.map(|g| g * scale));
         }
     }
 
     /// Strain of edge `e` at `x` (m) relative to the expanded edge, creep strain included.
-    fn whole(&self, e: usize, x: &Vectors, creeping: &Creeping) -> f64 {
+    fn whole(&self, e: usize, x: &Vectors, creeping: &EdgeCreep) -> f64 {
         let strain = &self.strains[e];
         strain.at(x) + 0.5 * (strain.unit - 1.0) - creeping.warmth[e].1
     }
 
     /// Sets the rest strain of edge `e` from `creeping`.
-    pub(crate) fn take_rest(&mut self, e: usize, creeping: &Creeping) {
+    pub(crate) fn apply_rest_strain(&mut self, e: usize, creeping: &EdgeCreep) {
         let strain = &mut self.strains[e];
         strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
     }
 
-    /// Applies temperature to the edges, as [`crate::elements::Element::warm`]; returns false
+    /// Applies temperature to the edges, as [`crate::elements::Element::apply_temperature`]; returns false
     /// without creep.
-    pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
-        let Some(mut creeping) = self.creeping.take() else { return false };
+    pub(crate) fn apply_temperature_to_creep(&mut self, x: &Vectors, warmth: &ThermalFields) -> bool {
+        let Some(mut creeping) = self.creep.take() else { return false };
         for e in 0..self.strains.len() {
             let strain = self.whole(e, x, &creeping) + creeping.warmth[e].1;
             let ends = self.strains[e].ends;
@@ -104,19 +104,19 @@ impl EdgeMembrane {
             creeping.warmth[e] = (softness, grown);
             let share = creeping.share;
             let own = &mut creeping.strains[e];
-            own.set(strain - grown, kept, share);
-            own.rest = own.left();
-            self.take_rest(e, &creeping);
+            own.scale_stress(strain - grown, kept, share);
+            own.rest = own.stress_free();
+            self.apply_rest_strain(e, &creeping);
         }
         for (t, full) in self.triangles.iter_mut().zip(&creeping.full) {
             t.stiffness = *full;
         }
-        self.creeping = Some(creeping);
+        self.creep = Some(creeping);
         true
     }
 
     /// Energy stored in the arms between steps, J.
-    pub(crate) fn crept_energy(&self, creeping: &Creeping, x: &Vectors) -> f64 {
+    pub(crate) fn creep_energy(&self, creeping: &EdgeCreep, x: &Vectors) -> f64 {
         let share = creeping.share;
         let mut sum = 0.0;
         for (t, full) in self.triangles.iter().zip(&creeping.full) {
@@ -131,45 +131,45 @@ impl EdgeMembrane {
     }
 }
 
-impl Flows for EdgeMembrane {
-    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
-        let Some(mut creeping) = self.creeping.take() else { return false };
-        creeping.running = true;
+impl InelasticElement for EdgeMembrane {
+    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+        let Some(mut creeping) = self.creep.take() else { return false };
+        creeping.is_in_step = true;
         for e in 0..self.strains.len() {
             let Some(decay) = step.decay(&self.strains[e].ends) else { continue };
             let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
             creeping.strains[e].begin(strain, share, &decay);
-            self.take_rest(e, &creeping);
+            self.apply_rest_strain(e, &creeping);
         }
         for (t, scale) in self.triangles.iter().zip(&mut creeping.scale) {
             *scale = t.edges.iter().map(|e| creeping.strains[*e as usize].stiffness).sum::<f64>() / 3.0;
         }
-        self.creeping = Some(creeping);
+        self.creep = Some(creeping);
         self.rescale();
         false
     }
 
-    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
-        let Some(mut creeping) = self.creeping.take() else { return };
-        creeping.running = false;
+    fn end_step(&mut self, x: &Vectors, step: &InelasticStep) {
+        let Some(mut creeping) = self.creep.take() else { return };
+        creeping.is_in_step = false;
         for e in 0..self.strains.len() {
             let Some(decay) = step.decay(&self.strains[e].ends) else { continue };
             let strain = self.whole(e, x, &creeping);
             creeping.strains[e].end(strain, &decay);
         }
-        self.creeping = Some(creeping);
+        self.creep = Some(creeping);
     }
 
-    fn stand(&mut self, x: &Vectors) -> bool {
-        let Some(mut creeping) = self.creeping.take() else { return false };
-        creeping.running = false;
+    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
+        let Some(mut creeping) = self.creep.take() else { return false };
+        creeping.is_in_step = false;
         creeping.scale.fill(1.0);
         for e in 0..self.strains.len() {
             let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
-            creeping.strains[e].stand(strain, share);
-            self.take_rest(e, &creeping);
+            creeping.strains[e].apply_elastic_law(strain, share);
+            self.apply_rest_strain(e, &creeping);
         }
-        self.creeping = Some(creeping);
+        self.creep = Some(creeping);
         self.rescale();
         false
     }

@@ -25,24 +25,25 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 
-use crate::elements::creep::Flows;
+use crate::elements::creep::InelasticElement;
 use crate::elements::curvature::{CurvatureGroup, apply as product, dot, relaxation};
-use crate::elements::remap::Carry;
-use crate::elements::triangle_membrane::creep::Creeping;
+use crate::elements::remap::Remap;
+use crate::elements::triangle_membrane::creep::EdgeCreep;
 use crate::elements::{
-    Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices,
+    Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, deserialise_matrices, rest_strain_after_softening,
+    serialise_matrices,
 };
-use crate::material::law::Law;
+use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::mesh::outline::{MeshEdge, NO_TRIANGLE, TriangleMesh};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Weight of the arc term below which it is rounding, in units of 1/l².
-const NOTHING: f64 = 1e-12;
+const WEIGHT_TOLERANCE: f64 = 1e-12;
 
 /// Coefficients of the strain of one edge.
 #[derive(Clone, Debug, Default)]
-struct Strain {
+struct EdgeStrain {
     /// Nodes of the edge.
     ends: [u32; 2],
     /// 1/l, 1/m.
@@ -59,7 +60,7 @@ struct Strain {
 
 /// A triangle: three edges, and the nodes that their strains depend on.
 #[derive(Clone, Debug, Default)]
-struct Triangle {
+struct MembraneTriangle {
     edges: [u32; 3],
     /// S⁻¹, and the area in m².
     from_edges: [[f64; 3]; 3],
@@ -77,7 +78,7 @@ struct Triangle {
 
 /// Thermal rest state of a triangle.
 #[derive(Clone, Copy, Debug)]
-struct Warmed {
+struct TriangleRestState {
     /// Remaining stiffness as a fraction of the law's.
     softness: f64,
     /// Rest strains of the edges, and their thermal part.
@@ -88,10 +89,10 @@ struct Warmed {
 /// The membrane of all triangles of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct EdgeMembrane {
-    strains: Vec<Strain>,
-    triangles: Vec<Triangle>,
+    strains: Vec<EdgeStrain>,
+    triangles: Vec<MembraneTriangle>,
     /// One entry per triangle; empty until the first change of temperature.
-    warmed: Vec<Warmed>,
+    rest_state: Vec<TriangleRestState>,
     /// Curvature along each edge before relaxation: indices of groups and their shares.
     sources: Vec<[(u32, f64); 2]>,
     /// Squared direction (t_u², t_v², t_u t_v) and length (m) of each edge.
@@ -113,10 +114,10 @@ pub struct EdgeMembrane {
     /// Buffer for the gradients of a triangle and their products with G.
     gradients: Vec<[DVec3; 3]>,
     /// Creep state; `None` without creep.
-    creeping: Option<Box<Creeping>>,
+    creep: Option<Box<EdgeCreep>>,
 }
 
-impl Strain {
+impl EdgeStrain {
     #[inline]
     fn chord(&self, x: &Vectors) -> DVec3 {
         (x.get(self.ends[1] as usize) - x.get(self.ends[0] as usize)) * self.inverse_length
@@ -163,7 +164,7 @@ impl Strain {
 impl EdgeMembrane {
     /// The membrane of `mesh`; `groups` are the curvatures of its triangles in their order.
     /// [`Element::set_law`] must set the stiffness.
-    pub fn new(mesh: &Mesh, groups: &[CurvatureGroup]) -> Self {
+    pub fn new(mesh: &TriangleMesh, groups: &[CurvatureGroup]) -> Self {
         let edges = mesh.edges.len();
         let mut membrane = Self {
             groups: groups.to_vec(),
@@ -178,15 +179,17 @@ impl EdgeMembrane {
             let (length, [u, v]) = mesh.direction(edge);
             membrane.directions.push(([u * u, v * v, u * v], length));
             membrane.sources.push(sources(mesh, edge));
-            let strain = Strain { ends: edge.nodes, inverse_length: 1.0 / length, unit: 1.0, ..Strain::default() };
+            let strain =
+                EdgeStrain { ends: edge.nodes, inverse_length: 1.0 / length, unit: 1.0, ..EdgeStrain::default() };
             membrane.strains.push(strain);
         }
-        membrane.find_arcs(&[[0.0; 3]; 3]);
+        membrane.compute_arcs(&[[0.0; 3]; 3]);
         for (k, own) in mesh.triangle_edges.iter().enumerate() {
             let s = own.map(|e| membrane.directions[e as usize].0);
             let owns = own.map(|e| mesh.edges[e as usize].triangles[0] == k as u32);
             let from_edges = inverse(&s);
-            let mut triangle = Triangle { edges: *own, from_edges, area: mesh.areas[k], owns, ..Triangle::default() };
+            let mut triangle =
+                MembraneTriangle { edges: *own, from_edges, area: mesh.areas[k], owns, ..MembraneTriangle::default() };
             let used = own.iter().flat_map(|e| {
                 let strain = &membrane.strains[*e as usize];
                 strain.arc.iter().map(|a| a.0).chain(strain.ends)
@@ -196,27 +199,27 @@ impl EdgeMembrane {
             triangle.blocks = vec![NO_BLOCK; pairs];
             membrane.triangles.push(triangle);
         }
-        membrane.find_weights();
+        membrane.compute_weights();
         let most = membrane.triangles.iter().map(|t| t.masses.len()).max().unwrap_or(0);
         membrane.gradients = vec![[DVec3::ZERO; 3]; 2 * most];
         membrane
     }
 
     /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn creeping(mut self, share: [f64; 2]) -> Self {
-        self.creeping = Some(Box::new(Creeping::new(self.strains.len(), self.triangles.len(), share)));
+    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+        self.creep = Some(Box::new(EdgeCreep::new(self.strains.len(), self.triangles.len(), share)));
         self
     }
 
     /// Sets the clamp directions (unit vectors in world coordinates) that the groups refer to.
     pub fn set_clamps(&mut self, tangents: &[DVec3]) {
         self.tangents = tangents.to_vec();
-        self.find_offsets();
+        self.compute_offsets();
     }
 
     /// Strains (uu, vv, uv with engineering shear) of every triangle at `x` (m), for reports.
     pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
-        let of = |t: &Triangle| {
+        let of = |t: &MembraneTriangle| {
             let e = t.edges.map(|e| self.strains[e as usize].at(x));
             product(&t.from_edges, &e)
         };
@@ -225,7 +228,7 @@ impl EdgeMembrane {
 
     /// Computes k of every edge for bending stiffness `bending` (N m). The sparsity pattern does
     /// not depend on it.
-    fn find_arcs(&mut self, bending: &[[f64; 3]; 3]) {
+    fn compute_arcs(&mut self, bending: &[[f64; 3]; 3]) {
         for ((strain, sources), (squares, length)) in self.strains.iter_mut().zip(&self.sources).zip(&self.directions) {
             strain.arc.clear();
             strain.clamps.clear();
@@ -251,20 +254,20 @@ impl EdgeMembrane {
                 }
             }
             if sources.iter().all(|s| s.1 == 0.0 || self.groups[s.0 as usize].relaxed.is_empty()) {
-                strain.arc.retain(|(_, w)| w.abs() * length > NOTHING);
+                strain.arc.retain(|(_, w)| w.abs() * length > WEIGHT_TOLERANCE);
             }
             strain.arc.sort_by_key(|a| a.0);
         }
     }
 
-    fn find_weights(&mut self) {
+    fn compute_weights(&mut self) {
         for triangle in &mut self.triangles {
             let strains = triangle.edges.map(|e| &self.strains[e as usize]);
             triangle.weights = triangle.masses.iter().map(|v| strains.map(|s| s.weights(*v))).collect();
         }
     }
 
-    fn find_offsets(&mut self) {
+    fn compute_offsets(&mut self) {
         for strain in &mut self.strains {
             let tangent = |i: u32| self.tangents.get(i as usize).copied().unwrap_or(DVec3::ZERO);
             strain.offset = strain.clamps.iter().fold(DVec3::ZERO, |sum, (i, w)| sum + tangent(*i) * *w);
@@ -272,8 +275,8 @@ impl EdgeMembrane {
     }
 
     /// ½ eᵀ G e, sum over all triangles (J), for strain increments e.
-    fn stored(&self, strain: impl Fn(usize) -> f64) -> f64 {
-        let one = |t: &Triangle| {
+    fn stored_energy(&self, strain: impl Fn(usize) -> f64) -> f64 {
+        let one = |t: &MembraneTriangle| {
             let e = t.edges.map(|i| strain(i as usize));
             0.5 * dot(&e, &product(&t.stiffness, &e))
         };
@@ -283,7 +286,7 @@ impl EdgeMembrane {
     /// The strains `e` of triangle `k` minus its rest strains.
     #[inline]
     fn less_rest(&self, k: usize, e: [f64; 3]) -> [f64; 3] {
-        match self.warmed.get(k) {
+        match self.rest_state.get(k) {
             Some(w) => [e[0] - w.rest[0], e[1] - w.rest[1], e[2] - w.rest[2]],
             None => e,
         }
@@ -320,7 +323,7 @@ impl EdgeMembrane {
 
     /// Adds the tangent of triangle `t`.
     fn triangle_tangent(
-        t: &Triangle,
+        t: &MembraneTriangle,
         strains: [(DVec3, DVec3); 3],
         stress: [f64; 3],
         factor: f64,
@@ -353,11 +356,11 @@ impl EdgeMembrane {
 }
 
 impl Element for EdgeMembrane {
-    fn boxed(&self) -> Box<dyn Element> {
+    fn clone_box(&self) -> Box<dyn Element> {
         Box::new(self.clone())
     }
 
-    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+    fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for t in &self.triangles {
             for (p, a) in t.masses.iter().enumerate() {
                 t.masses[..p].iter().for_each(|b| visit(*a, *b));
@@ -365,17 +368,17 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+    fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for t in &mut self.triangles {
             let pairs = t.masses.iter().enumerate().flat_map(|(p, a)| t.masses[..=p].iter().map(move |b| (*a, *b)));
             t.blocks.iter_mut().zip(pairs).for_each(|(slot, (a, b))| *slot = block(a, b));
         }
     }
 
-    fn set_law(&mut self, law: &Law) {
+    fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
         for (k, t) in self.triangles.iter_mut().enumerate() {
-            let area = t.area * self.warmed.get(k).map_or(1.0, |w| w.softness);
+            let area = t.area * self.rest_state.get(k).map_or(1.0, |w| w.softness);
             let s = &t.from_edges;
             // S⁻¹ maps edge strains to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
             let cs: [[f64; 3]; 3] = std::array::from_fn(|j| product(&law.membrane, &[s[0][j], s[1][j], s[2][j]]));
@@ -385,17 +388,17 @@ impl Element for EdgeMembrane {
                 }
             }
         }
-        self.keep_full();
-        self.find_arcs(&law.bending);
-        self.find_weights();
-        self.find_offsets();
+        self.store_full_stiffness();
+        self.compute_arcs(&law.bending);
+        self.compute_weights();
+        self.compute_offsets();
     }
 
-    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
-        let creeps = self.warm_creeping(x, warmth);
-        let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
-        self.warmed.resize(self.triangles.len(), cold);
-        for (t, w) in self.triangles.iter_mut().zip(&mut self.warmed) {
+    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
+        let creeps = self.apply_temperature_to_creep(x, warmth);
+        let cold = TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
+        self.rest_state.resize(self.triangles.len(), cold);
+        for (t, w) in self.triangles.iter_mut().zip(&mut self.rest_state) {
             let strains = t.edges.map(|e| &self.strains[e as usize]);
             let mut corners = [0.0; 2];
             for (k, strain) in strains.iter().enumerate() {
@@ -411,19 +414,19 @@ impl Element for EdgeMembrane {
             let (before, after) = (w.softness, corners[1] / corners[0]);
             // With creep the edges hold the rest strain.
             for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
-                *rest = set_rest(strain.at(x), *rest, before, after);
+                *rest = rest_strain_after_softening(strain.at(x), *rest, before, after);
             }
             t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
             w.softness = after;
         }
-        self.keep_full();
+        self.store_full_stiffness();
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(creeping) = self.creeping.as_ref().filter(|c| !c.is_running()) {
-            return self.crept_energy(creeping, x);
+        if let Some(creeping) = self.creep.as_ref().filter(|c| !c.is_running()) {
+            return self.creep_energy(creeping, x);
         }
-        let one = |(k, t): (usize, &Triangle)| {
+        let one = |(k, t): (usize, &MembraneTriangle)| {
             let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
             0.5 * dot(&e, &product(&t.stiffness, &e))
         };
@@ -444,7 +447,7 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.viscous = self.retardation * per_time;
         self.per_time = per_time;
         if self.viscous == 0.0 {
@@ -455,7 +458,7 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn finish(&mut self, x: &Vectors) {
+    fn finish_stage(&mut self, x: &Vectors) {
         if self.viscous > 0.0 {
             for ((rate, anchor), strain) in self.rate.iter_mut().zip(&self.anchor).zip(&self.strains) {
                 *rate = (strain.at(x) - anchor) * self.per_time;
@@ -463,62 +466,63 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn forget(&mut self) {
+    fn reset_rates(&mut self) {
         self.rate.fill(0.0);
     }
 
-    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(&mut self.rate);
         visit(&mut self.stress);
     }
 
-    fn keep_history(&self, to: &mut Keeper) {
+    fn serialise_history(&self, to: &mut StateWriter) {
         to.sparse(&self.rate);
         to.sparse(&self.stress);
     }
 
-    fn take_history(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
         from.sparse(&mut self.rate)?;
         from.sparse(&mut self.stress)
     }
 
-    fn keep_changes(&self, to: &mut Keeper) {
+    fn serialise_changes(&self, to: &mut StateWriter) {
         self.strains.iter().for_each(|s| to.number(s.unit));
-        keep_matrices(self.triangles.iter().map(|t| &t.stiffness), to);
-        to.flag(!self.warmed.is_empty());
-        for w in &self.warmed {
+        serialise_matrices(self.triangles.iter().map(|t| &t.stiffness), to);
+        to.flag(!self.rest_state.is_empty());
+        for w in &self.rest_state {
             to.number(w.softness);
             to.numbers(&w.rest);
             to.numbers(&w.expansion);
         }
-        if let Some(creeping) = &self.creeping {
-            creeping.keep(to);
+        if let Some(creeping) = &self.creep {
+            creeping.serialise(to);
         }
     }
 
-    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
         for strain in &mut self.strains {
             strain.unit = from.number()?;
         }
-        take_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
-        self.warmed.clear();
+        deserialise_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
+        self.rest_state.clear();
         if from.flag()? {
-            self.warmed.resize(self.triangles.len(), Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] });
+            self.rest_state
+                .resize(self.triangles.len(), TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] });
         }
-        for w in &mut self.warmed {
+        for w in &mut self.rest_state {
             w.softness = from.number()?;
             from.numbers(&mut w.rest)?;
             from.numbers(&mut w.expansion)?;
         }
-        match &mut self.creeping {
-            Some(creeping) => creeping.take(from),
+        match &mut self.creep {
+            Some(creeping) => creeping.deserialise(from),
             None => Ok(()),
         }
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
         let viscous = if self.viscous > 0.0 {
-            self.viscous * self.stored(|e| self.strains[e].at(x) - self.anchor[e])
+            self.viscous * self.stored_energy(|e| self.strains[e].at(x) - self.anchor[e])
         } else {
             0.0
         };
@@ -550,34 +554,34 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
         for (e, strain) in self.strains.iter().enumerate() {
             let linear = strain.at(x) + strain.rate(x, d);
             self.work[e] = Self::effective(self.viscous, linear, self.anchor[e]);
             self.spare[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
         }
         self.stress_of_work();
-        self.stored(|e| self.spare[e])
+        self.stored_energy(|e| self.spare[e])
     }
 
-    fn settle(&mut self, x: &Vectors) {
+    fn update_stress(&mut self, x: &Vectors) {
         self.strain_stage(x);
         self.stress_of_work();
     }
 
-    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+    fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
-            self.carry_strains(old, carry);
+            self.transfer_strains(old, carry);
         }
     }
 
-    fn flows(&mut self) -> Option<&mut dyn Flows> {
-        self.creeping.is_some().then_some(self as &mut dyn Flows)
+    fn as_inelastic(&mut self) -> Option<&mut dyn InelasticElement> {
+        self.creep.is_some().then_some(self as &mut dyn InelasticElement)
     }
 }
 
 /// Groups whose curvature contributes to an edge, and their shares.
-fn sources(mesh: &Mesh, edge: &Edge) -> [(u32, f64); 2] {
+fn sources(mesh: &TriangleMesh, edge: &MeshEdge) -> [(u32, f64); 2] {
     let [first, second] = edge.triangles;
     if second == NO_TRIANGLE {
         return [(first, 1.0), (first, 0.0)];

@@ -5,21 +5,21 @@
 //! the triangles. The file also has the edge strains and their derivatives, with which state
 //! transfer places the nodes so that both meshes have equal strain.
 
-use crate::elements::remap::Carry;
-use crate::elements::triangle_membrane::{Creeping, EdgeMembrane, Warmed, dot, product};
+use crate::elements::remap::Remap;
+use crate::elements::triangle_membrane::{EdgeCreep, EdgeMembrane, TriangleRestState, dot, product};
 use crate::math::Vectors;
 
 /// Three tensors per triangle: rest strain, and the strains of two creep arms.
-const HELD: usize = 9;
+const STATE_COMPONENTS: usize = 9;
 
 impl EdgeMembrane {
     /// Transferable state of triangle `k`.
-    fn held(&self, k: usize) -> [f64; HELD] {
+    fn stored_state(&self, k: usize) -> [f64; STATE_COMPONENTS] {
         let t = &self.triangles[k];
-        let w = &self.warmed[k];
-        let of_edges: [[f64; 3]; 3] = match &self.creeping {
+        let w = &self.rest_state[k];
+        let of_edges: [[f64; 3]; 3] = match &self.creep {
             Some(creeping) => {
-                let each = t.edges.map(|e| creeping.held(e as usize));
+                let each = t.edges.map(|e| creeping.stored_state(e as usize));
                 std::array::from_fn(|n| each.map(|held| held[n]))
             }
             None => [std::array::from_fn(|c| w.rest[c] - w.expansion[c]), [0.0; 3], [0.0; 3]],
@@ -29,23 +29,23 @@ impl EdgeMembrane {
     }
 
     /// Takes the state of `old`.
-    pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
-        if old.warmed.is_empty() {
+    pub(crate) fn transfer_strains(&mut self, old: &Self, carry: &Remap) {
+        if old.rest_state.is_empty() {
             return;
         }
-        let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
-        self.warmed.resize(self.triangles.len(), cold);
-        let places = carry.gather(false, (0..old.triangles.len()).map(|k| (k as u32, old.held(k))));
-        let mut creeping = self.creeping.take();
+        let cold = TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
+        self.rest_state.resize(self.triangles.len(), cold);
+        let places = carry.gather(false, (0..old.triangles.len()).map(|k| (k as u32, old.stored_state(k))));
+        let mut creeping = self.creep.take();
         // Area-weighted sum over the triangles of each edge.
-        let mut sums = vec![([0.0; HELD / 3], 0.0); self.strains.len()];
+        let mut sums = vec![([0.0; STATE_COMPONENTS / 3], 0.0); self.strains.len()];
         for (k, t) in self.triangles.iter().enumerate() {
-            let Some(held) = carry.read(&places, k as u32, false) else { continue };
+            let Some(held) = carry.interpolate(&places, k as u32, false) else { continue };
             for (c, e) in t.edges.iter().enumerate() {
                 let squares = &self.directions[*e as usize].0;
                 let along: [f64; 3] =
                     std::array::from_fn(|n| dot(squares, &[held[3 * n], held[3 * n + 1], held[3 * n + 2]]));
-                let w = &mut self.warmed[k];
+                let w = &mut self.rest_state[k];
                 w.rest[c] = w.expansion[c] + if creeping.is_none() { along[0] } else { 0.0 };
                 let (sum, area) = &mut sums[*e as usize];
                 *area += t.area;
@@ -54,11 +54,11 @@ impl EdgeMembrane {
         }
         if let Some(creeping) = &mut creeping {
             for (e, (sum, area)) in sums.into_iter().enumerate().filter(|(_, (_, area))| *area > 0.0) {
-                creeping.put(e, sum.map(|s| s / area));
-                self.take_rest(e, creeping);
+                creeping.set_stored_state(e, sum.map(|s| s / area));
+                self.apply_rest_strain(e, creeping);
             }
         }
-        self.creeping = creeping;
+        self.creep = creeping;
     }
 
     /// Green strain of every edge at `x` (m), along its arc.
@@ -73,7 +73,7 @@ impl EdgeMembrane {
 
     /// Transpose of [`EdgeMembrane::stretch_rates`]: adds to each node the product of the gradients
     /// with `stress`.
-    pub fn add_pull(&self, x: &Vectors, stress: &[f64], to: &mut Vectors) {
+    pub fn add_edge_forces(&self, x: &Vectors, stress: &[f64], to: &mut Vectors) {
         self.strains.iter().zip(stress).for_each(|(s, stress)| s.scatter(x, *stress, to));
     }
 
@@ -83,7 +83,7 @@ impl EdgeMembrane {
     }
 
     /// The strain along every edge for tensors (uu, vv, uv) at the nodes.
-    pub fn along(&self, masses: &[[f64; 3]]) -> Vec<f64> {
+    pub fn edge_strains(&self, masses: &[[f64; 3]]) -> Vec<f64> {
         let each = self.strains.iter().zip(&self.directions);
         each.map(|(s, (squares, _))| {
             let [a, b] = s.ends.map(|v| masses[v as usize]);
@@ -93,14 +93,14 @@ impl EdgeMembrane {
     }
 }
 
-impl Creeping {
+impl EdgeCreep {
     /// Strain without stress of edge `e`, and its arms.
-    fn held(&self, e: usize) -> [f64; 3] {
+    fn stored_state(&self, e: usize) -> [f64; 3] {
         let s = &self.strains[e];
-        [s.left(), s.arms[0], s.arms[1]]
+        [s.stress_free(), s.arms[0], s.arms[1]]
     }
 
-    fn put(&mut self, e: usize, [left, first, second]: [f64; 3]) {
+    fn set_stored_state(&mut self, e: usize, [left, first, second]: [f64; 3]) {
         let s = &mut self.strains[e];
         s.arms = [first, second];
         (s.start, s.rest, s.stiffness) = (left + first + second, left, 1.0);

@@ -9,9 +9,9 @@ use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::*;
 use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, mesh};
 
-struct Random(u64);
+struct RandomNodes(u64);
 
-impl Random {
+impl RandomNodes {
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 33) as f64 / (1_u64 << 30) as f64 - 1.0
@@ -25,33 +25,33 @@ impl Random {
 }
 
 /// A disc with a cut and a hole, 0.2 m times `scale` across, with randomly moved inner nodes.
-fn sheet(across: u32, scale: f64) -> Mesh {
+fn sheet(across: u32, scale: f64) -> TriangleMesh {
     let disc = OutlineSpec::Disc { radius: 0.1 };
     let hole = HoleSpec::Disc { centre: (0.03, 0.0), radius: 0.03 };
     let cuts = [vec![(-0.2, 0.0), (-0.02, 0.01)]];
     let outline = Outline::new(Some(&disc), &[hole], &cuts, (0.2, 0.2), std::path::Path::new("")).expect("an outline");
     let flat = mesh(&outline, (across, across)).expect("a mesh");
-    let mut random = Random(3);
+    let mut random = RandomNodes(3);
     let mut positions = flat.positions.clone();
     for (p, _) in positions.iter_mut().zip(&flat.border).filter(|(_, border)| !**border) {
         *p = p.map(|c| c + 0.03 / f64::from(across) * random.next());
     }
     positions.iter_mut().for_each(|p| *p = p.map(|c| c * scale));
-    Mesh::new(positions, flat.triangles).expect("still a mesh")
+    TriangleMesh::new(positions, flat.triangles).expect("still a mesh")
 }
 
-const LAW: Law = Law {
+const LAW: ElementLaw = ElementLaw {
     membrane: [[900.0, 200.0, 30.0], [200.0, 500.0, -40.0], [30.0, -40.0, 150.0]],
     bending: [[0.04, 0.01, 0.002], [0.01, 0.02, 0.0], [0.002, 0.0, 0.01]],
     retardation: 0.004,
 };
 
-fn left(mesh: &Mesh) -> impl Fn(&Edge) -> bool {
+fn left(mesh: &TriangleMesh) -> impl Fn(&MeshEdge) -> bool {
     |e| mesh.middle(e)[0] < -0.8 * mesh.positions.iter().fold(0.0, |m: f64, p| m.max(p[0]))
 }
 
 /// The membrane with clamped edges on the left, and its nodes at rest in the x-z plane.
-fn membrane(mesh: &Mesh, law: &Law) -> (EdgeMembrane, Vectors) {
+fn membrane(mesh: &TriangleMesh, law: &ElementLaw) -> (EdgeMembrane, Vectors) {
     let (groups, directions) = triangle_curvatures(mesh, &left(mesh));
     let mut membrane = EdgeMembrane::new(mesh, &groups);
     membrane.set_law(law);
@@ -78,7 +78,7 @@ fn size(a: &Vectors) -> f64 {
 
 /// Begins a stage of equilibrium: no strain rates.
 fn still(membrane: &mut EdgeMembrane) {
-    membrane.begin(0.0, &[], 0.0);
+    membrane.begin_stage(0.0, &[], 0.0);
 }
 
 fn gradient(membrane: &mut EdgeMembrane, x: &Vectors) -> Vectors {
@@ -91,13 +91,13 @@ fn gradient(membrane: &mut EdgeMembrane, x: &Vectors) -> Vectors {
 fn tangent_times(membrane: &mut EdgeMembrane, x: &Vectors, kind: Geometric, d: &Vectors) -> Vectors {
     let mut slots: BTreeMap<(u32, u32), u32> = (0..x.len() as u32).zip(0..).map(|(i, s)| ((i, i), s)).collect();
     let mut pairs = Vec::new();
-    membrane.couples(&mut |a, b| pairs.push((a, b)));
+    membrane.visit_coupled_nodes(&mut |a, b| pairs.push((a, b)));
     for pair in pairs {
         assert!(pair.0 > pair.1);
         let next = slots.len() as u32;
         slots.entry(pair).or_insert(next);
     }
-    membrane.bind(&|a, b| slots.get(&(a, b)).copied().unwrap_or(NO_BLOCK));
+    membrane.bind_blocks(&|a, b| slots.get(&(a, b)).copied().unwrap_or(NO_BLOCK));
     let mut values = vec![0.0; 9 * slots.len()];
     membrane.add_tangent(x, kind, &mut values);
     let mut y = Vectors::zeros(x.len());
@@ -118,7 +118,7 @@ fn tangent_times(membrane: &mut EdgeMembrane, x: &Vectors, kind: Geometric, d: &
 fn gradient_and_tangent_are_those_of_the_potential() {
     let mesh = sheet(9, 10.0);
     let (mut membrane, rest) = membrane(&mesh, &derivative_check::law());
-    let bent = sum(&rest, 1.0, &Random(1).vectors(rest.len(), 0.05));
+    let bent = sum(&rest, 1.0, &RandomNodes(1).vectors(rest.len(), 0.05));
     derivative_check::derivatives(&mut membrane, &bent, 1e-6);
 }
 
@@ -135,12 +135,12 @@ fn rigid_motions_cost_nothing_and_are_not_resisted() {
 fn the_clipped_tangent_is_never_negative() {
     let mesh = sheet(11, 1.0);
     let (mut membrane, rest) = membrane(&mesh, &LAW);
-    let mut random = Random(5);
+    let mut random = RandomNodes(5);
     still(&mut membrane);
     let x = sum(&rest, 1.0, &random.vectors(rest.len(), 0.003));
     let mut squeezed = Vectors::default();
     x.iter().for_each(|p| squeezed.push(p * 0.97));
-    membrane.settle(&squeezed);
+    membrane.update_stress(&squeezed);
     let mut negative = |kind: Geometric| {
         let n = 3 * x.len();
         let unit = |j: usize| {
@@ -175,20 +175,20 @@ fn negative_pivots(mut a: Vec<Vec<f64>>) -> usize {
 fn prediction_is_the_linearised_stress_and_its_error_is_second_order() {
     let mesh = sheet(11, 1.0);
     let (mut membrane, rest) = membrane(&mesh, &LAW);
-    let mut random = Random(4);
+    let mut random = RandomNodes(4);
     still(&mut membrane);
     let x = sum(&rest, 1.0, &random.vectors(rest.len(), 0.003));
     let d = random.vectors(x.len(), 1e-4);
-    let mismatch = membrane.predict(&x, &d);
+    let mismatch = membrane.predict_stress(&x, &d);
     let linear = membrane.stress.clone();
     // The prediction error is the energy of strain(x + d) - strain(x) - rate.
     let moved = sum(&x, 1.0, &d);
     let missed: Vec<f64> = membrane.strains.iter().map(|s| s.at(&moved) - s.at(&x) - s.rate(&x, &d)).collect();
-    let wanted = membrane.stored(|e| missed[e]);
+    let wanted = membrane.stored_energy(|e| missed[e]);
     assert!((mismatch - wanted).abs() < 1e-6 * wanted, "{mismatch} {wanted}");
-    membrane.settle(&moved);
+    membrane.update_stress(&moved);
     let far: f64 = membrane.stress.iter().zip(&linear).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    membrane.settle(&x);
+    membrane.update_stress(&x);
     let near: f64 = membrane.stress.iter().zip(&linear).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(far < 0.05 * near, "{far} {near}");
 }
@@ -262,7 +262,7 @@ fn only_rigid_motions_are_free_in_the_plane_at_rest() {
     membrane.set_law(&LAW);
     let (_, rest) = tests::membrane(&mesh, &LAW);
     still(&mut membrane);
-    membrane.settle(&rest);
+    membrane.update_stress(&rest);
     let n = rest.len();
     let mut matrix = vec![vec![0.0; 2 * n]; 2 * n];
     for j in 0..2 * n {

@@ -17,12 +17,12 @@ pub mod newton;
 pub mod staged;
 
 use crate::elements::{Anchor, Geometric};
-use crate::linear::NotPositive;
+use crate::linear::NotPositiveDefinite;
 use crate::math::Vectors;
 
 /// Known quantities of a stage.
 #[derive(Clone, Copy)]
-pub struct Stage<'a> {
+pub struct StageProblem<'a> {
     /// 1/h, 1/s; 0 for equilibrium, without inertia and damping.
     pub per_time: f64,
     /// Positions that inertia alone gives, m.
@@ -32,34 +32,34 @@ pub struct Stage<'a> {
 }
 
 /// A sheet as implicit integrators see it. Fixed and kinematic nodes keep the given positions.
-pub trait Implicit {
+pub trait ImplicitProblem {
     /// Begins a stage: sets the reference of the strain rates (see
-    /// [`crate::elements::Element::begin`]), and the positions (m) and velocities (m/s) at which
+    /// [`crate::elements::Element::begin_stage`]), and the positions (m) and velocities (m/s) at which
     /// air drag is evaluated.
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors);
+    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors);
 
     /// Ends a stage at `x` (m) and stores its strain rates.
-    fn finish(&mut self, x: &Vectors);
+    fn finish_stage(&mut self, x: &Vectors);
 
     /// Sets the stored strain rates to zero.
-    fn forget(&mut self);
+    fn reset_rates(&mut self);
 
     /// Φ(x), J.
-    fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64;
+    fn potential(&mut self, stage: &StageProblem, x: &Vectors) -> f64;
 
     /// Inertial term of Φ, J.
-    fn inertial(&self, stage: &Stage, x: &Vectors) -> f64;
+    fn inertial_potential(&self, stage: &StageProblem, x: &Vectors) -> f64;
 
     /// Kinetic energy (J) of the whole sheet at the uniform speed `speed`, m/s.
-    fn kinetic_at(&self, speed: f64) -> f64;
+    fn kinetic_energy_at(&self, speed: f64) -> f64;
 
     /// Whether the sheet is attached to a dynamic body.
-    fn is_glued(&self) -> bool {
+    fn has_dynamic_attachments(&self) -> bool {
         false
     }
 
     /// Work of pressure for a motion of the sheet from `_from` to `_to` (m), J.
-    fn pressed(&self, _from: &Vectors, _to: &Vectors) -> f64 {
+    fn pressure_work(&self, _from: &Vectors, _to: &Vectors) -> f64 {
         0.0
     }
 
@@ -67,26 +67,26 @@ pub trait Implicit {
     ///
     /// # Errors
     /// If H has no Cholesky factor.
-    fn direction(
+    fn newton_direction(
         &mut self,
-        stage: &Stage,
+        stage: &StageProblem,
         x: &Vectors,
         geometric: Geometric,
         d: &mut Vectors,
-    ) -> Result<f64, NotPositive>;
+    ) -> Result<f64, NotPositiveDefinite>;
 
     /// Sets σ* to the stress that a displacement `d` from `x` (m) predicts; returns the energy of
     /// the prediction error, J.
-    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64;
+    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64;
 
     /// Sets σ* to the stress at `x` (m).
-    fn settle(&mut self, x: &Vectors);
+    fn update_stress(&mut self, x: &Vectors);
 
     /// Sets the components of fixed and prescribed degrees of freedom to zero.
-    fn hold(&self, a: &mut Vectors);
+    fn zero_prescribed(&self, a: &mut Vectors);
 
     /// Copies the fixed and prescribed degrees of freedom from `x` to `to`.
-    fn led(&self, x: &Vectors, to: &mut Vectors);
+    fn copy_prescribed(&self, x: &Vectors, to: &mut Vectors);
 
     /// Writes the accelerations (m/s²) of the forces at `x` (m) and `v` (m/s); returns the largest
     /// acceleration from internal forces.

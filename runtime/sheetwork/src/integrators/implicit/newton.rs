@@ -9,7 +9,7 @@
 //! point; it never raises Φ.
 
 use crate::elements::Geometric;
-use crate::integrators::implicit::{Implicit, Stage};
+use crate::integrators::implicit::{ImplicitProblem, StageProblem};
 use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
 use crate::math::Vectors;
 
@@ -17,16 +17,16 @@ const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 
 /// Work of one stage solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Solved {
+pub struct NewtonReport {
     /// Linear solves.
     pub solves: u32,
     /// Whether the globalised method completed it.
-    pub guarded: bool,
+    pub globalised: bool,
 }
 
 /// Arrays reused by all stages.
 #[derive(Default)]
-pub struct Work {
+pub struct NewtonWorkspace {
     /// For the caller of an integrator's stages: initial guess, then solution, m.
     pub(crate) guess: Vectors,
     d: Vectors,
@@ -36,20 +36,26 @@ pub struct Work {
 
 /// Solves `stage` from the guess in `x` (m), which becomes the solution; `before` (m) are the
 /// present positions.
-pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mut Vectors, work: &mut Work) -> Solved {
+pub fn solve(
+    problem: &mut dyn ImplicitProblem,
+    stage: &StageProblem,
+    before: &Vectors,
+    x: &mut Vectors,
+    work: &mut NewtonWorkspace,
+) -> NewtonReport {
     for buffer in [&mut work.d, &mut work.start, &mut work.trial] {
-        crate::integrators::fit(buffer, x);
+        crate::integrators::resize_like(buffer, x);
     }
-    let Work { d, start, trial, .. } = work;
+    let NewtonWorkspace { d, start, trial, .. } = work;
     // The better starting point: the guess, or the present positions with prescribed degrees of
     // freedom.
     start.copy_from(before);
-    problem.led(x, start);
+    problem.copy_prescribed(x, start);
     let ahead = problem.potential(stage, x);
     let back = problem.potential(stage, start);
     if !ahead.is_finite() && !back.is_finite() {
         // Non-finite state: no search can succeed. The guess keeps the non-finite values visible.
-        return Solved::default();
+        return NewtonReport::default();
     }
     if back < ahead || !ahead.is_finite() {
         x.copy_from(start);
@@ -57,18 +63,18 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         start.copy_from(x);
     }
     let reference = back.min(ahead);
-    let scale = problem.inertial(stage, before).max(problem.kinetic_at(SETTINGS.reference_speed));
-    let mut solved = Solved::default();
+    let scale = problem.inertial_potential(stage, before).max(problem.kinetic_energy_at(SETTINGS.reference_speed));
+    let mut solved = NewtonReport::default();
     for step in 1..=SETTINGS.maximum_mixed_steps {
-        let mut found = problem.direction(stage, x, Geometric::Mixed, d);
+        let mut found = problem.newton_direction(stage, x, Geometric::Mixed, d);
         if found.is_err() {
-            found = problem.direction(stage, x, Geometric::Clipped, d);
+            found = problem.newton_direction(stage, x, Geometric::Clipped, d);
         }
         if found.is_err() {
             break;
         }
         solved.solves += 1;
-        let missed = problem.predict(x, d);
+        let missed = problem.predict_stress(x, d);
         x.add_scaled(1.0, d);
         let rise = problem.potential(stage, x) - reference;
         // False for a NaN rise.
@@ -83,24 +89,24 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         }
     }
     x.copy_from(start);
-    descend(problem, stage, x, reference, (d, trial), &mut solved);
-    solved.guarded = true;
+    descend_globally(problem, stage, x, reference, (d, trial), &mut solved);
+    solved.globalised = true;
     solved
 }
 
 /// Newton method with positive definite tangent and line search, from `x` with Φ = `value` (J).
-fn descend(
-    problem: &mut dyn Implicit,
-    stage: &Stage,
+fn descend_globally(
+    problem: &mut dyn ImplicitProblem,
+    stage: &StageProblem,
     x: &mut Vectors,
     mut value: f64,
     (d, trial): (&mut Vectors, &mut Vectors),
-    solved: &mut Solved,
+    solved: &mut NewtonReport,
 ) {
     let mut fallen = 0.0;
     for _ in 0..SETTINGS.maximum_descent_steps {
-        problem.settle(x);
-        let Ok(slope) = problem.direction(stage, x, Geometric::Clipped, d) else { break };
+        problem.update_stress(x);
+        let Ok(slope) = problem.newton_direction(stage, x, Geometric::Clipped, d) else { break };
         solved.solves += 1;
         let mut length = 1.0;
         let mut found = None;
@@ -122,5 +128,5 @@ fn descend(
             break;
         }
     }
-    problem.settle(x);
+    problem.update_stress(x);
 }

@@ -14,20 +14,20 @@ mod tests;
 use crate::parallel::*;
 use glam::DVec3;
 
-use crate::collision::narrow_phase::Scope;
-use crate::contact::outer_iteration::{Look, Margins, solve_masses};
-use crate::contact::{Group, SheetContact};
-use crate::islands::event::Touches;
-use crate::islands::implicit_step::Find;
-use crate::islands::island_detection::Near;
-use crate::islands::island_manager::{Claim, IslandState, Shared, SteppedSheets};
+use crate::collision::narrow_phase::DetectionScope;
+use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_explicit};
+use crate::contact::{IslandView, SheetContact};
+use crate::islands::event::ContactLog;
+use crate::islands::implicit_step::ContactDetector;
+use crate::islands::island_detection::IslandDetection;
+use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
-use crate::islands::{fly, instability, land};
-use crate::sheet::{LED, Sheet, Status};
+use crate::islands::{advance_free, finish_step, instability};
+use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
-impl Shared<'_> {
+impl IslandContext<'_> {
     /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
     /// world.
     pub fn step_explicit(
@@ -36,35 +36,35 @@ impl Shared<'_> {
         state: &mut Option<Box<IslandState>>,
         (members, first): (&[u32], u32),
         parallel: bool,
-        claims: &mut Vec<Claim>,
+        claims: &mut Vec<BodyUpdate>,
     ) {
         let [only] = members else {
-            self.fly_all(&mut all, members, parallel);
-            self.meet(&mut all, state, (members, first), parallel, claims);
+            self.advance_all_free(&mut all, members, parallel);
+            self.resolve_contacts(&mut all, state, (members, first), parallel, claims);
             return;
         };
         let index = *only as usize;
-        instability::open(&mut all.sheets[index]);
-        let last = fly(&mut all.sheets[index], &mut all.contacts[index], &mut all.touches[index], self.stage);
+        instability::begin_energy_check(&mut all.sheets[index]);
+        let last = advance_free(&mut all.sheets[index], &mut all.contacts[index], &mut all.touches[index], self.stage);
         if all.sheets[index].status != Status::Awake {
             return;
         }
         let near = self.is_near(&all.sheets[index], &mut all.contacts[index]);
-        if !(near && self.meet(&mut all, state, (members, first), parallel, claims)) {
+        if !(near && self.resolve_contacts(&mut all, state, (members, first), parallel, claims)) {
             let SteppedSheets { sheets, touches, .. } = all;
             if sheets[index].work.touching.contains(&true) {
-                instability::close(&mut sheets[index], &mut touches[index], self.stage, 0.0);
+                instability::finish_energy_check(&mut sheets[index], &mut touches[index], self.stage, 0.0);
             }
-            land(&mut sheets[index], &mut touches[index], self.stage, last);
+            finish_step(&mut sheets[index], &mut touches[index], self.stage, last);
         }
     }
 
-    fn fly_all(&self, all: &mut SteppedSheets, members: &[u32], parallel: bool) {
-        type One<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches);
-        let one = |(i, ((sheet, contact), touches)): (usize, One)| {
+    fn advance_all_free(&self, all: &mut SteppedSheets, members: &[u32], parallel: bool) {
+        type SteppedSheet<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut ContactLog);
+        let one = |(i, ((sheet, contact), touches)): (usize, SteppedSheet)| {
             if members.binary_search(&(i as u32)).is_ok() {
-                instability::open(sheet);
-                fly(sheet, contact, touches, self.stage);
+                instability::begin_energy_check(sheet);
+                advance_free(sheet, contact, touches, self.stage);
             }
         };
         if parallel {
@@ -82,27 +82,27 @@ impl Shared<'_> {
     /// ridge keep their coarse steps from resting.
     fn is_near(&self, sheet: &Sheet, contact: &mut SheetContact) -> bool {
         contact.prepare_surface(sheet);
-        let stack = contact.surface.as_ref().is_some_and(|s| s.is_stack());
-        if !stack || sheet.is_glued() {
+        let stack = contact.surface.as_ref().is_some_and(|s| s.is_multilayer());
+        if !stack || sheet.has_dynamic_attachments() {
             return true;
         }
         let room = sheet.contact_offset() + SETTINGS.broad_phase_margin;
-        let Some((low, high)) = swept(sheet, room) else { return false };
-        self.surroundings.parts.iter().any(|part| {
-            let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.gives());
+        let Some((low, high)) = swept_box(sheet, room) else { return false };
+        self.surroundings.colliders.iter().any(|part| {
+            let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.is_dynamic());
             gives && part.low.cmple(high).all() && part.high.cmpge(low).all()
         })
     }
 
     /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
     /// end the step. Returns `false`, without changes, when a single sheet has no contact.
-    fn meet(
+    fn resolve_contacts(
         &self,
         all: &mut SteppedSheets,
         state: &mut Option<Box<IslandState>>,
         (members, first): (&[u32], u32),
         parallel: bool,
-        claims: &mut Vec<Claim>,
+        claims: &mut Vec<BodyUpdate>,
     ) -> bool {
         if members.is_empty() {
             return false;
@@ -111,16 +111,24 @@ impl Shared<'_> {
         let dt = self.stage.dt;
         for sheet in members.iter().map(|i| *i as usize) {
             // Adhesion is not supported with explicit integrators.
-            sheets[sheet].unstick();
+            sheets[sheet].break_all_bonds();
             contacts[sheet].prepare_surface(&sheets[sheet]);
-            sheets[sheet].work.met.clear();
-            sheets[sheet].begin_contact(dt);
+            sheets[sheet].work.touched_colliders.clear();
+            sheets[sheet].begin_contact_stage(dt);
         }
         let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut scratch.movers);
-        scratch.watch.clone_from(self.stage.watch);
-        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
-        let mut near = Near {
+        let movers = std::mem::take(&mut scratch.solver_bodies);
+        scratch.profiler.clone_from(self.stage.watch);
+        let mut group = IslandView {
+            sheets,
+            contacts,
+            members,
+            solver_bodies: movers,
+            parallel,
+            body_penetration: 0.0,
+            stacked_bodies: 0,
+        };
+        let mut near = IslandDetection {
             view: self.stage.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
@@ -133,17 +141,17 @@ impl Shared<'_> {
         let idle = !self.begin(&mut near, &mut group);
         let touched = !idle && {
             near.begin_stage(&mut group, 0.0, dt);
-            let touched = solve_masses(&mut group, scratch, dt, |group, found| {
-                near.find(group, Look::First, Margins::NARROW, found)
+            let touched = solve_explicit(&mut group, scratch, dt, |group, found| {
+                near.detect_contacts(group, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
             });
             near.end_stage(&mut group);
             touched
         };
         group.each_unit(|sheet, unit| {
-            sheet.end_contact((touched && unit.is_touched()).then_some(&unit.jump));
+            sheet.apply_contact((touched && unit.is_touched()).then_some(&unit.jump));
         });
-        let brought = brought(&group);
-        let Group { sheets, movers, .. } = group;
+        let brought = energy_of_surroundings(&group);
+        let IslandView { sheets, solver_bodies: movers, .. } = group;
         let lone = idle && members.len() == 1;
         let mut put_back = false;
         if !lone {
@@ -151,49 +159,50 @@ impl Shared<'_> {
                 if !touched && !sheets[index].work.touching.contains(&true) {
                     continue;
                 }
-                put_back |= instability::close(&mut sheets[index], &mut touches[index], self.stage, brought);
+                put_back |=
+                    instability::finish_energy_check(&mut sheets[index], &mut touches[index], self.stage, brought);
             }
         }
         let first_claim = claims.len();
         if idle || put_back {
-            scratch.rest();
+            scratch.reset();
         } else {
-            self.note(sheets, members, scratch, work);
-            self.claim(&movers, work, scratch, claims);
+            self.record_contacts(sheets, members, scratch, work);
+            self.update_bodies(&movers, work, scratch, claims);
         }
         if !lone {
             for sheet in members.iter().map(|i| *i as usize) {
                 let work = &mut sheets[sheet].work;
                 work.x_before.clone_from(&work.start.0);
             }
-            self.finish(sheets, touches, members);
+            self.finish_sheets(sheets, touches, members);
             if self.stage.sleep {
-                self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
+                self.sleep_if_resting(sheets, touches, members, &mut claims[first_claim..]);
             }
         }
-        scratch.movers = movers;
+        scratch.solver_bodies = movers;
         !lone
     }
 
     /// Begin detection for an island whose free motions are known. Returns `false` when contact is
     /// impossible.
-    fn begin(&self, near: &mut Near, group: &mut Group) -> bool {
+    fn begin(&self, near: &mut IslandDetection, group: &mut IslandView) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
         for sheet in group.members.iter().map(|i| &group.sheets[*i as usize]) {
-            let (low, high) = sheet.box_around();
+            let (low, high) = sheet.bounding_box();
             around = (around.0.min(low), around.1.max(high));
-            travel = travel.max(sheet.travel());
+            travel = travel.max(sheet.largest_travel());
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
         let reach = travel + fastest * self.stage.dt + SETTINGS.broad_phase_margin;
         // A lone sheet has resolved faces of static bodies in its free advance.
-        near.work.limit(Scope { faces: false, stacks: false });
+        near.work.limit(DetectionScope { faces: false, stacks: false });
         near.begin(group, around, reach);
-        let gives = group.movers.iter().any(|m| m.gives());
-        if group.members.len() > 1 || gives || near.work.folds() {
-            near.work.limit(Scope { faces: true, stacks: false });
+        let gives = group.solver_bodies.iter().any(|m| m.is_dynamic());
+        if group.members.len() > 1 || gives || near.work.has_self_contact() {
+            near.work.limit(DetectionScope { faces: true, stacks: false });
             near.begin(group, around, reach);
         }
         !near.is_idle(group)
@@ -203,22 +212,25 @@ impl Shared<'_> {
 /// Energy that contact partners could transfer to a sheet of the island, J: the kinetic energy of
 /// dynamic bodies and other sheets, and the work of kinematic bodies. Zero when no sheet is
 /// monitored.
-fn brought(group: &Group) -> f64 {
+fn energy_of_surroundings(group: &IslandView) -> f64 {
     let sheets = || group.members.iter().map(|i| &group.sheets[*i as usize]);
-    if !sheets().any(|s| s.guard.is_some()) {
+    if !sheets().any(|s| s.recovery.is_some()) {
         return 0.0;
     }
     let weight: f64 = sheets().map(Sheet::total_mass).sum();
-    let bodies = group
-        .movers
-        .iter()
-        .map(|m| if m.gives() { m.start.kinetic_energy() } else { weight * LED * m.start.velocity().length_squared() });
+    let bodies = group.solver_bodies.iter().map(|m| {
+        if m.is_dynamic() {
+            m.start.kinetic_energy()
+        } else {
+            weight * PRESCRIBED_MOTION_ENERGY_FACTOR * m.start.velocity().length_squared()
+        }
+    });
     let others = if group.members.len() > 1 { sheets().map(Sheet::energy_at_start).sum() } else { 0.0 };
     bodies.sum::<f64>() + others
 }
 
 /// Corners of the box that a sheet swept in the step, m, enlarged by `room` (m).
-fn swept(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
+fn swept_box(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.start.0.bounds()?;
     let (c, d) = sheet.x.bounds()?;
     Some((a.min(c) - room, b.max(d) + room))

@@ -4,17 +4,17 @@
 use glam::DVec3;
 
 use crate::World;
-use crate::collision::overlap::{Frame, Solid, faces, with_body};
+use crate::collision::overlap::{BodyPose, OverlapSolid, faces, with_body};
 use crate::mesh::structure::StructureKind;
 use crate::rigid::BodyState;
-use crate::scene::EngineKind;
+use crate::scene::IntegratorKind;
 use crate::scene::{BodySpec, ContactDefaults, PinSpec, Placement, Polyhedron, Region, Scene, Shape, SheetSpec};
 use crate::sheet::Sheet;
 
 const G: f64 = 9.81;
 
 /// Soft lattice of 9 x 2 x 9 nodes, 24 mm long, 20 mm above the origin.
-fn lattice(engine: EngineKind) -> Scene {
+fn lattice(engine: IntegratorKind) -> Scene {
     let sheet = SheetSpec {
         structure: StructureKind::Trimm,
         grid: (9, 2, 9),
@@ -29,7 +29,7 @@ fn lattice(engine: EngineKind) -> Scene {
 }
 
 /// One layer of 9 x 9 nodes in a tenth of the Earth's gravity.
-fn layer(engine: EngineKind) -> Scene {
+fn layer(engine: IntegratorKind) -> Scene {
     let mut scene = lattice(engine);
     scene.gravity = DVec3::new(0.0, -0.981, 0.0);
     scene.sheets[0].structure = StructureKind::Provot2d;
@@ -58,8 +58,8 @@ fn depth(world: &World) -> (f64, f64) {
     let sheet = &world.sheets()[0];
     let of = &world.rigid().expect("its own").bodies().iter().find(|b| b.name == "body").expect("there");
     let state = world.body_state("body").expect("there");
-    let frame = Frame { position: state.origin(), rotation: state.rotation() };
-    with_body(sheet, &faces(sheet), &Solid::of(&of.shape).expect("known"), &frame)
+    let frame = BodyPose { position: state.origin(), rotation: state.rotation() };
+    with_body(sheet, &faces(sheet), &OverlapSolid::from_shape(&of.shape).expect("known"), &frame)
 }
 
 fn momenta(world: &World) -> (DVec3, DVec3) {
@@ -72,8 +72,8 @@ fn momenta(world: &World) -> (DVec3, DVec3) {
 }
 
 #[test]
-fn a_ridge_does_not_show_through() {
-    let mut scene = layer(EngineKind::EulerRichardson);
+fn a_ridge_does_not_penetrate_between_nodes() {
+    let mut scene = layer(IntegratorKind::EulerRichardson);
     // The ridge lies between two rows of nodes.
     scene.sheets[0].placement = at(0.0014, 0.017, 0.0);
     scene.bodies.push(body(Shape::Polyhedron(Polyhedron::wedge(0.03, 0.016, 0.06)), at(0.0, 0.0, 0.0)));
@@ -88,7 +88,7 @@ fn a_ridge_does_not_show_through() {
 
 #[test]
 fn a_ball_and_a_free_sheet_exchange_momentum() {
-    for engine in [EngineKind::Verlet, EngineKind::Rk45] {
+    for engine in [IntegratorKind::Verlet, IntegratorKind::Rk45] {
         let mut scene = layer(engine);
         scene.gravity = DVec3::ZERO;
         let ball = body(Shape::Ball(0.005), at(0.003, 0.03, 0.002));
@@ -115,14 +115,14 @@ fn a_ball_and_a_free_sheet_exchange_momentum() {
 fn a_thrown_sheet_that_slides_on_another_obeys_friction() {
     // The lower sheet is fixed; the upper slides on it at speed v and stops after v²/(2 μ g).
     let (speed, friction) = (0.1, 0.4);
-    let mut scene = lattice(EngineKind::Verlet);
+    let mut scene = lattice(IntegratorKind::Verlet);
     scene.contact = ContactDefaults { friction, restitution: 0.0, ..ContactDefaults::default() };
     scene.dt = 2e-4;
     scene.sheets[0].structure = StructureKind::Provot2d;
     scene.sheets[0].grid = (9, 1, 9);
     scene.sheets[0].size = (0.06, 0.06);
     scene.sheets[0].placement = at(0.0, 0.0, 0.0);
-    scene.sheets[0].pins = vec![PinSpec::held(Region::All)];
+    scene.sheets[0].pins = vec![PinSpec::fixed(Region::All)];
     let above = SheetSpec {
         name: "above".into(),
         size: (0.024, 0.024),
@@ -146,7 +146,7 @@ fn a_thrown_sheet_that_slides_on_another_obeys_friction() {
 #[test]
 fn sheets_of_explicit_and_implicit_engines_meet() {
     for implicit in [0, 1] {
-        let mut scene = layer(EngineKind::Verlet);
+        let mut scene = layer(IntegratorKind::Verlet);
         scene.gravity = DVec3::ZERO;
         let above = SheetSpec {
             name: "above".into(),
@@ -156,7 +156,7 @@ fn sheets_of_explicit_and_implicit_engines_meet() {
         };
         scene.sheets.push(above);
         let mut world = world(&scene);
-        world.sheets_mut()[implicit].set_engine(EngineKind::TrBdf2, 1e-6);
+        world.sheets_mut()[implicit].set_engine(IntegratorKind::TrBdf2, 1e-6);
         let ((p, _), energy) = (momenta(&world), world.energy().total);
         let start = world.sheets()[0].momentum();
         for _ in 0..100 {

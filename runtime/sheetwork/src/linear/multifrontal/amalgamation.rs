@@ -8,11 +8,11 @@
 //! rounding and speed only, and is equal on every machine.
 
 use crate::linear::Pattern;
-use crate::linear::dissection::Tree;
+use crate::linear::dissection::EliminationTree;
 
 /// The boundary of every front: later nodes coupled with it, as positions in the elimination,
 /// ascending.
-pub(crate) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
+pub(crate) fn boundaries(pattern: &Pattern, tree: &EliminationTree) -> Vec<Vec<u32>> {
     let place = tree.places();
     let mut later = vec![Vec::new(); place.len()];
     for (_, row, column) in pattern.iter().filter(|(_, r, c)| r != c) {
@@ -42,7 +42,7 @@ fn cost(np: usize, nb: usize) -> f64 {
     /// Writing a tile of S.
     const TILE: f64 = 16.0;
     /// Factorising a diagonal square, column by column.
-    const SQUARE: f64 = 400.0;
+    const WORK_DIVISOR: f64 = 400.0;
     /// Starting a front; adding a row of S and a number of S to the parent; clearing a number.
     const BEGIN: f64 = 300.0;
     const ROW: f64 = 10.0;
@@ -52,13 +52,13 @@ fn cost(np: usize, nb: usize) -> f64 {
     let [np, nb] = [np as f64, nb as f64];
     let schur = tall * (tall + 1.0) / 2.0 * (LANES as f64 * np + TILE);
     let tiles = tall * wide * (wide + 1.0) / 2.0 + wide * (wide + 1.0) * (wide + 2.0) / 6.0;
-    let panels = tiles * (LANES * LANES) as f64 + SQUARE * wide;
+    let panels = tiles * (LANES * LANES) as f64 + WORK_DIVISOR * wide;
     let additions = ADD * nb * nb / 2.0 + ROW * nb;
     BEGIN + schur + panels + additions + CLEAR * (np + nb) * np
 }
 
 /// Joins fronts to their parents where the estimated time decreases.
-pub(crate) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
+pub(crate) fn amalgamate(pattern: &Pattern, tree: &EliminationTree) -> EliminationTree {
     let count = tree.fronts.len();
     let sizes: Vec<usize> = boundaries(pattern, tree).iter().map(|b| 3 * b.len()).collect();
     let mut pivots: Vec<usize> = tree.fronts.iter().map(|f| 3 * f.len()).collect();
@@ -90,7 +90,7 @@ pub(crate) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
 }
 
 /// The tree in which the `joined` fronts are part of their parents.
-fn rebuild(tree: &Tree, joined: &[bool]) -> Tree {
+fn rebuild(tree: &EliminationTree, joined: &[bool]) -> EliminationTree {
     let count = tree.fronts.len();
     let mut into: Vec<usize> = (0..count).collect();
     for k in (0..count).rev() {
@@ -103,7 +103,7 @@ fn rebuild(tree: &Tree, joined: &[bool]) -> Tree {
         masses[into[k]].extend(&tree.order[front.start as usize..front.end as usize]);
     }
     let mut new_index = vec![0; count];
-    let mut built = Tree::default();
+    let mut built = EliminationTree::default();
     for k in (0..count).filter(|&k| !joined[k]) {
         new_index[k] = built.fronts.len() as u32;
         let first = built.order.len() as u32;

@@ -63,7 +63,7 @@ const HALF: usize = 4;
 
 /// A front to be factorised.
 #[derive(Clone, Copy)]
-pub(crate) struct Dense<'a, const G: usize> {
+pub(crate) struct DenseFront<'a, const G: usize> {
     /// Chunks of its columns, column after column.
     pub columns: &'a [[f64; G]],
     /// Chunks per column.
@@ -74,7 +74,7 @@ pub(crate) struct Dense<'a, const G: usize> {
     pub wide: usize,
 }
 
-impl<const G: usize> Dense<'_, G> {
+impl<const G: usize> DenseFront<'_, G> {
     /// Whether at least half of panel `p` is padding.
     #[inline(always)]
     fn is_half(&self, p: usize) -> bool {
@@ -84,7 +84,11 @@ impl<const G: usize> Dense<'_, G> {
 
 /// Factorises a front into `factor`, its L. Returns false if a pivot is not positive.
 #[inline(always)]
-pub(crate) fn factorise<L: Lanes<G>, const G: usize>(lanes: L, front: Dense<'_, G>, factor: &mut [[f64; G]]) -> bool {
+pub(crate) fn factorise<L: Lanes<G>, const G: usize>(
+    lanes: L,
+    front: DenseFront<'_, G>,
+    factor: &mut [[f64; G]],
+) -> bool {
     let wide = front.wide;
     let panels = wide / G;
     for p in 0..panels {
@@ -112,7 +116,7 @@ pub(crate) fn factorise<L: Lanes<G>, const G: usize>(lanes: L, front: Dense<'_, 
 #[inline(always)]
 fn diagonal<L: Lanes<G>, const G: usize, const N: usize>(
     lanes: L,
-    front: Dense<'_, G>,
+    front: DenseFront<'_, G>,
     p: usize,
     panel: &mut [[f64; G]],
 ) -> bool {
@@ -157,7 +161,7 @@ fn diagonal_column<L: Lanes<G>, const G: usize, const N: usize, const J: usize>(
 #[inline(always)]
 fn below_diagonal<L: Lanes<G>, const G: usize>(
     lanes: L,
-    front: Dense<'_, G>,
+    front: DenseFront<'_, G>,
     p: usize,
     own: &[[f64; G]],
     rows: &mut [[f64; G]],
@@ -180,7 +184,7 @@ fn below_diagonal<L: Lanes<G>, const G: usize>(
 #[inline(always)]
 fn solve_tile<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     lanes: L,
-    front: Dense<'_, G>,
+    front: DenseFront<'_, G>,
     own: &[[f64; G]],
     tile: &mut [[f64; G]],
     [row, p]: [usize; 2],
@@ -244,7 +248,7 @@ pub(crate) fn schur<L: Lanes<G>, const G: usize>(
         let end = (i + L::TALL).min(panels);
         for start in (0..pivots).step_by(depth) {
             let k = start..(start + depth).min(pivots);
-            let l = Below { chunks: below, wide, k };
+            let l = BelowDiagonal { chunks: below, wide, k };
             for c in 0..end {
                 let r = c.max(i);
                 match end - r {
@@ -258,13 +262,13 @@ pub(crate) fn schur<L: Lanes<G>, const G: usize>(
 }
 
 /// The columns `k` of L21.
-struct Below<'a, const G: usize> {
+struct BelowDiagonal<'a, const G: usize> {
     chunks: &'a [[f64; G]],
     wide: usize,
     k: Range<usize>,
 }
 
-impl<'a, const G: usize> Below<'a, G> {
+impl<'a, const G: usize> BelowDiagonal<'a, G> {
     #[inline(always)]
     fn panel(&self, i: usize) -> &'a [[f64; G]] {
         &self.chunks[i * self.wide..(i + 1) * self.wide][self.k.clone()]
@@ -275,7 +279,7 @@ impl<'a, const G: usize> Below<'a, G> {
 #[inline(always)]
 fn schur_tile<L: Lanes<G>, const G: usize, const M: usize>(
     lanes: L,
-    l: &Below<'_, G>,
+    l: &BelowDiagonal<'_, G>,
     [r, c]: [usize; 2],
     panels: usize,
     s: &mut [[f64; G]],

@@ -9,7 +9,7 @@
 //! that supports it.
 
 /// Work to run with the instructions of a vector type.
-pub trait Job<const G: usize> {
+pub trait VectorKernel<const G: usize> {
     /// Result of the work.
     type Output;
 
@@ -28,7 +28,7 @@ pub trait Lanes<const G: usize>: Copy {
     const TALL: usize;
 
     /// Runs a job compiled for these instructions.
-    fn run<J: Job<G>>(self, job: J) -> J::Output;
+    fn run<J: VectorKernel<G>>(self, job: J) -> J::Output;
 
     /// `x` in every lane.
     fn splat(self, x: f64) -> Self::Vector;
@@ -98,7 +98,7 @@ impl Lanes<4> for Portable {
     const TALL: usize = 1;
 
     #[inline]
-    fn run<J: Job<4>>(self, job: J) -> J::Output {
+    fn run<J: VectorKernel<4>>(self, job: J) -> J::Output {
         job.run(self)
     }
 
@@ -150,7 +150,7 @@ pub use x86::{Avx2, Avx512};
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{Job, Lanes};
+    use super::{Lanes, VectorKernel};
 
     /// Proof of AVX-512F: eight lanes, fused multiply-add.
     #[derive(Clone, Copy, Debug)]
@@ -184,9 +184,9 @@ mod x86 {
                 const TALL: usize = $tall;
 
                 #[inline]
-                fn run<J: Job<$g>>(self, job: J) -> J::Output {
+                fn run<J: VectorKernel<$g>>(self, job: J) -> J::Output {
                     #[target_feature(enable = $features)]
-                    fn compiled<J: Job<$g>>(lanes: $proof, job: J) -> J::Output {
+                    fn compiled<J: VectorKernel<$g>>(lanes: $proof, job: J) -> J::Output {
                         job.run(lanes)
                     }
                     // SAFETY: `self` exists only if the processor has these features.

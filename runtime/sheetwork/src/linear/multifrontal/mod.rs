@@ -18,16 +18,16 @@ pub(crate) mod numeric;
 pub(crate) mod solve;
 pub(crate) mod symbolic;
 
-use crate::linear::dissection::Tree;
-use crate::linear::multifrontal::lanes::{Job, Portable};
-use crate::linear::multifrontal::numeric::{Factorise, Part};
+use crate::linear::dissection::EliminationTree;
+use crate::linear::multifrontal::lanes::{Portable, VectorKernel};
+use crate::linear::multifrontal::numeric::{ArenaSlice, Factorise};
 use crate::linear::multifrontal::solve::{HalfSolve, RightHandSide, Solve};
-use crate::linear::multifrontal::symbolic::Symbolic;
-use crate::linear::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
+use crate::linear::multifrontal::symbolic::SymbolicFactor;
+use crate::linear::{Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads};
 
 /// Instruction set of a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Path {
+pub enum InstructionSet {
     /// Scalar arithmetic.
     Portable,
     /// Four lanes and fused multiply-add.
@@ -36,7 +36,7 @@ pub enum Path {
     Avx512,
 }
 
-impl Path {
+impl InstructionSet {
     /// All instruction sets, the best last.
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
@@ -46,7 +46,7 @@ impl Path {
     }
 
     /// Whether this processor has it.
-    pub fn available(self) -> bool {
+    pub fn is_available(self) -> bool {
         self.instructions().is_some()
     }
 
@@ -76,29 +76,29 @@ pub(crate) enum Instructions {
 impl Instructions {
     /// The best instruction set of this processor.
     pub fn best() -> Self {
-        let paths = Path::ALL.into_iter().rev();
-        paths.filter_map(Path::instructions).next().unwrap_or(Self::Portable(Portable))
+        let paths = InstructionSet::ALL.into_iter().rev();
+        paths.filter_map(InstructionSet::instructions).next().unwrap_or(Self::Portable(Portable))
     }
 
-    fn path(self) -> Path {
+    fn path(self) -> InstructionSet {
         match self {
-            Self::Portable(_) => Path::Portable,
+            Self::Portable(_) => InstructionSet::Portable,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => Path::Avx2,
+            Self::Avx2(_) => InstructionSet::Avx2,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => Path::Avx512,
+            Self::Avx512(_) => InstructionSet::Avx512,
         }
     }
 
     /// Numbers per vector.
     fn width(self) -> usize {
         match self.path() {
-            Path::Portable | Path::Avx2 => 4,
-            Path::Avx512 => 8,
+            InstructionSet::Portable | InstructionSet::Avx2 => 4,
+            InstructionSet::Avx512 => 8,
         }
     }
 
-    fn run<T, J: Job<4, Output = T> + Job<8, Output = T>>(self, job: J) -> T {
+    fn run<T, J: VectorKernel<4, Output = T> + VectorKernel<8, Output = T>>(self, job: J) -> T {
         use crate::linear::multifrontal::lanes::Lanes;
         match self {
             Self::Portable(lanes) => lanes.run(job),
@@ -111,12 +111,12 @@ impl Instructions {
 }
 
 /// Numbers aligned to a cache line, so that no vector spans two lines.
-struct Aligned {
+struct AlignedBuffer {
     memory: Vec<f64>,
     shift: usize,
 }
 
-impl Aligned {
+impl AlignedBuffer {
     fn new(len: usize) -> Self {
         let memory = vec![0.0; len + 7];
         let shift = memory.as_ptr().align_offset(64).min(7);
@@ -135,15 +135,15 @@ impl Aligned {
 /// A multifrontal factor.
 pub(crate) struct MultifrontalFactor {
     instructions: Instructions,
-    symbolic: Symbolic,
-    factor: Aligned,
+    symbolic: SymbolicFactor,
+    factor: AlignedBuffer,
     /// One buffer per half of the tree.
-    columns: [Aligned; 2],
-    schur: Aligned,
-    parallel: bool,
+    columns: [AlignedBuffer; 2],
+    schur: AlignedBuffer,
+    is_parallel: bool,
     x: Vec<f64>,
-    local: Aligned,
-    factorised: bool,
+    local: AlignedBuffer,
+    is_factorised: bool,
     /// Number of values of the matrix.
     values: usize,
     /// Fronts of one half solution, and whether each front is among them.
@@ -153,19 +153,19 @@ pub(crate) struct MultifrontalFactor {
 
 impl MultifrontalFactor {
     /// Prepares factorisations of matrices of `pattern` in the order of `tree`.
-    pub fn new(pattern: &Pattern, tree: &Tree, instructions: Instructions) -> Self {
+    pub fn new(pattern: &Pattern, tree: &EliminationTree, instructions: Instructions) -> Self {
         let tree = amalgamation::amalgamate(pattern, tree);
-        let symbolic = Symbolic::new(pattern, &tree, instructions.width());
+        let symbolic = SymbolicFactor::new(pattern, &tree, instructions.width());
         Self {
             instructions,
-            factor: Aligned::new(symbolic.factor_len),
+            factor: AlignedBuffer::new(symbolic.factor_len),
             columns: [symbolic.columns_len, if symbolic.halves.is_some() { symbolic.columns_len } else { 0 }]
-                .map(Aligned::new),
-            parallel: false,
-            schur: Aligned::new(symbolic.schur_len),
+                .map(AlignedBuffer::new),
+            is_parallel: false,
+            schur: AlignedBuffer::new(symbolic.schur_len),
             x: vec![0.0; 3 * pattern.size()],
-            local: Aligned::new(symbolic.rows_len),
-            factorised: false,
+            local: AlignedBuffer::new(symbolic.rows_len),
+            is_factorised: false,
             values: 9 * pattern.blocks(),
             path: Vec::with_capacity(symbolic.fronts.len()),
             on_path: vec![false; symbolic.fronts.len()],
@@ -176,24 +176,24 @@ impl MultifrontalFactor {
 
 impl MultifrontalFactor {
     /// Factorises; `with_side` includes the forward substitution of the right-hand side in `x`.
-    fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositive> {
+    fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositiveDefinite> {
         assert_eq!(values.len(), self.values, "9 values a block");
-        let done = match self.symbolic.halves.filter(|_| self.parallel && !with_side) {
+        let done = match self.symbolic.halves.filter(|_| self.is_parallel && !with_side) {
             Some(halves) => self.run_halves(halves, values),
             None => 0,
         };
         let side = RightHandSide { x: &mut self.x, local: self.local.get_mut() };
-        self.factorised = done < usize::MAX
+        self.is_factorised = done < usize::MAX
             && self.instructions.run(Factorise {
                 symbolic: &self.symbolic,
                 fronts: done..self.symbolic.fronts.len(),
                 values,
                 columns: self.columns[0].get_mut(),
-                schur: Part { from: 0, memory: self.schur.get_mut() },
-                factor: Part { from: 0, memory: self.factor.get_mut() },
+                schur: ArenaSlice { from: 0, memory: self.schur.get_mut() },
+                factor: ArenaSlice { from: 0, memory: self.factor.get_mut() },
                 forward: with_side.then_some(side),
             });
-        if self.factorised { Ok(()) } else { Err(NotPositive) }
+        if self.is_factorised { Ok(()) } else { Err(NotPositiveDefinite) }
     }
 
     /// Factorises two halves of the fronts on two threads; returns the number of finished fronts,
@@ -208,17 +208,24 @@ impl MultifrontalFactor {
             instructions.run(job)
         };
         let (a, b) = crate::parallel::join(
-            || half(0..cut, first.get_mut(), Part { from: 0, memory: low }, Part { from: 0, memory: below }),
             || {
-                let schur = Part { from: schur_from, memory: high };
-                half(cut..end, second.get_mut(), schur, Part { from, memory: above })
+                half(
+                    0..cut,
+                    first.get_mut(),
+                    ArenaSlice { from: 0, memory: low },
+                    ArenaSlice { from: 0, memory: below },
+                )
+            },
+            || {
+                let schur = ArenaSlice { from: schur_from, memory: high };
+                half(cut..end, second.get_mut(), schur, ArenaSlice { from, memory: above })
             },
         );
         if a && b { end } else { usize::MAX }
     }
 
     /// Permutes a right-hand side into the order of elimination.
-    fn take_in(&mut self, b: &[f64]) {
+    fn permute_in(&mut self, b: &[f64]) {
         assert_eq!(b.len(), self.x.len(), "3 entries a block row");
         for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(&self.symbolic.order) {
             x.copy_from_slice(&b[3 * mass as usize..3 * mass as usize + 3]);
@@ -240,7 +247,7 @@ impl MultifrontalFactor {
 
     /// The fronts where the half solution of a load is non-zero, ascending: those of its nodes and
     /// their ancestors.
-    fn find_path(&mut self, load: &[(u32, [f64; 3])]) {
+    fn compute_path(&mut self, load: &[(u32, [f64; 3])]) {
         let Self { symbolic, path, on_path, .. } = self;
         path.clear();
         for &(mass, _) in load {
@@ -259,33 +266,33 @@ impl MultifrontalFactor {
 }
 
 impl Factor for MultifrontalFactor {
-    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive> {
+    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositiveDefinite> {
         self.run(values, false)
     }
 
-    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
-        self.take_in(b);
+    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositiveDefinite> {
+        self.permute_in(b);
         self.run(values, true)?;
         self.finish(b, true);
         Ok(())
     }
 
     fn solve(&mut self, b: &mut [f64]) {
-        self.take_in(b);
-        if self.factorised {
+        self.permute_in(b);
+        if self.is_factorised {
             self.finish(b, false);
         } else {
             b.fill(f64::NAN);
         }
     }
 
-    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+    fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
         for load in loads.iter() {
-            self.find_path(load);
+            self.compute_path(load);
             // A front on the path modifies pivots of fronts on the path only.
             for &k in &self.path {
                 let front = &self.symbolic.fronts[k as usize];
-                let start = if self.factorised { 0.0 } else { f64::NAN };
+                let start = if self.is_factorised { 0.0 } else { f64::NAN };
                 self.x[front.first..front.first + front.pivots].fill(start);
             }
             for &(mass, value) in load {
@@ -308,15 +315,15 @@ impl Factor for MultifrontalFactor {
         }
     }
 
-    fn use_threads(&mut self, parallel: bool) {
-        self.parallel = parallel;
+    fn set_parallel(&mut self, parallel: bool) {
+        self.is_parallel = parallel;
     }
 
     fn name(&self) -> &'static str {
         match self.instructions.path() {
-            Path::Portable => "multifrontal",
-            Path::Avx2 => "multifrontal, AVX2",
-            Path::Avx512 => "multifrontal, AVX-512",
+            InstructionSet::Portable => "multifrontal",
+            InstructionSet::Avx2 => "multifrontal, AVX2",
+            InstructionSet::Avx512 => "multifrontal, AVX-512",
         }
     }
 

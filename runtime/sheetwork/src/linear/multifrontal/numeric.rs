@@ -3,39 +3,39 @@
 use std::ops::Range;
 
 use crate::linear::multifrontal::kernels;
-use crate::linear::multifrontal::kernels::Dense;
-use crate::linear::multifrontal::lanes::{Job, Lanes};
+use crate::linear::multifrontal::kernels::DenseFront;
+use crate::linear::multifrontal::lanes::{Lanes, VectorKernel};
 use crate::linear::multifrontal::solve;
 use crate::linear::multifrontal::solve::RightHandSide;
-use crate::linear::multifrontal::symbolic::{Front, Run, Symbolic};
+use crate::linear::multifrontal::symbolic::{Front, RowRun, SymbolicFactor};
 
 /// Factorisation of `fronts`, whose children are among them or finished. `values` are those of the
 /// matrix; `columns` and `schur` are buffers; `factor` is the result. With `forward`, the
 /// right-hand side passes through each front right after its factorisation, while it is in the
 /// cache.
 pub(crate) struct Factorise<'a> {
-    pub symbolic: &'a Symbolic,
+    pub symbolic: &'a SymbolicFactor,
     pub fronts: Range<usize>,
     pub values: &'a [f64],
     pub columns: &'a mut [f64],
-    pub schur: Part<'a>,
-    pub factor: Part<'a>,
+    pub schur: ArenaSlice<'a>,
+    pub factor: ArenaSlice<'a>,
     pub forward: Option<RightHandSide<'a>>,
 }
 
 /// A slice of a memory that begins at index `from` of it.
-pub(crate) struct Part<'a> {
+pub(crate) struct ArenaSlice<'a> {
     pub from: usize,
     pub memory: &'a mut [f64],
 }
 
-impl Part<'_> {
+impl ArenaSlice<'_> {
     fn of(&self, range: Range<usize>) -> Range<usize> {
         range.start - self.from..range.end - self.from
     }
 }
 
-impl<const G: usize> Job<G> for Factorise<'_> {
+impl<const G: usize> VectorKernel<G> for Factorise<'_> {
     /// Whether all pivots are positive.
     type Output = bool;
 
@@ -52,8 +52,12 @@ impl<const G: usize> Job<G> for Factorise<'_> {
             }
             let range = self.factor.of(front.factor_range());
             let factor = chunks_mut(&mut self.factor.memory[range]);
-            let dense =
-                Dense { columns: chunks(columns), stride: front.rows() / G, pivots: front.pivots, wide: front.wide };
+            let dense = DenseFront {
+                columns: chunks(columns),
+                stride: front.rows() / G,
+                pivots: front.pivots,
+                wide: front.wide,
+            };
             if !kernels::factorise(lanes, dense, factor) {
                 return false;
             }
@@ -74,7 +78,7 @@ impl<const G: usize> Job<G> for Factorise<'_> {
     }
 }
 
-fn children<'a>(symbolic: &'a Symbolic, front: &Front) -> impl Iterator<Item = &'a Front> {
+fn children<'a>(symbolic: &'a SymbolicFactor, front: &Front) -> impl Iterator<Item = &'a Front> {
     symbolic.children[front.children.clone()].iter().map(|&c| &symbolic.fronts[c as usize])
 }
 
@@ -111,7 +115,7 @@ fn clear(front: &Front, columns: &mut [f64]) {
 
 /// Adds the front's blocks of the matrix.
 #[inline(always)]
-fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut [f64]) {
+fn add_blocks(symbolic: &SymbolicFactor, front: &Front, values: &[f64], columns: &mut [f64]) {
     let rows = front.rows();
     for block in &symbolic.blocks[front.straight.clone()] {
         let v = &values[block.source as usize..block.source as usize + 9];
@@ -137,7 +141,7 @@ fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut 
 #[inline(always)]
 fn add_to_columns<L: Lanes<G>, const G: usize>(
     lanes: L,
-    runs: &[Run],
+    runs: &[RowRun],
     s: &[f64],
     tall: usize,
     front: &Front,
@@ -160,7 +164,7 @@ fn add_to_columns<L: Lanes<G>, const G: usize>(
 #[inline(always)]
 fn add_to_schur<L: Lanes<G>, const G: usize>(
     lanes: L,
-    runs: &[Run],
+    runs: &[RowRun],
     s: &[f64],
     tall: usize,
     front: &Front,

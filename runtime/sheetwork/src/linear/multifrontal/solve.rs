@@ -1,7 +1,7 @@
 //! Forward and backward substitution with a factor in panels.
 
-use crate::linear::multifrontal::lanes::{Job, Lanes};
-use crate::linear::multifrontal::symbolic::{Front, Symbolic};
+use crate::linear::multifrontal::lanes::{Lanes, VectorKernel};
+use crate::linear::multifrontal::symbolic::{Front, SymbolicFactor};
 
 /// Right-hand side: `x` holds b, then the solution, in the order of elimination; `local` is a
 /// buffer for the rows of a front.
@@ -12,13 +12,13 @@ pub(crate) struct RightHandSide<'a> {
 
 /// Solution of L Lᵀ x = b; of Lᵀ x = y if the forward substitution is done.
 pub(crate) struct Solve<'a> {
-    pub symbolic: &'a Symbolic,
+    pub symbolic: &'a SymbolicFactor,
     pub factor: &'a [f64],
     pub side: RightHandSide<'a>,
     pub half_done: bool,
 }
 
-impl<const G: usize> Job<G> for Solve<'_> {
+impl<const G: usize> VectorKernel<G> for Solve<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -38,13 +38,13 @@ impl<const G: usize> Job<G> for Solve<'_> {
 /// Solution of L y = b in the fronts of `path`, which contain all of b and every ancestor of each
 /// front.
 pub(crate) struct HalfSolve<'a> {
-    pub symbolic: &'a Symbolic,
+    pub symbolic: &'a SymbolicFactor,
     pub factor: &'a [f64],
     pub side: RightHandSide<'a>,
     pub path: &'a [u32],
 }
 
-impl<const G: usize> Job<G> for HalfSolve<'_> {
+impl<const G: usize> VectorKernel<G> for HalfSolve<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -75,7 +75,7 @@ fn times<L: Lanes<G>, const G: usize>(lanes: L, panel: &[[f64; G]], y: &[f64]) -
 #[inline(always)]
 pub(crate) fn forward<L: Lanes<G>, const G: usize>(
     lanes: L,
-    symbolic: &Symbolic,
+    symbolic: &SymbolicFactor,
     front: &Front,
     factor: &[[f64; G]],
     x: &mut [f64],
@@ -116,7 +116,7 @@ pub(crate) fn forward<L: Lanes<G>, const G: usize>(
 #[inline(always)]
 fn backward<L: Lanes<G>, const G: usize>(
     lanes: L,
-    symbolic: &Symbolic,
+    symbolic: &SymbolicFactor,
     front: &Front,
     factor: &[[f64; G]],
     x: &mut [f64],

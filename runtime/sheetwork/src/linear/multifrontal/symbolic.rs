@@ -17,12 +17,12 @@
 use std::ops::Range;
 
 use crate::linear::Pattern;
-use crate::linear::dissection::Tree;
+use crate::linear::dissection::EliminationTree;
 use crate::linear::multifrontal::amalgamation::boundaries;
 
 /// Minimum number of operations in the smaller half of the tree for the use of two threads; zero
 /// in tests.
-const WORTH: f64 = if cfg!(test) { 0.0 } else { 1e6 };
+const PARALLEL_WORK_THRESHOLD: f64 = if cfg!(test) { 0.0 } else { 1e6 };
 
 /// One front. Rows are numbered from 0, pivots first, the boundary from `wide`.
 #[derive(Clone, Debug, Default)]
@@ -35,21 +35,21 @@ pub(crate) struct Front {
     pub wide: usize,
     /// Boundary rows with padding, nbp.
     pub tall: usize,
-    /// Nodes of the boundary, in `Symbolic::boundaries`.
+    /// Nodes of the boundary, in `SymbolicFactor::boundaries`.
     pub boundary: Range<usize>,
     /// Start of L.
     pub factor: usize,
     /// Start of S.
     pub schur: usize,
-    /// Blocks of the matrix that are added without transposition, in `Symbolic::blocks`.
+    /// Blocks of the matrix that are added without transposition, in `SymbolicFactor::blocks`.
     pub straight: Range<usize>,
     /// Blocks that are added transposed.
     pub mirrored: Range<usize>,
     /// The front to which S is added.
     pub parent: Option<u32>,
-    /// Children, in `Symbolic::children`.
+    /// Children, in `SymbolicFactor::children`.
     pub children: Range<usize>,
-    /// Destination of the rows of S in the parent, in `Symbolic::runs`.
+    /// Destination of the rows of S in the parent, in `SymbolicFactor::runs`.
     pub runs: Range<usize>,
 }
 
@@ -72,7 +72,7 @@ impl Front {
 
 /// Destination of a block of the matrix in a front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Block {
+pub(crate) struct BlockEntry {
     /// Index of its first number in the columns of the front.
     pub target: u32,
     /// Index of its first number in the values.
@@ -81,7 +81,7 @@ pub(crate) struct Block {
 
 /// Consecutive rows of an S that stay consecutive in the parent.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
+pub(crate) struct RowRun {
     /// First row of S.
     pub from: usize,
     /// First row of the parent.
@@ -92,7 +92,7 @@ pub(crate) struct Run {
 
 /// The analysis of one pattern.
 #[derive(Debug, Default)]
-pub(crate) struct Symbolic {
+pub(crate) struct SymbolicFactor {
     /// The node at each position of the elimination.
     pub order: Vec<u32>,
     /// The position of each node in the elimination.
@@ -103,8 +103,8 @@ pub(crate) struct Symbolic {
     pub fronts: Vec<Front>,
     pub boundaries: Vec<u32>,
     pub children: Vec<u32>,
-    pub runs: Vec<Run>,
-    pub blocks: Vec<Block>,
+    pub runs: Vec<RowRun>,
+    pub blocks: Vec<BlockEntry>,
     /// Numbers in all L, in all S alive at once, in the columns of the largest front, in its rows.
     pub factor_len: usize,
     pub schur_len: usize,
@@ -119,9 +119,9 @@ pub(crate) struct Symbolic {
     pub nonzeros: usize,
 }
 
-impl Symbolic {
+impl SymbolicFactor {
     /// Analyses for vectors of `g` numbers.
-    pub fn new(pattern: &Pattern, tree: &Tree, g: usize) -> Self {
+    pub fn new(pattern: &Pattern, tree: &EliminationTree, g: usize) -> Self {
         let place = tree.places();
         let mut symbolic = Self { order: tree.order.clone(), ..Self::default() };
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); tree.fronts.len()];
@@ -187,7 +187,7 @@ impl Symbolic {
         let first = (into.first / 3) as u32;
         let end = first + (into.pivots / 3) as u32;
         let boundary = self.boundary(into);
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<RowRun> = Vec::new();
         for (i, &mass) in self.boundary(&self.fronts[child]).iter().enumerate() {
             let to = match mass < end {
                 true => 3 * (mass - first) as usize,
@@ -195,7 +195,7 @@ impl Symbolic {
             };
             match runs.last_mut() {
                 Some(run) if run.to + run.len == to && (to < into.pivots) == (run.to < into.pivots) => run.len += 3,
-                _ => runs.push(Run { from: 3 * i, to, len: 3 }),
+                _ => runs.push(RowRun { from: 3 * i, to, len: 3 }),
             }
         }
         self.runs.extend(runs);
@@ -211,7 +211,7 @@ impl Symbolic {
 
     /// Computes the destination of the blocks of the matrix.
     fn add_blocks(&mut self, pattern: &Pattern, place: &[u32]) {
-        let mut blocks: Vec<[Vec<Block>; 2]> = vec![Default::default(); self.fronts.len()];
+        let mut blocks: Vec<[Vec<BlockEntry>; 2]> = vec![Default::default(); self.fronts.len()];
         for (slot, row, column) in pattern.iter() {
             let (r, c) = (place[row as usize], place[column as usize]);
             let (low, high) = (r.min(c), r.max(c));
@@ -222,7 +222,7 @@ impl Symbolic {
                 false => front.wide + 3 * self.boundary(front).partition_point(|&b| b < high),
             };
             let target = ((3 * low as usize - front.first) * front.rows() + local) as u32;
-            blocks[k][usize::from(r < c)].push(Block { target, source: 9 * slot as u32 });
+            blocks[k][usize::from(r < c)].push(BlockEntry { target, source: 9 * slot as u32 });
         }
         for (front, [mut straight, mut mirrored]) in self.fronts.iter_mut().zip(blocks) {
             straight.sort_unstable();
@@ -259,7 +259,7 @@ impl Symbolic {
         let cuts = self.children[top].iter().map(|c| *c as usize + 1).filter(is_own);
         let lesser = |cut: &usize| work(0..*cut).min(work(*cut..end - 1));
         let cut = cuts.max_by(|a, b| lesser(a).total_cmp(&lesser(b)))?;
-        (lesser(&cut) >= WORTH).then_some([cut, end - 1, 0])
+        (lesser(&cut) >= PARALLEL_WORK_THRESHOLD).then_some([cut, end - 1, 0])
     }
 
     /// Places every S in the first memory that is free until its parent is finished; the two halves

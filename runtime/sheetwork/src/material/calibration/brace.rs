@@ -7,12 +7,12 @@
 //! (r·κ r) s/2 along r and by -(r·κ r)/2 along the normal, which cancel), so a brace does not
 //! change the stiffness of the sheet.
 
-use crate::material::calibration::fit::Bulk;
+use crate::material::calibration::fit::BulkStiffness;
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Lattice, Link};
+use crate::mesh::structure::{Lattice, LatticeSpring};
 
 /// Braces of a lattice, with their stiffness, N/m.
-pub(crate) fn braces(lattice: &Lattice, bulk: &Bulk) -> Vec<(Link, f64)> {
+pub(crate) fn braces(lattice: &Lattice, bulk: &BulkStiffness) -> Vec<(LatticeSpring, f64)> {
     let mut joined = vec![false; lattice.positions.len()];
     for link in lattice.links.iter().filter(|l| l.class == SpringClass::Inter) {
         joined[link.a as usize] = true;
@@ -23,11 +23,11 @@ pub(crate) fn braces(lattice: &Lattice, bulk: &Bulk) -> Vec<(Link, f64)> {
 }
 
 /// Brace from node `i` to the nearest of the layer above, or below the top one.
-fn brace(lattice: &Lattice, i: usize) -> Option<Link> {
+fn brace(lattice: &Lattice, i: usize) -> Option<LatticeSpring> {
     let layer = lattice.layer_of[i];
     let next = if layer as usize + 1 < lattice.layers.len() { layer + 1 } else { layer.checked_sub(1)? };
     let distance = |m: &usize| lattice.positions[*m].distance_squared(lattice.positions[i]);
     let near = lattice.layers[next as usize].range().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
     let (a, b) = (i.min(near) as u32, i.max(near) as u32);
-    Some(Link { a, b, class: SpringClass::Inter, layer: layer.min(next) })
+    Some(LatticeSpring { a, b, class: SpringClass::Inter, layer: layer.min(next) })
 }

@@ -14,7 +14,7 @@ use crate::mesh::structure::{Lattice, LatticeSpec, StructureKind, assemble};
 
 /// Place of a node in the grid of its layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Site {
+pub(crate) struct LatticeSite {
     /// Layer, 0 the bottom.
     pub layer: u32,
     /// Column (along x).
@@ -24,11 +24,11 @@ pub(crate) struct Site {
 }
 
 /// Sites of all nodes of a lattice, in order.
-pub(crate) fn sites(lattice: &Lattice) -> Vec<Site> {
+pub(crate) fn sites(lattice: &Lattice) -> Vec<LatticeSite> {
     let mut found = Vec::with_capacity(lattice.positions.len());
     for (index, layer) in lattice.layers.iter().enumerate() {
         for j in 0..layer.nz {
-            found.extend((0..layer.nx).map(|i| Site { layer: index as u32, i: i64::from(i), j: i64::from(j) }));
+            found.extend((0..layer.nx).map(|i| LatticeSite { layer: index as u32, i: i64::from(i), j: i64::from(j) }));
         }
     }
     found
@@ -36,7 +36,7 @@ pub(crate) fn sites(lattice: &Lattice) -> Vec<Site> {
 
 /// Spring of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bond {
+pub(crate) struct CellSpring {
     /// Representative of the first node.
     pub a: usize,
     /// Representative of the second node.
@@ -46,16 +46,16 @@ pub(crate) struct Bond {
     /// Position of the second node, m.
     pub to: DVec3,
     /// Site of the first node.
-    pub site_a: Site,
+    pub site_a: LatticeSite,
     /// Site of the second node.
-    pub site_b: Site,
+    pub site_b: LatticeSite,
     /// Spring class.
     pub class: SpringClass,
     /// Layer of the lower end.
     pub layer: u32,
 }
 
-impl Bond {
+impl CellSpring {
     /// Unit vector from a to b.
     pub fn direction(&self) -> DVec3 {
         (self.to - self.from).normalize_or_zero()
@@ -69,11 +69,11 @@ impl Bond {
 
 /// One period of a lattice.
 #[derive(Clone, Debug)]
-pub(crate) struct Cell {
+pub(crate) struct PeriodicCell {
     /// Number of nodes.
     pub masses: usize,
     /// Springs; each is in one cell only.
-    pub bonds: Vec<Bond>,
+    pub springs: Vec<CellSpring>,
     /// Length along x and along z, m: of the period, or from edge to edge.
     pub extent: (f64, f64),
     /// Nodes along x and z in each layer of the original lattice.
@@ -82,7 +82,7 @@ pub(crate) struct Cell {
 
 /// Lattice from which a cell is extracted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pattern {
+pub(crate) struct LatticePattern {
     /// Structure.
     pub structure: StructureKind,
     /// Number of layers.
@@ -96,21 +96,21 @@ pub(crate) struct Pattern {
 }
 
 /// Number of columns or rows in a periodic direction: no spring of the middle reaches an edge.
-const LONG: u32 = 10;
+const PERIODIC_LENGTH: u32 = 10;
 
-impl Pattern {
+impl LatticePattern {
     /// Cell that is periodic both ways: a sheet without edges.
-    pub fn periodic(&self) -> Cell {
+    pub fn periodic(&self) -> PeriodicCell {
         self.cut(None, None)
     }
 
     /// Strip along x, `cells` wide, between free edges back and front.
-    pub fn strip_along_x(&self, cells: u32) -> Cell {
+    pub fn strip_along_x(&self, cells: u32) -> PeriodicCell {
         self.cut(None, Some(cells))
     }
 
     /// Strip along z, `cells` wide, between free edges left and right.
-    pub fn strip_along_z(&self, cells: u32) -> Cell {
+    pub fn strip_along_z(&self, cells: u32) -> PeriodicCell {
         self.cut(Some(cells), None)
     }
 
@@ -134,16 +134,17 @@ impl Pattern {
     }
 
     /// Extract a cell; the arguments are widths in cells in directions without period.
-    fn cut(&self, along_x: Option<u32>, along_z: Option<u32>) -> Cell {
-        let (lattice, size) = self.lattice(along_x.map_or(LONG, |c| c + 1), along_z.map_or(LONG, |c| c + 1));
+    fn cut(&self, along_x: Option<u32>, along_z: Option<u32>) -> PeriodicCell {
+        let (lattice, size) =
+            self.lattice(along_x.map_or(PERIODIC_LENGTH, |c| c + 1), along_z.map_or(PERIODIC_LENGTH, |c| c + 1));
         // Every other row of a triangular layer is shifted: two make a period.
         let rows = if self.structure.info().triangular { 2 } else { 1 };
-        let window_x = Window { first: 4, count: 1, repeats: along_x.is_none() };
-        let window_z = Window { first: 4, count: rows, repeats: along_z.is_none() };
+        let window_x = PeriodWindow { first: 4, count: 1, repeats: along_x.is_none() };
+        let window_z = PeriodWindow { first: 4, count: rows, repeats: along_z.is_none() };
         let sites = sites(&lattice);
-        let home = |s: &Site| Site { layer: s.layer, i: window_x.home(s.i), j: window_z.home(s.j) };
-        let inside = |s: &Site| home(s) == *s;
-        let homes: BTreeMap<Site, usize> =
+        let home = |s: &LatticeSite| LatticeSite { layer: s.layer, i: window_x.home(s.i), j: window_z.home(s.j) };
+        let inside = |s: &LatticeSite| home(s) == *s;
+        let homes: BTreeMap<LatticeSite, usize> =
             sites.iter().filter(|s| inside(s)).enumerate().map(|(n, s)| (*s, n)).collect();
         let up = DVec3::Y * self.middle();
         let mut bonds = Vec::new();
@@ -151,7 +152,7 @@ impl Pattern {
             let (site_a, site_b) = (sites[link.a as usize], sites[link.b as usize]);
             if let (Some(a), Some(b)) = (homes.get(&site_a), homes.get(&home(&site_b))) {
                 let (from, to) = (lattice.positions[link.a as usize] - up, lattice.positions[link.b as usize] - up);
-                bonds.push(Bond { a: *a, b: *b, from, to, site_a, site_b, class: link.class, layer: link.layer });
+                bonds.push(CellSpring { a: *a, b: *b, from, to, site_a, site_b, class: link.class, layer: link.layer });
             }
         }
         let extent = (
@@ -159,19 +160,19 @@ impl Pattern {
             if window_z.repeats { rows as f64 * self.spacing.1 } else { size.1 },
         );
         let grid = lattice.layers.iter().map(|l| (i64::from(l.nx), i64::from(l.nz))).collect();
-        Cell { masses: homes.len(), bonds, extent, grid }
+        PeriodicCell { masses: homes.len(), springs: bonds, extent, grid }
     }
 }
 
 /// Columns (or rows) of a lattice that make one period.
 #[derive(Clone, Copy)]
-struct Window {
+struct PeriodWindow {
     first: i64,
     count: i64,
     repeats: bool,
 }
 
-impl Window {
+impl PeriodWindow {
     /// Equivalent index in the home period.
     fn home(&self, i: i64) -> i64 {
         if self.repeats { self.first + (i - self.first).rem_euclid(self.count) } else { i }
@@ -184,11 +185,12 @@ mod tests {
     use crate::mesh::structure::TABLE;
 
     #[test]
-    fn a_cell_has_as_many_springs_a_mass_as_a_large_lattice() {
+    fn a_cell_has_as_many_springs_per_node_as_a_large_lattice() {
         for row in TABLE {
             let layers = row.layers.1.min(3);
             let cross_over = row.cross_over;
-            let pattern = Pattern { structure: row.kind, layers, spacing: (0.02, 0.015), gap: 0.004, cross_over };
+            let pattern =
+                LatticePattern { structure: row.kind, layers, spacing: (0.02, 0.015), gap: 0.004, cross_over };
             let cell = pattern.periodic();
             let count = |n: u32| {
                 let (lattice, _) = pattern.lattice(n, n);
@@ -198,7 +200,12 @@ mod tests {
             // one cell.
             let a = (count(60) - 2.0 * count(40) + count(20)) / (2.0 * 400.0);
             let rows = if row.triangular { 2.0 } else { 1.0 };
-            assert!((cell.bonds.len() as f64 - a * rows).abs() < 1e-9, "{}: {} for {a}", row.name, cell.bonds.len());
+            assert!(
+                (cell.springs.len() as f64 - a * rows).abs() < 1e-9,
+                "{}: {} for {a}",
+                row.name,
+                cell.springs.len()
+            );
             assert_eq!(cell.masses, layers as usize * rows as usize);
         }
     }
@@ -206,7 +213,7 @@ mod tests {
     #[test]
     fn a_strip_reaches_from_edge_to_edge() {
         let structure = StructureKind::Trimm;
-        let pattern = Pattern { structure, layers: 2, spacing: (0.01, 0.008), gap: 0.002, cross_over: false };
+        let pattern = LatticePattern { structure, layers: 2, spacing: (0.01, 0.008), gap: 0.002, cross_over: false };
         let along_x = pattern.strip_along_x(6);
         assert_eq!(along_x.masses, 7 + 6);
         assert!((along_x.extent.1 - 0.048).abs() < 1e-12);

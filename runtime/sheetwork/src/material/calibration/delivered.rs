@@ -4,15 +4,15 @@
 //! directions, twist, Poisson's ratio, and the loss to transverse shear in a wave as long as the
 //! sheet. Notes describe the limits of the structure.
 
-use crate::material::calibration::boundary::Boundary;
-use crate::material::calibration::cell::{Cell, Pattern};
-use crate::material::calibration::homogenise::{Plate, homogenise, wave_bending};
-use crate::material::calibration::target::{ENTRIES, Target, Voigt, along, norm, ratio};
-use crate::material::calibration::{Request, isotropic_rows};
+use crate::material::calibration::cell::{LatticePattern, PeriodicCell};
+use crate::material::calibration::free_edge::EdgeStiffness;
+use crate::material::calibration::homogenise::{PlateStiffness, homogenise, wave_bending};
+use crate::material::calibration::target::{ENTRIES, StiffnessTarget, Voigt, along, norm, ratio};
+use crate::material::calibration::{CalibrationRequest, isotropic_rows};
 
 /// Delivered stiffness of a sheet's structure.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Delivered {
+pub struct DeliveredRatios {
     /// Bending stiffness along 0, 45, 90 and 135 degrees from the length, over that requested.
     pub bending: [f64; 4],
     /// Twisting stiffness D66 over that requested.
@@ -45,9 +45,9 @@ pub struct Delivered {
 /// Directions in which stiffness is compared, degrees from the length.
 const DIRECTIONS: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
 
-impl Delivered {
+impl DeliveredRatios {
     /// Values of a structure that has the requested stiffness by construction.
-    pub fn exact(target: &Target) -> Self {
+    pub fn exact(target: &StiffnessTarget) -> Self {
         Self {
             bending: [1.0; 4],
             twist: 1.0,
@@ -60,7 +60,13 @@ impl Delivered {
     }
 
     /// Values of a calibrated lattice.
-    pub(crate) fn of(request: &Request, pattern: &Pattern, cell: &Cell, k: &[f64], edges: &Boundary) -> Self {
+    pub(crate) fn of(
+        request: &CalibrationRequest,
+        pattern: &LatticePattern,
+        cell: &PeriodicCell,
+        k: &[f64],
+        edges: &EdgeStiffness,
+    ) -> Self {
         let plate = homogenise(cell, k);
         let (bending, membrane) = (plate.free_bending(), plate.free_membrane());
         let target = &request.target;
@@ -119,7 +125,13 @@ fn uniaxial(a: &Voigt) -> f64 {
     a[0][0] - ratio(a[0][1] * a[0][1], a[1][1])
 }
 
-fn shear_loss(cell: &Cell, k: &[f64], bending: &Voigt, target: &Target, wavelength: f64) -> Option<f64> {
+fn shear_loss(
+    cell: &PeriodicCell,
+    k: &[f64],
+    bending: &Voigt,
+    target: &StiffnessTarget,
+    wavelength: f64,
+) -> Option<f64> {
     let stiff = |angle: f64| share(bending, &target.bending, angle) > 1e-6;
     let angles = DIRECTIONS.iter().map(|a| a.to_radians()).filter(|a| stiff(*a));
     let losses = angles.filter_map(|a| Some(1.0 - wave_bending(cell, k, wavelength, a)? / along(bending, a)));
@@ -127,7 +139,13 @@ fn shear_loss(cell: &Cell, k: &[f64], bending: &Voigt, target: &Target, waveleng
 }
 
 /// Notes on the limits of the structure.
-fn notes(found: &Delivered, request: &Request, pattern: &Pattern, edges: &Boundary, plate: &Plate) -> Vec<String> {
+fn notes(
+    found: &DeliveredRatios,
+    request: &CalibrationRequest,
+    pattern: &LatticePattern,
+    edges: &EdgeStiffness,
+    plate: &PlateStiffness,
+) -> Vec<String> {
     let mut notes = Vec::new();
     if norm(&plate.bending) < 1e-9 * norm(&request.target.bending) {
         let name = request.structure;
@@ -147,7 +165,12 @@ fn notes(found: &Delivered, request: &Request, pattern: &Pattern, edges: &Bounda
     notes
 }
 
-fn bending_notes(found: &Delivered, request: &Request, pattern: &Pattern, notes: &mut Vec<String>) {
+fn bending_notes(
+    found: &DeliveredRatios,
+    request: &CalibrationRequest,
+    pattern: &LatticePattern,
+    notes: &mut Vec<String>,
+) {
     let name = request.structure;
     if found.twist < 0.05 {
         notes.push(format!("{name} has no twist stiffness: a strip bends as asked, a plate folds along its diagonals"));
@@ -187,7 +210,7 @@ fn bending_notes(found: &Delivered, request: &Request, pattern: &Pattern, notes:
     }
 }
 
-fn edge_notes(edges: &Boundary, pattern: &Pattern, notes: &mut Vec<String>) {
+fn edge_notes(edges: &EdgeStiffness, pattern: &LatticePattern, notes: &mut Vec<String>) {
     for (name, factors, spacing) in
         [("sides", &edges.sides, pattern.spacing.1), ("ends", &edges.ends, pattern.spacing.0)]
     {
@@ -203,7 +226,7 @@ fn edge_notes(edges: &Boundary, pattern: &Pattern, notes: &mut Vec<String>) {
     }
 }
 
-fn membrane_note(found: &Delivered, notes: &mut Vec<String>) {
+fn membrane_note(found: &DeliveredRatios, notes: &mut Vec<String>) {
     if found.membrane < 0.9 {
         notes.push(format!(
             "membrane {:.0} times softer than the sheet's: right for sag, wrong for stretch; curling across the width \

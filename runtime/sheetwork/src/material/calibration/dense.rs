@@ -8,16 +8,16 @@
 
 /// Symmetric n by n matrix, row by row; both triangles are stored.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Symmetric {
+pub(crate) struct SymmetricMatrix {
     n: usize,
     data: Vec<f64>,
 }
 
 /// Rank tolerance: smaller pivots, as a fraction of the largest diagonal entry, belong to
 /// mechanisms.
-const RANK: f64 = 1e-11;
+const RANK_TOLERANCE: f64 = 1e-11;
 
-impl Symmetric {
+impl SymmetricMatrix {
     /// Zero matrix.
     pub fn zeros(n: usize) -> Self {
         Self { n, data: vec![0.0; n * n] }
@@ -70,7 +70,7 @@ impl Symmetric {
     fn factor(&mut self) -> Vec<usize> {
         let n = self.n;
         let mut diagonal: Vec<f64> = (0..n).map(|i| self.at(i, i)).collect();
-        let tolerance = RANK * diagonal.iter().copied().fold(0.0, f64::max);
+        let tolerance = RANK_TOLERANCE * diagonal.iter().copied().fold(0.0, f64::max);
         let mut order: Vec<usize> = Vec::with_capacity(n);
         let mut rest: Vec<usize> = (0..n).collect();
         let mut lower = vec![0.0; n * n];
@@ -106,7 +106,7 @@ mod tests {
     fn a_chain_of_springs_that_floats_is_solved_up_to_its_rigid_motion() {
         // Springs 1, 2 and 4 between four nodes, pulled apart with force 8: they extend by 8, 4 and
         // 2.
-        let mut k = Symmetric::zeros(4);
+        let mut k = SymmetricMatrix::zeros(4);
         for (i, stiffness) in [1.0, 2.0, 4.0].into_iter().enumerate() {
             k.add_outer(stiffness, &[(i, -1.0), (i + 1, 1.0)]);
         }
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn a_matrix_of_zeros_moves_nothing() {
         let mut loads = [vec![0.0; 3]];
-        Symmetric::zeros(3).solve(&mut loads);
+        SymmetricMatrix::zeros(3).solve(&mut loads);
         assert_eq!(loads[0], [0.0; 3]);
     }
 }

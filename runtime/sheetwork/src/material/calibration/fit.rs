@@ -21,14 +21,14 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::material::calibration::cell::{Bond, Cell, Pattern};
-use crate::material::calibration::homogenise::{Plate, affine, homogenise};
+use crate::material::calibration::cell::{CellSpring, LatticePattern, PeriodicCell};
+use crate::material::calibration::homogenise::{PlateStiffness, affine, homogenise};
 use crate::material::calibration::nnls::nonnegative_least_squares;
-use crate::material::calibration::target::{ENTRIES, Target, Voigt, norm};
+use crate::material::calibration::target::{ENTRIES, StiffnessTarget, Voigt, norm};
 use crate::mesh::spring_class::SpringClass;
 
 /// Stiffness of springs between layers, all gaps together, in bending stiffnesses per gap squared.
-const INTER: f64 = 8.0;
+const INTER_LAYER_STIFFNESS: f64 = 8.0;
 
 /// Weight of the membrane in a fit for bending: its square must be negligible.
 const MEMBRANE_WEIGHT: f64 = 1e-4;
@@ -36,13 +36,13 @@ const MEMBRANE_WEIGHT: f64 = 1e-4;
 /// Lines of the springs of a layer, as directions in (x, z); `None` where the structure has no such
 /// spring.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Lines([Option<DVec2>; 4]);
+pub(crate) struct SpringLines([Option<DVec2>; 4]);
 
-impl Lines {
+impl SpringLines {
     /// Lines of a cell.
-    pub fn of(cell: &Cell) -> Self {
+    pub fn of(cell: &PeriodicCell) -> Self {
         let mut lines = Self::default();
-        for bond in &cell.bonds {
+        for bond in &cell.springs {
             if let Some(line) = first_neighbour(bond.class) {
                 lines.0[line] = Some(flat(bond.to - bond.from).normalize_or_zero());
             }
@@ -81,9 +81,9 @@ fn first_neighbour(class: SpringClass) -> Option<usize> {
 
 /// Stiffness of every spring of a lattice far from its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bulk {
+pub(crate) struct BulkStiffness {
     /// Lines of the layers.
-    pub lines: Lines,
+    pub lines: SpringLines,
     /// Stiffness of springs along each line, in every layer, N/m.
     pub line: [f64; 4],
     /// Additional stiffness along each line in the middle layer, N/m.
@@ -97,7 +97,7 @@ pub(crate) struct Bulk {
     pub second: f64,
 }
 
-impl Bulk {
+impl BulkStiffness {
     /// Stiffness of a spring that spans `span` (m) in `layer`, N/m.
     pub fn stiffness(&self, class: SpringClass, layer: u32, span: DVec3) -> f64 {
         let Some((line, second)) = self.lines.of_spring(class, span) else { return self.inter };
@@ -106,29 +106,38 @@ impl Bulk {
     }
 
     /// Stiffness of every bond of a cell, N/m.
-    pub fn of_cell(&self, cell: &Cell) -> Vec<f64> {
-        cell.bonds.iter().map(|b| self.stiffness(b.class, b.layer, b.to - b.from)).collect()
+    pub fn of_cell(&self, cell: &PeriodicCell) -> Vec<f64> {
+        cell.springs.iter().map(|b| self.stiffness(b.class, b.layer, b.to - b.from)).collect()
     }
 }
 
-/// Stiffnesses of the lattice closest to `target`. `second` as in [`Bulk`].
-pub(crate) fn fit(pattern: &Pattern, cell: &Cell, target: &Target, second: f64) -> Bulk {
-    let lines = Lines::of(cell);
+/// Stiffnesses of the lattice closest to `target`. `second` as in [`BulkStiffness`].
+pub(crate) fn fit(
+    pattern: &LatticePattern,
+    cell: &PeriodicCell,
+    target: &StiffnessTarget,
+    second: f64,
+) -> BulkStiffness {
+    let lines = SpringLines::of(cell);
     let gaps = f64::from(pattern.layers - 1);
-    let inter = if gaps > 0.0 { INTER * target.largest_bending() / (gaps * pattern.gap * pattern.gap) } else { 0.0 };
+    let inter = if gaps > 0.0 {
+        INTER_LAYER_STIFFNESS * target.largest_bending() / (gaps * pattern.gap * pattern.gap)
+    } else {
+        0.0
+    };
     let middle_layer = (pattern.layers >= 3 && pattern.layers % 2 == 1).then_some(pattern.layers / 2);
     let zero = [0.0; 4];
-    let mut bulk = Bulk { lines, line: zero, middle: zero, middle_layer, inter, second };
+    let mut bulk = BulkStiffness { lines, line: zero, middle: zero, middle_layer, inter, second };
     let mut already = homogenise(cell, &bulk.of_cell(cell));
     let share = inter_share(&lines, target, already.bending[2][2]);
     if share < 1.0 {
         bulk.inter *= share;
         already = homogenise(cell, &bulk.of_cell(cell));
     }
-    let weigh = Weigh::new(pattern, target);
+    let weigh = FitWeights::new(pattern, target);
     let wanted = weigh.wanted(&already);
     let unit = |line: usize, middle: bool| {
-        affine(cell, |bond: &Bond| match lines.of_spring(bond.class, bond.to - bond.from) {
+        affine(cell, |bond: &CellSpring| match lines.of_spring(bond.class, bond.to - bond.from) {
             Some((l, far)) if l == line && (!middle || Some(bond.layer) == middle_layer) => {
                 if far {
                     second
@@ -160,21 +169,21 @@ pub(crate) fn fit(pattern: &Pattern, cell: &Cell, target: &Target, second: f64) 
 /// The four springs over a square cell resist its in-plane shear, so three or more layers of them
 /// resist twist. This contribution may replace missing diagonals, but must leave a part to existing
 /// ones.
-fn inter_share(lines: &Lines, target: &Target, twist: f64) -> f64 {
+fn inter_share(lines: &SpringLines, target: &StiffnessTarget, twist: f64) -> f64 {
     let diagonals = lines.0[2].is_some() || lines.0[3].is_some();
     let room = if diagonals { 0.5 } else { 1.0 } * target.bending[2][2];
     if twist > room { room / twist } else { 1.0 }
 }
 
 /// Weighting of the stiffness tensors of a plate in a column.
-struct Weigh<'a> {
-    target: &'a Target,
+struct FitWeights<'a> {
+    target: &'a StiffnessTarget,
     /// Weights of A (m/N), B (1/N) and D (1/(N m)).
     weights: [f64; 3],
 }
 
-impl<'a> Weigh<'a> {
-    fn new(pattern: &Pattern, target: &'a Target) -> Self {
+impl<'a> FitWeights<'a> {
+    fn new(pattern: &LatticePattern, target: &'a StiffnessTarget) -> Self {
         let (membrane, bending) = (norm(&target.membrane), norm(&target.bending));
         let layers = f64::from(pattern.layers);
         // Σ y² over layers a gap apart about their middle.
@@ -191,7 +200,7 @@ impl<'a> Weigh<'a> {
         Self { target, weights }
     }
 
-    fn column(&self, plate: &Plate) -> Vec<f64> {
+    fn column(&self, plate: &PlateStiffness) -> Vec<f64> {
         let entries = |m: &Voigt, scale: f64| ENTRIES.map(|(i, j, weight)| scale * weight.sqrt() * m[i][j]);
         let [membrane, coupling, bending] = self.weights;
         let mut column = Vec::with_capacity(18);
@@ -202,8 +211,9 @@ impl<'a> Weigh<'a> {
     }
 
     /// Request minus the contribution of `already`.
-    fn wanted(&self, already: &Plate) -> Vec<f64> {
-        let asked = Plate { membrane: self.target.membrane, coupling: Voigt::default(), bending: self.target.bending };
+    fn wanted(&self, already: &PlateStiffness) -> Vec<f64> {
+        let asked =
+            PlateStiffness { membrane: self.target.membrane, coupling: Voigt::default(), bending: self.target.bending };
         self.column(&asked).iter().zip(self.column(already)).map(|(asked, done)| asked - done).collect()
     }
 }

@@ -11,13 +11,13 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::material::calibration::cell::{Bond, Cell};
-use crate::material::calibration::dense::Symmetric;
+use crate::material::calibration::cell::{CellSpring, PeriodicCell};
+use crate::material::calibration::dense::SymmetricMatrix;
 use crate::material::calibration::target::Voigt;
 
 /// Stiffness of a plate per area.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Plate {
+pub(crate) struct PlateStiffness {
     /// A, N/m.
     pub membrane: Voigt,
     /// B, N.
@@ -26,7 +26,7 @@ pub(crate) struct Plate {
     pub bending: Voigt,
 }
 
-impl Plate {
+impl PlateStiffness {
     /// Bending stiffness with a free membrane: D - Bᵀ A⁻¹ B, N m.
     pub fn free_bending(&self) -> Voigt {
         condensed(&self.bending, &self.membrane, &transpose(&self.coupling))
@@ -44,7 +44,7 @@ fn transpose(m: &Voigt) -> Voigt {
 
 /// `kept` - c `away`⁻¹ cᵀ.
 fn condensed(kept: &Voigt, away: &Voigt, c: &Voigt) -> Voigt {
-    let mut matrix = Symmetric::zeros(3);
+    let mut matrix = SymmetricMatrix::zeros(3);
     for i in 0..3 {
         for j in 0..3 {
             matrix.add(i, j, away[i][j]);
@@ -71,7 +71,7 @@ pub(crate) fn uniform(mode: usize, p: DVec3) -> DVec3 {
 
 /// Elongation of a bond under each uniform mode, m. The origin lies under the bond, which only
 /// changes a rigid motion.
-fn stretches(bond: &Bond) -> [f64; 6] {
+fn stretches(bond: &CellSpring) -> [f64; 6] {
     let origin = bond.middle() * DVec3::new(1.0, 0.0, 1.0);
     let n = bond.direction();
     std::array::from_fn(|m| n.dot(uniform(m, bond.to - origin) - uniform(m, bond.from - origin)))
@@ -80,11 +80,15 @@ fn stretches(bond: &Bond) -> [f64; 6] {
 /// Energy matrix of the imposed modes with relaxed nodes, J per cell.
 ///
 /// `stretch(bond)` is the elongation of a bond under each mode before relaxation.
-pub(crate) fn relaxed<const M: usize>(cell: &Cell, k: &[f64], stretch: impl Fn(&Bond) -> [f64; M]) -> [[f64; M]; M] {
-    let mut matrix = Symmetric::zeros(3 * cell.masses);
+pub(crate) fn relaxed<const M: usize>(
+    cell: &PeriodicCell,
+    k: &[f64],
+    stretch: impl Fn(&CellSpring) -> [f64; M],
+) -> [[f64; M]; M] {
+    let mut matrix = SymmetricMatrix::zeros(3 * cell.masses);
     let mut energy = [[0.0; M]; M];
     let mut loads = vec![vec![0.0; 3 * cell.masses]; M];
-    for (bond, k) in cell.bonds.iter().zip(k).filter(|(_, k)| **k > 0.0) {
+    for (bond, k) in cell.springs.iter().zip(k).filter(|(_, k)| **k > 0.0) {
         let modes = stretch(bond);
         for i in 0..M {
             for j in 0..M {
@@ -115,19 +119,19 @@ pub(crate) fn relaxed<const M: usize>(cell: &Cell, k: &[f64], stretch: impl Fn(&
 }
 
 /// Plate equivalent to a cell with spring stiffnesses `k` (N/m, one per bond).
-pub(crate) fn homogenise(cell: &Cell, k: &[f64]) -> Plate {
+pub(crate) fn homogenise(cell: &PeriodicCell, k: &[f64]) -> PlateStiffness {
     let area = cell.extent.0 * cell.extent.1;
     let h = relaxed(cell, k, stretches);
     let block = |r: usize, c: usize| std::array::from_fn(|i| std::array::from_fn(|j| h[r + i][c + j] / area));
-    Plate { membrane: block(0, 0), coupling: block(0, 3), bending: block(3, 3) }
+    PlateStiffness { membrane: block(0, 0), coupling: block(0, 3), bending: block(3, 3) }
 }
 
 /// Plate equivalent to springs of stiffness `share` (one per bond) without relaxation: linear in
 /// the stiffnesses, and exact for springs between nodes of one kind.
-pub(crate) fn affine(cell: &Cell, share: impl Fn(&Bond) -> f64) -> Plate {
+pub(crate) fn affine(cell: &PeriodicCell, share: impl Fn(&CellSpring) -> f64) -> PlateStiffness {
     let area = cell.extent.0 * cell.extent.1;
-    let mut plate = Plate::default();
-    for bond in &cell.bonds {
+    let mut plate = PlateStiffness::default();
+    for bond in &cell.springs {
         let k = share(bond) / area;
         let s = stretches(bond);
         for i in 0..3 {
@@ -144,12 +148,12 @@ pub(crate) fn affine(cell: &Cell, share: impl Fn(&Bond) -> f64) -> Plate {
 /// Bending stiffness for a wave of load of the given length (m) at `angle` (rad) from x, N m.
 ///
 /// `None` when the wave meets no stiffness.
-pub(crate) fn wave_bending(cell: &Cell, k: &[f64], wavelength: f64, angle: f64) -> Option<f64> {
+pub(crate) fn wave_bending(cell: &PeriodicCell, k: &[f64], wavelength: f64, angle: f64) -> Option<f64> {
     let unknowns = 3 * cell.masses;
     let number = std::f64::consts::TAU / wavelength;
     let q = number * DVec2::from_angle(angle);
-    let mut matrix = Symmetric::zeros(2 * unknowns);
-    for (bond, k) in cell.bonds.iter().zip(k).filter(|(_, k)| **k > 0.0) {
+    let mut matrix = SymmetricMatrix::zeros(2 * unknowns);
+    for (bond, k) in cell.springs.iter().zip(k).filter(|(_, k)| **k > 0.0) {
         let n = bond.direction().to_array();
         let span = bond.to - bond.from;
         let (sin, cos) = q.dot(DVec2::new(span.x, span.z)).sin_cos();

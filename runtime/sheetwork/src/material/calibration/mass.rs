@@ -8,7 +8,7 @@ use crate::mesh::structure::Lattice;
 
 /// Mass of every node of a lattice that covers `size` (m, along x and z) with `areal` (kg/m²) in
 /// all layers together, kg.
-pub(crate) fn shares(lattice: &Lattice, size: (f64, f64), areal: f64) -> Vec<f64> {
+pub(crate) fn node_masses(lattice: &Lattice, size: (f64, f64), areal: f64) -> Vec<f64> {
     let mut mass = Vec::with_capacity(lattice.positions.len());
     let density = areal / lattice.layers.len() as f64;
     for layer in &lattice.layers {
@@ -40,13 +40,13 @@ mod tests {
     use crate::mesh::structure::{LatticeSpec, TABLE, generate};
 
     #[test]
-    fn every_structure_weighs_what_it_should_and_corners_a_quarter() {
+    fn node_masses_add_up_and_corners_have_a_quarter() {
         for row in TABLE {
             for layers in [1, 2, 3].into_iter().filter(|n| (row.layers.0..=row.layers.1).contains(n)) {
                 let (size, gap, grid) = ((0.3, 0.2), 0.01, (6, layers, 5));
                 let spec = LatticeSpec { structure: row.kind, grid, size, gap, cross_over: false };
                 let lattice = generate(&spec).expect("valid");
-                let mass = shares(&lattice, size, 0.5);
+                let mass = node_masses(&lattice, size, 0.5);
                 assert_eq!(mass.len(), lattice.positions.len());
                 assert!((mass.iter().sum::<f64>() - 0.5 * 0.06).abs() < 1e-12, "{}", row.name);
                 assert!(mass.iter().all(|m| *m > 0.0));

@@ -7,7 +7,7 @@
 //! 1. `cell` extracts one period of the generated lattice;
 //! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness
 //! tensors, `nnls`);
-//! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass`
+//! 3. `free_edge` finds factors for springs beside free edges, `clamp` cuts springs at clamps, `mass`
 //! distributes the area, `brace` supports loose corners;
 //! 4. `delivered` compares the result with the request.
 //!
@@ -19,27 +19,27 @@
 //! Pure functions of data: SI units, no state.
 
 pub(crate) mod anticlastic;
-pub(crate) mod boundary;
 pub(crate) mod brace;
 pub(crate) mod cell;
+pub(crate) mod clamp;
 pub(crate) mod delivered;
 pub(crate) mod dense;
 pub(crate) mod fit;
+pub(crate) mod free_edge;
 pub(crate) mod homogenise;
 pub(crate) mod mass;
 pub(crate) mod nnls;
 pub(crate) mod target;
 #[cfg(test)]
 mod tests;
-pub(crate) mod wall;
 
 use crate::error::{InputError, check_range};
-use crate::mesh::structure::{Lattice, LatticeSpec, Link, StructureKind, generate};
+use crate::mesh::structure::{Lattice, LatticeSpec, LatticeSpring, StructureKind, generate};
 
 pub use crate::material::calibration::anticlastic::strip_bending;
-pub use crate::material::calibration::delivered::Delivered;
-pub use crate::material::calibration::target::{Orthotropic, Target, Voigt};
-pub use crate::material::calibration::wall::WallSpring;
+pub use crate::material::calibration::clamp::WallSpring;
+pub use crate::material::calibration::delivered::DeliveredRatios;
+pub use crate::material::calibration::target::{Orthotropic, StiffnessTarget, Voigt};
 
 /// Default distance between layers, in spacings of the grid.
 ///
@@ -49,7 +49,7 @@ const GAP_PER_SPACING: f64 = 0.25;
 
 /// Clamped edges of a sheet: position and slope are fixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Clamped {
+pub struct ClampedEdges {
     /// Edge at the smallest x (u = 0).
     pub left: bool,
     /// Edge at the largest x (u = 1).
@@ -62,7 +62,7 @@ pub struct Clamped {
 
 /// Request for a calibration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Request {
+pub struct CalibrationRequest {
     /// Structure.
     pub structure: StructureKind,
     /// Nodes along the length, layers, nodes along the width.
@@ -78,22 +78,22 @@ pub struct Request {
     /// on their line; 0 to 1000.
     pub second_neighbour: f64,
     /// Stiffness of the sheet.
-    pub target: Target,
+    pub target: StiffnessTarget,
     /// Mass per area of the sheet, kg/m²; 1e-9 to 1e6.
     pub areal_mass: f64,
     /// Clamped edges.
-    pub clamped: Clamped,
+    pub clamped: ClampedEdges,
     /// Wavelength of the reported loss to shear, m, 1e-6 to 1e6; `None` for the larger side.
     pub wavelength: Option<f64>,
 }
 
-impl Request {
+impl CalibrationRequest {
     /// Sheet with free edges and the default gap.
     pub fn new(
         structure: StructureKind,
         grid: (u32, u32, u32),
         size: (f64, f64),
-        target: Target,
+        target: StiffnessTarget,
         areal_mass: f64,
     ) -> Self {
         Self {
@@ -105,7 +105,7 @@ impl Request {
             second_neighbour: 1.0,
             target,
             areal_mass,
-            clamped: Clamped::default(),
+            clamped: ClampedEdges::default(),
             wavelength: None,
         }
     }
@@ -121,7 +121,7 @@ pub struct Calibration {
     /// Stiffness of every spring, N/m, in the order of the lattice's links.
     pub stiffness: Vec<f64>,
     /// Braces for nodes without inter-layer springs, with their stiffness, N/m.
-    pub braces: Vec<(Link, f64)>,
+    pub braces: Vec<(LatticeSpring, f64)>,
     /// Mass of every node, kg, in the order of the lattice's positions.
     pub mass: Vec<f64>,
     /// Nodes in the planes of the clamps, to be fixed.
@@ -129,7 +129,7 @@ pub struct Calibration {
     /// Springs from free nodes to the planes of the clamps.
     pub walls: Vec<WallSpring>,
     /// Delivered stiffness.
-    pub delivered: Delivered,
+    pub delivered: DeliveredRatios,
 }
 
 /// Calibrate a lattice.
@@ -137,13 +137,13 @@ pub struct Calibration {
 /// # Errors
 /// When the grid, the size, the gap or a value of the request is out of range; the error names the
 /// field.
-pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
+pub fn calibrate(request: &CalibrationRequest) -> Result<Calibration, InputError> {
     let spec = specification(request)?;
     let lattice = generate(&spec)?;
     if spec.structure == StructureKind::Shell {
         return Ok(without_springs(request, spec, lattice));
     }
-    let pattern = cell::Pattern {
+    let pattern = cell::LatticePattern {
         structure: spec.structure,
         layers: spec.grid.1,
         spacing: spec.spacing(),
@@ -154,7 +154,7 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     let bulk = fit::fit(&pattern, &cell, &request.target, request.second_neighbour);
     let k = bulk.of_cell(&cell);
     let bending = homogenise::homogenise(&cell, &k).free_bending();
-    let edges = boundary::Boundary::new(&pattern, &bulk, &bending);
+    let edges = free_edge::EdgeStiffness::new(&pattern, &bulk, &bending);
     let sites = cell::sites(&lattice);
     let stiffness = lattice.links.iter().map(|link| {
         let (a, b) = (link.a as usize, link.b as usize);
@@ -166,24 +166,24 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     Ok(Calibration {
         stiffness: stiffness.collect(),
         braces: brace::braces(&lattice, &bulk),
-        mass: mass::shares(&lattice, spec.size, request.areal_mass),
-        held: wall::held(&lattice, spec.size, request.clamped),
-        walls: wall::cut(&spec, &lattice, &bulk, &edges, request.clamped),
-        delivered: Delivered::of(request, &pattern, &cell, &k, &edges),
+        mass: mass::node_masses(&lattice, spec.size, request.areal_mass),
+        held: clamp::fixed_nodes(&lattice, spec.size, request.clamped),
+        walls: clamp::cut(&spec, &lattice, &bulk, &edges, request.clamped),
+        delivered: DeliveredRatios::of(request, &pattern, &cell, &k, &edges),
         spec,
         lattice,
     })
 }
 
 /// Result for the shell, which has no springs: node masses and fixed nodes.
-fn without_springs(request: &Request, spec: LatticeSpec, lattice: Lattice) -> Calibration {
+fn without_springs(request: &CalibrationRequest, spec: LatticeSpec, lattice: Lattice) -> Calibration {
     Calibration {
         stiffness: Vec::new(),
         braces: Vec::new(),
-        mass: mass::shares(&lattice, spec.size, request.areal_mass),
-        held: wall::held(&lattice, spec.size, request.clamped),
+        mass: mass::node_masses(&lattice, spec.size, request.areal_mass),
+        held: clamp::fixed_nodes(&lattice, spec.size, request.clamped),
         walls: Vec::new(),
-        delivered: Delivered::exact(&request.target),
+        delivered: DeliveredRatios::exact(&request.target),
         spec,
         lattice,
     }
@@ -202,7 +202,7 @@ pub fn default_gap(structure: StructureKind, grid: (u32, u32, u32), size: (f64, 
     (GAP_PER_SPACING * dx.max(dz)).clamp(1e-7, 10.0)
 }
 
-fn specification(request: &Request) -> Result<LatticeSpec, InputError> {
+fn specification(request: &CalibrationRequest) -> Result<LatticeSpec, InputError> {
     check_range("areal_mass", request.areal_mass, 1e-9, 1e6, "kg/m²")?;
     check_range("second_neighbour", request.second_neighbour, 0.0, 1e3, "")?;
     check_range("wavelength", request.wavelength.unwrap_or(1.0), 1e-6, 1e6, "m")?;

@@ -3,7 +3,7 @@
 //! min |C x - d| over x ≥ 0: the active-set method of Lawson and Hanson (*Solving Least Squares
 //! Problems*, 1974, chapter 23, algorithm NNLS). A spring of negative stiffness would be unstable.
 
-use crate::material::calibration::dense::Symmetric;
+use crate::material::calibration::dense::SymmetricMatrix;
 
 /// Vector x ≥ 0 with the least |Σ x_j columns_j - wanted|. All columns are as long as `wanted`; a
 /// column of zeros gets 0.
@@ -63,7 +63,7 @@ fn residual(columns: &[Vec<f64>], x: &[f64], wanted: &[f64]) -> Vec<f64> {
 /// Ordinary least squares in the columns of the passive set; zero elsewhere.
 fn least_squares(columns: &[Vec<f64>], passive: &[bool], wanted: &[f64]) -> Vec<f64> {
     let set: Vec<usize> = (0..columns.len()).filter(|j| passive[*j]).collect();
-    let mut normal = Symmetric::zeros(set.len());
+    let mut normal = SymmetricMatrix::zeros(set.len());
     for (row, i) in set.iter().enumerate() {
         for (column, j) in set.iter().enumerate() {
             normal.add(row, column, dot(&columns[*i], &columns[*j]));
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn what_would_be_negative_is_zero_and_the_rest_fits_best() {
+    fn negative_components_become_zero_and_the_rest_fits_best() {
         // Unconstrained: x = (2, -1). With x2 = 0 the best x1 is (2, 1, 1)·(1, 1, 0)/2 = 1.5.
         let columns = [vec![1.0, 1.0, 0.0], vec![0.0, 1.0, -1.0]];
         let x = nonnegative_least_squares(&columns, &[2.0, 1.0, 1.0]);

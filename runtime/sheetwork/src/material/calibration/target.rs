@@ -17,7 +17,7 @@ pub type Voigt = [[f64; 3]; 3];
 
 /// Requested stiffness of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Target {
+pub struct StiffnessTarget {
     /// Membrane stiffness A, N/m.
     pub membrane: Voigt,
     /// Bending stiffness D, N m.
@@ -47,7 +47,7 @@ pub struct Orthotropic {
     pub twist: f64,
 }
 
-impl Target {
+impl StiffnessTarget {
     /// Target of an isotropic sheet: Young's modulus (Pa, 1e-3 to 2e12), Poisson's ratio (-0.99 to
     /// 0.499), thickness (m, 1e-7 to 1).
     ///
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn an_isotropic_target_is_alike_in_all_directions() {
-        let target = Target::isotropic(3e9, 0.35, 5e-4).expect("valid");
+        let target = StiffnessTarget::isotropic(3e9, 0.35, 5e-4).expect("valid");
         let d = 3e9 * 5e-4_f64.powi(3) / 12.0 / (1.0 - 0.35 * 0.35);
         for degrees in [0.0_f64, 13.0, 45.0, 90.0, 135.0] {
             assert!((along(&target.bending, degrees.to_radians()) / d - 1.0).abs() < 1e-12);
@@ -150,7 +150,7 @@ mod tests {
     fn orthotropic_data_of_an_isotropic_sheet_give_the_isotropic_target() {
         let (e, nu, t) = (3e9, 0.3, 5e-4);
         let d = e * t * t * t / 12.0 / (1.0 - nu * nu);
-        let found = Target::orthotropic(&Orthotropic {
+        let found = StiffnessTarget::orthotropic(&Orthotropic {
             young_warp: e * t,
             young_weft: e * t,
             shear: e * t / (2.0 * (1.0 + nu)),
@@ -159,7 +159,7 @@ mod tests {
             bending_weft: d,
             twist: d * (1.0 - nu) / 2.0,
         });
-        let wanted = Target::isotropic(e, nu, t).expect("valid");
+        let wanted = StiffnessTarget::isotropic(e, nu, t).expect("valid");
         let found = found.expect("valid");
         for i in 0..3 {
             for j in 0..3 {
@@ -170,8 +170,8 @@ mod tests {
     }
 
     #[test]
-    fn a_sheet_that_cannot_be_is_refused() {
-        assert_eq!(Target::isotropic(3e9, 0.5, 5e-4).expect_err("ν").field, "poisson");
+    fn an_impossible_stiffness_is_rejected() {
+        assert_eq!(StiffnessTarget::isotropic(3e9, 0.5, 5e-4).expect_err("ν").field, "poisson");
         let cloth = Orthotropic {
             young_warp: 4000.0,
             young_weft: 1000.0,
@@ -181,7 +181,7 @@ mod tests {
             bending_weft: 5e-6,
             twist: 3e-6,
         };
-        assert_eq!(Target::orthotropic(&cloth).expect_err("ν12 ν21 above 1").field, "poisson");
-        assert!(Target::orthotropic(&Orthotropic { poisson: 0.2, ..cloth }).is_ok());
+        assert_eq!(StiffnessTarget::orthotropic(&cloth).expect_err("ν12 ν21 above 1").field, "poisson");
+        assert!(StiffnessTarget::orthotropic(&Orthotropic { poisson: 0.2, ..cloth }).is_ok());
     }
 }

@@ -2,8 +2,8 @@
 
 pub(crate) mod linear;
 
-use crate::material::calibration::cell::{Bond, Pattern};
-use crate::material::calibration::homogenise::{Plate, homogenise};
+use crate::material::calibration::cell::{CellSpring, LatticePattern};
+use crate::material::calibration::homogenise::{PlateStiffness, homogenise};
 use crate::material::calibration::target::along;
 use crate::material::calibration::tests::linear::Linear;
 use crate::material::calibration::*;
@@ -14,38 +14,41 @@ use StructureKind::{DoubleDiagonal, Provot2d, Provot3d, Samm, Slamm, Trimm};
 
 const THICKNESS: f64 = 5e-4;
 const AREAL: f64 = 1050.0 * THICKNESS;
-const LEFT: Clamped = Clamped { left: true, right: false, back: false, front: false };
+const LEFT: ClampedEdges = ClampedEdges { left: true, right: false, back: false, front: false };
 
-fn target(poisson: f64) -> Target {
-    Target::isotropic(3e9, poisson, THICKNESS).expect("valid")
+fn target(poisson: f64) -> StiffnessTarget {
+    StiffnessTarget::isotropic(3e9, poisson, THICKNESS).expect("valid")
 }
 
 /// Two layers of the structure, `n` nodes along 0.25 m and `cells` cells across; triangles are
 /// equilateral.
-fn request(structure: StructureKind, n: u32, cells: u32, clamped: Clamped) -> Request {
+fn request(structure: StructureKind, n: u32, cells: u32, clamped: ClampedEdges) -> CalibrationRequest {
     let half = if structure.info().triangular { 0.5 } else { 0.0 };
     let spacing = 0.25 / (f64::from(n - 1) + half);
     let row = if structure.info().triangular { 0.75_f64.sqrt() * spacing } else { spacing };
     let size = (0.25, row * f64::from(cells));
-    Request { clamped, ..Request::new(structure, (n, 2, cells + 1), size, target(1.0 / 3.0), AREAL) }
+    CalibrationRequest {
+        clamped,
+        ..CalibrationRequest::new(structure, (n, 2, cells + 1), size, target(1.0 / 3.0), AREAL)
+    }
 }
 
 /// Request for a sheet about as wide as long.
-fn square(structure: StructureKind, n: u32, clamped: Clamped) -> Request {
+fn square(structure: StructureKind, n: u32, clamped: ClampedEdges) -> CalibrationRequest {
     let rows = isotropic_rows(structure, n, (0.25, 0.25)).unwrap_or(n);
     request(structure, n, rows - 1, clamped)
 }
 
 /// Plate of springs of stiffness `k(class)` in two layers a distance `gap` apart, cells of 1 m.
-fn plate(structure: StructureKind, gap: f64, k: impl Fn(SpringClass) -> f64) -> Plate {
+fn plate(structure: StructureKind, gap: f64, k: impl Fn(SpringClass) -> f64) -> PlateStiffness {
     let row = if structure.info().triangular { 0.75_f64.sqrt() } else { 1.0 };
-    let cell = Pattern { structure, layers: 2, spacing: (1.0, row), gap, cross_over: false }.periodic();
-    let k: Vec<f64> = cell.bonds.iter().map(|b: &Bond| k(b.class)).collect();
+    let cell = LatticePattern { structure, layers: 2, spacing: (1.0, row), gap, cross_over: false }.periodic();
+    let k: Vec<f64> = cell.springs.iter().map(|b: &CellSpring| k(b.class)).collect();
     homogenise(&cell, &k)
 }
 
 #[test]
-fn textbook_springs_make_the_plates_they_should() {
+fn known_springs_give_the_textbook_plate_stiffness() {
     // A layer of stiffness A_l = 1 along x: square cells k + k_d = 1, triangles k = 4/(3√3). Then
     // D11 = s²/2.
     let gap: f64 = 0.3;
@@ -85,10 +88,10 @@ fn textbook_springs_make_the_plates_they_should() {
 }
 
 #[test]
-fn bending_is_that_asked_in_every_direction_whatever_the_poisson_ratio() {
+fn bending_stiffness_is_as_requested_in_every_direction_for_any_poisson_ratio() {
     for structure in [DoubleDiagonal, Trimm, Provot3d] {
         for poisson in [0.0, 1.0 / 3.0, 0.38, 0.45] {
-            let request = Request { target: target(poisson), ..square(structure, 21, LEFT) };
+            let request = CalibrationRequest { target: target(poisson), ..square(structure, 21, LEFT) };
             let found = calibrate(&request).expect("valid").delivered;
             assert!(found.bends_within(1e-6), "{structure} {poisson}: {:?}", found.bending);
             assert!((found.poisson_ratio - 1.0 / 3.0).abs() < 1e-6, "{structure}: {}", found.poisson_ratio);
@@ -103,18 +106,18 @@ fn bending_is_that_asked_in_every_direction_whatever_the_poisson_ratio() {
     // would need a negative stiffness.
     for rows in [21, 30, 15] {
         let base = square(DoubleDiagonal, 21, LEFT);
-        let found = calibrate(&Request { grid: (21, 2, rows), ..base }).expect("valid").delivered;
+        let found = calibrate(&CalibrationRequest { grid: (21, 2, rows), ..base }).expect("valid").delivered;
         assert!(found.bends_within(1e-6), "{rows}: {:?}", found.bending);
     }
 }
 
 #[test]
-fn structures_that_cannot_say_so() {
+fn limits_of_a_structure_are_reported() {
     let of = |structure: StructureKind, layers: u32| {
-        let base = Request::new(structure, (21, layers, 21), (0.25, 0.25), target(0.38), AREAL);
+        let base = CalibrationRequest::new(structure, (21, layers, 21), (0.25, 0.25), target(0.38), AREAL);
         calibrate(&base).expect("valid").delivered
     };
-    let says = |found: &Delivered, what: &str| found.notes.iter().any(|n| n.contains(what));
+    let says = |found: &DeliveredRatios, what: &str| found.notes.iter().any(|n| n.contains(what));
     let samm = of(Samm, 2);
     assert_eq!(samm.twist, 0.0);
     assert!(says(&samm, "no twist stiffness") && (samm.bending[0] - 1.0).abs() < 1e-6);
@@ -139,9 +142,9 @@ fn every_structure_is_calibrated_with_any_layers_it_has() {
     for row in TABLE {
         for layers in (row.layers.0..=row.layers.1.min(6)).chain([row.layers.1.min(12)]) {
             for cross_over in [false, row.cross_over] {
-                let clamped = Clamped { left: true, front: true, ..Clamped::default() };
-                let base = Request::new(row.kind, (7, layers, 6), (0.2, 0.1), target(0.3), AREAL);
-                let found = calibrate(&Request { cross_over, clamped, ..base }).expect("valid");
+                let clamped = ClampedEdges { left: true, front: true, ..ClampedEdges::default() };
+                let base = CalibrationRequest::new(row.kind, (7, layers, 6), (0.2, 0.1), target(0.3), AREAL);
+                let found = calibrate(&CalibrationRequest { cross_over, clamped, ..base }).expect("valid");
                 assert_eq!(found.stiffness.len(), found.lattice.links.len());
                 let sound = |k: &f64| k.is_finite() && *k >= 0.0;
                 assert!(found.stiffness.iter().all(sound), "{} {layers}", row.name);
@@ -164,7 +167,7 @@ fn every_structure_is_calibrated_with_any_layers_it_has() {
 fn free_edges_miss_no_width() {
     for structure in [DoubleDiagonal, Trimm, Provot3d, Slamm, Samm] {
         for gap in [None, Some(0.5 * 0.0125)] {
-            let found = calibrate(&Request { gap, ..square(structure, 21, LEFT) }).expect("valid").delivered;
+            let found = calibrate(&CalibrationRequest { gap, ..square(structure, 21, LEFT) }).expect("valid").delivered;
             let (bend, twist) = found.missing_sides;
             assert!(bend.abs() < 2e-4 && twist.abs() < 2e-4, "{structure}: {bend} m, {twist} m");
         }
@@ -191,14 +194,14 @@ fn orthotropic_bending_is_fitted_where_central_springs_can() {
         bending_weft: weft,
         twist: (poisson * poisson * 0.5 * warp * weft).sqrt(),
     };
-    let target = Target::orthotropic(&data).expect("valid");
-    let found = calibrate(&Request { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
+    let target = StiffnessTarget::orthotropic(&data).expect("valid");
+    let found = calibrate(&CalibrationRequest { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
     assert!(found.bends_within(1e-6) && (found.twist - 1.0).abs() < 1e-6, "{found:?}");
     // Twist that springs cannot represent enters the residual; the stiffness along warp and weft is
     // kept.
     let data = Orthotropic { twist: 0.0, poisson: 0.0, ..data };
-    let target = Target::orthotropic(&data).expect("valid");
-    let found = calibrate(&Request { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
+    let target = StiffnessTarget::orthotropic(&data).expect("valid");
+    let found = calibrate(&CalibrationRequest { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
     assert!((found.bending[0] - 1.0).abs() < 1e-6 && (found.bending[2] - 1.0).abs() < 1e-6 && found.residual < 1e-6);
 }
 
@@ -206,7 +209,7 @@ fn orthotropic_bending_is_fitted_where_central_springs_can() {
 fn a_clamped_square_rings_as_a_clamped_plate() {
     // λ = ω a² √(ρ t/D) = 35.985 for any Poisson's ratio. The error falls with the square of the
     // spacing.
-    let all = Clamped { left: true, right: true, back: true, front: true };
+    let all = ClampedEdges { left: true, right: true, back: true, front: true };
     for structure in [DoubleDiagonal, Trimm] {
         let error = [11, 21].map(|n| {
             let request = square(structure, n, all);
@@ -256,7 +259,7 @@ fn a_narrow_strip_bends_as_a_beam() {
 
 #[test]
 fn a_supported_strip_sags_as_a_beam() {
-    let request = request(DoubleDiagonal, 41, 4, Clamped::default());
+    let request = request(DoubleDiagonal, 41, 4, ClampedEdges::default());
     let found = calibrate(&request).expect("valid");
     let stiffness = request.target.largest_bending() * (1.0 - 1.0 / 9.0);
     // Both end rows of the bottom layer rest on lines; two nodes prevent sliding and rotation.
@@ -271,7 +274,7 @@ fn a_supported_strip_sags_as_a_beam() {
 fn huge_and_tiny_sheets_are_calibrated_alike() {
     let base = square(DoubleDiagonal, 3, LEFT);
     for scale in [4e-6, 1e2, 4e3] {
-        let request = Request { size: (0.25 * scale, 0.25 * scale), ..base.clone() };
+        let request = CalibrationRequest { size: (0.25 * scale, 0.25 * scale), ..base.clone() };
         let found = calibrate(&request).expect("valid").delivered;
         assert!(found.bends_within(1e-6) && found.missing_sides.0.abs() < 2e-3 * scale, "{found:?}");
     }
@@ -279,14 +282,14 @@ fn huge_and_tiny_sheets_are_calibrated_alike() {
 
 #[test]
 fn bad_requests_are_refused_by_field() {
-    let base = Request::new(Trimm, (11, 2, 11), (0.25, 0.25), target(0.3), AREAL);
-    let refuse = |request: Request| calibrate(&request).expect_err("bad").field;
-    assert_eq!(refuse(Request { areal_mass: -1.0, ..base.clone() }), "areal_mass");
-    assert_eq!(refuse(Request { gap: Some(f64::NAN), ..base.clone() }), "gap");
-    assert_eq!(refuse(Request { second_neighbour: 2e3, ..base.clone() }), "second_neighbour");
-    assert_eq!(refuse(Request { grid: (1, 2, 3), ..base.clone() }), "grid.0");
-    assert_eq!(refuse(Request { wavelength: Some(0.0), ..base.clone() }), "wavelength");
+    let base = CalibrationRequest::new(Trimm, (11, 2, 11), (0.25, 0.25), target(0.3), AREAL);
+    let refuse = |request: CalibrationRequest| calibrate(&request).expect_err("bad").field;
+    assert_eq!(refuse(CalibrationRequest { areal_mass: -1.0, ..base.clone() }), "areal_mass");
+    assert_eq!(refuse(CalibrationRequest { gap: Some(f64::NAN), ..base.clone() }), "gap");
+    assert_eq!(refuse(CalibrationRequest { second_neighbour: 2e3, ..base.clone() }), "second_neighbour");
+    assert_eq!(refuse(CalibrationRequest { grid: (1, 2, 3), ..base.clone() }), "grid.0");
+    assert_eq!(refuse(CalibrationRequest { wavelength: Some(0.0), ..base.clone() }), "wavelength");
     let mut target = base.target;
     target.bending = Voigt::default();
-    assert_eq!(refuse(Request { target, ..base }), "target");
+    assert_eq!(refuse(CalibrationRequest { target, ..base }), "target");
 }

@@ -8,19 +8,19 @@ use glam::DVec2;
 
 use crate::error::InputError;
 use crate::mesh::outline::Outline;
-use crate::mesh::outline::line::{Cells, Line};
+use crate::mesh::outline::line::{CellScale, OutlineLine};
 use crate::mesh::outline::ring::{foot, meeting};
 
 /// Distance from a line below which a point is on it, cells.
-const ON: f64 = 0.05;
+const ON_LINE_DISTANCE: f64 = 0.05;
 /// Distance of a junction from a corner or another junction below which they are merged, cells.
-const SAME: f64 = 0.3;
+const MERGE_DISTANCE: f64 = 0.3;
 /// Minimum length of a part of a cut, and minimum distance of its end from the boundary, cells.
-const SHORTEST: f64 = 0.5;
+const MIN_CUT_LENGTH: f64 = 0.5;
 
 /// Junction of a polyline with a ring.
 #[derive(Clone, Copy, Debug)]
-struct Meeting {
+struct Junction {
     /// Arc length on the cut.
     at: f64,
     ring: usize,
@@ -32,11 +32,11 @@ struct Meeting {
 ///
 /// # Errors
 /// When a cut lies outside the sheet, or a feature of it is smaller than half a cell.
-pub fn pieces(outline: &Outline, rings: &mut [Line], cells: &Cells) -> Result<Vec<Line>, InputError> {
+pub fn pieces(outline: &Outline, rings: &mut [OutlineLine], cells: &CellScale) -> Result<Vec<OutlineLine>, InputError> {
     let mut pieces = Vec::new();
     for (i, cut) in outline.cuts().iter().enumerate() {
         let field = format!("cuts.{i}");
-        let line = Line::new(cut, false, &field, cells)?;
+        let line = OutlineLine::new(cut, false, &field, cells)?;
         if line.points.len() < 2 {
             return Err(InputError::new(field, "has no length"));
         }
@@ -50,7 +50,7 @@ pub fn pieces(outline: &Outline, rings: &mut [Line], cells: &Cells) -> Result<Ve
     Ok(pieces)
 }
 
-fn nearest_on(line: &Line, p: DVec2) -> (f64, f64) {
+fn nearest_on(line: &OutlineLine, p: DVec2) -> (f64, f64) {
     let mut best = (f64::INFINITY, 0.0);
     for (i, (a, b)) in line.sides().enumerate() {
         let t = foot(p, a, b);
@@ -62,22 +62,22 @@ fn nearest_on(line: &Line, p: DVec2) -> (f64, f64) {
     best
 }
 
-fn meetings(line: &Line, rings: &[Line]) -> Vec<Meeting> {
+fn meetings(line: &OutlineLine, rings: &[OutlineLine]) -> Vec<Junction> {
     let length = line.length();
     let mut found = Vec::new();
     for (ring, r) in rings.iter().enumerate() {
         for (at, end) in [(0.0, line.points[0]), (length, line.points[line.points.len() - 1])] {
             let (d, on_ring) = nearest_on(r, end);
-            if d < ON {
-                found.push(Meeting { at, ring, on_ring });
+            if d < ON_LINE_DISTANCE {
+                found.push(Junction { at, ring, on_ring });
             }
         }
         for (i, side) in line.sides().enumerate() {
             for (j, other) in r.sides().enumerate() {
                 let Some((s, t)) = meeting(side, other) else { continue };
                 let at = line.arc[i] + s * side.0.distance(side.1);
-                if at > ON && at < length - ON {
-                    found.push(Meeting { at, ring, on_ring: r.arc[j] + t * other.0.distance(other.1) });
+                if at > ON_LINE_DISTANCE && at < length - ON_LINE_DISTANCE {
+                    found.push(Junction { at, ring, on_ring: r.arc[j] + t * other.0.distance(other.1) });
                 }
             }
         }
@@ -90,14 +90,14 @@ fn meetings(line: &Line, rings: &[Line]) -> Vec<Meeting> {
 
 fn inside(
     outline: &Outline,
-    line: &Line,
-    rings: &mut [Line],
-    cells: &Cells,
-    pieces: &mut Vec<Line>,
+    line: &OutlineLine,
+    rings: &mut [OutlineLine],
+    cells: &CellScale,
+    pieces: &mut Vec<OutlineLine>,
 ) -> Result<(), InputError> {
     let length = line.length();
     let found = meetings(line, rings);
-    let mut ends: Vec<(f64, Option<Meeting>)> = found.iter().map(|m| (m.at, Some(*m))).collect();
+    let mut ends: Vec<(f64, Option<Junction>)> = found.iter().map(|m| (m.at, Some(*m))).collect();
     if ends.first().is_none_or(|e| e.0 > 0.0) {
         ends.insert(0, (0.0, None));
     }
@@ -113,13 +113,13 @@ fn inside(
         let mut piece = line.part(from.0, to.0);
         for (last, end) in [(false, from), (true, to)] {
             if let Some(m) = end.1 {
-                let junction = rings[m.ring].stop(m.on_ring, SAME);
+                let junction = rings[m.ring].stop(m.on_ring, MERGE_DISTANCE);
                 piece.move_end(last, junction);
             } else {
                 check_end(&piece, last, rings, cells)?;
             }
         }
-        if piece.length() < SHORTEST {
+        if piece.length() < MIN_CUT_LENGTH {
             let size = (cells.metres(piece.points[0]) - cells.metres(line.at(to.0))).length();
             return Err(cells.too_small(&piece.field, "has a part of", size, middle));
         }
@@ -128,11 +128,11 @@ fn inside(
     Ok(())
 }
 
-fn check_end(piece: &Line, last: bool, rings: &[Line], cells: &Cells) -> Result<(), InputError> {
+fn check_end(piece: &OutlineLine, last: bool, rings: &[OutlineLine], cells: &CellScale) -> Result<(), InputError> {
     let p = piece.points[if last { piece.points.len() - 1 } else { 0 }];
     for ring in rings {
         let (d, s) = nearest_on(ring, p);
-        if d < SHORTEST {
+        if d < MIN_CUT_LENGTH {
             let size = (cells.metres(p) - cells.metres(ring.at(s))).length();
             return Err(cells.too_small(&piece.field, &format!("leaves, to {},", ring.field), size, p));
         }
@@ -141,7 +141,7 @@ fn check_end(piece: &Line, last: bool, rings: &[Line], cells: &Cells) -> Result<
 }
 
 /// Add stops where pieces cross or end on each other.
-fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
+fn cross(pieces: &mut [OutlineLine], cells: &CellScale) -> Result<(), InputError> {
     for i in 0..pieces.len() {
         for j in 0..pieces.len() {
             if i == j {
@@ -150,11 +150,11 @@ fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
             for last in [false, true] {
                 let end = pieces[i].points[if last { pieces[i].points.len() - 1 } else { 0 }];
                 let (d, s) = nearest_on(&pieces[j], end);
-                if d < ON && s > SAME && s < pieces[j].length() - SAME {
-                    let to = pieces[j].stop(s, SAME);
+                if d < ON_LINE_DISTANCE && s > MERGE_DISTANCE && s < pieces[j].length() - MERGE_DISTANCE {
+                    let to = pieces[j].stop(s, MERGE_DISTANCE);
                     pieces[i].move_end(last, to);
-                } else if d < ON {
-                    let to = pieces[j].points[if s > SAME { pieces[j].points.len() - 1 } else { 0 }];
+                } else if d < ON_LINE_DISTANCE {
+                    let to = pieces[j].points[if s > MERGE_DISTANCE { pieces[j].points.len() - 1 } else { 0 }];
                     pieces[i].move_end(last, to);
                 }
             }
@@ -163,9 +163,9 @@ fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
     for j in 0..pieces.len() {
         for i in 0..=j {
             for (s, t) in crossings(&pieces[i], &pieces[j], i == j) {
-                let point = pieces[i].stop(s, SAME);
-                let other = pieces[j].stop(t, SAME);
-                if point.distance(other) > SAME {
+                let point = pieces[i].stop(s, MERGE_DISTANCE);
+                let other = pieces[j].stop(t, MERGE_DISTANCE);
+                if point.distance(other) > MERGE_DISTANCE {
                     let size = (cells.metres(point) - cells.metres(other)).length();
                     let what = format!("has corners and crossings with {} within", pieces[i].field);
                     return Err(cells.too_small(&pieces[j].field, &what, size, point));
@@ -178,9 +178,9 @@ fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
 }
 
 /// Arc lengths at which two lines cross, or one (`same`) crosses itself.
-fn crossings(a: &Line, b: &Line, same: bool) -> Vec<(f64, f64)> {
+fn crossings(a: &OutlineLine, b: &OutlineLine, same: bool) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
-    let within = |line: &Line, s: f64| s > ON && s < line.length() - ON;
+    let within = |line: &OutlineLine, s: f64| s > ON_LINE_DISTANCE && s < line.length() - ON_LINE_DISTANCE;
     for (i, p) in a.sides().enumerate() {
         for (j, q) in b.sides().enumerate().skip(if same { i + 2 } else { 0 }) {
             if let Some((s, t)) = meeting(p, q) {

@@ -7,11 +7,11 @@
 use glam::DVec2;
 
 use crate::error::InputError;
-use crate::mesh::outline::line::{Cells, Line};
+use crate::mesh::outline::line::{CellScale, OutlineLine};
 use crate::mesh::outline::ring::{distance, meeting};
 
 /// Minimum width, cells: one cell, with a margin for a grid that does not quite fit.
-const NARROWEST: f64 = 0.95;
+const MIN_WIDTH: f64 = 0.95;
 /// Cosine threshold for side-by-side sides: directions within 15° of antiparallel.
 const SIDE_BY_SIDE: f64 = -0.966;
 
@@ -19,11 +19,11 @@ const SIDE_BY_SIDE: f64 = -0.966;
 ///
 /// # Errors
 /// The first part that is smaller than a cell, with place and size.
-pub fn check(rings: &[Line], cells: &Cells) -> Result<(), InputError> {
+pub fn check(rings: &[OutlineLine], cells: &CellScale) -> Result<(), InputError> {
     let boxes: Vec<_> = rings.iter().map(|r| crate::mesh::outline::bounds(&r.points)).collect();
     for (ring, (low, high)) in rings.iter().zip(&boxes) {
         let extent = *high - *low;
-        if extent.min_element() < NARROWEST {
+        if extent.min_element() < MIN_WIDTH {
             let size = (extent * cells.size).min_element();
             return Err(cells.too_small(&ring.field, "is only", size, low.midpoint(*high)));
         }
@@ -31,7 +31,7 @@ pub fn check(rings: &[Line], cells: &Cells) -> Result<(), InputError> {
     for (i, a) in rings.iter().enumerate() {
         for (b, far) in rings[..i].iter().zip(&boxes) {
             let gap = (boxes[i].0 - far.1).max(far.0 - boxes[i].1).max_element();
-            if gap < NARROWEST {
+            if gap < MIN_WIDTH {
                 apart(a, b, cells)?;
             }
         }
@@ -39,12 +39,12 @@ pub fn check(rings: &[Line], cells: &Cells) -> Result<(), InputError> {
     rings.iter().try_for_each(|r| narrow(r, cells))
 }
 
-fn apart(a: &Line, b: &Line, cells: &Cells) -> Result<(), InputError> {
+fn apart(a: &OutlineLine, b: &OutlineLine, cells: &CellScale) -> Result<(), InputError> {
     for (a, b) in [(a, b), (b, a)] {
         let (low, high) = crate::mesh::outline::bounds(&b.points);
-        let near = |p: &&DVec2| (low - **p).max(**p - high).max_element() < NARROWEST;
+        let near = |p: &&DVec2| (low - **p).max(**p - high).max_element() < MIN_WIDTH;
         for p in a.points.iter().filter(near) {
-            if let Some((u, v)) = b.sides().find(|s| distance(*p, s.0, s.1) < NARROWEST) {
+            if let Some((u, v)) = b.sides().find(|s| distance(*p, s.0, s.1) < MIN_WIDTH) {
                 let q = u + (v - u) * crate::mesh::outline::ring::foot(*p, u, v);
                 let size = (cells.metres(*p) - cells.metres(q)).length();
                 return Err(cells.too_small(&a.field, &format!("leaves, to {},", b.field), size, *p));
@@ -54,14 +54,14 @@ fn apart(a: &Line, b: &Line, cells: &Cells) -> Result<(), InputError> {
     Ok(())
 }
 
-fn narrow(ring: &Line, cells: &Cells) -> Result<(), InputError> {
+fn narrow(ring: &OutlineLine, cells: &CellScale) -> Result<(), InputError> {
     let steps = (4.0 * ring.length()).ceil();
     for k in 0..steps as usize {
         let s = (k as f64 + 0.5) * ring.length() / steps;
         let side = ring.side_at(s);
         let along = (ring.points[side + 1] - ring.points[side]).normalize_or_zero();
         let p = ring.at(s);
-        let inward = p + along.perp() * NARROWEST;
+        let inward = p + along.perp() * MIN_WIDTH;
         let (low, high) = (p.min(inward), p.max(inward));
         for (j, (a, b)) in ring.sides().enumerate() {
             if j == side || !(a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()) {

@@ -9,24 +9,24 @@ use crate::error::InputError;
 use crate::mesh::outline::metres;
 
 /// Turn above which a point of a polyline is a corner instead of part of a curve, degrees.
-const CORNER: f64 = 20.0;
+const CORNER_ANGLE: f64 = 20.0;
 /// Turn within half a cell above which a curve is a corner at this grid, degrees.
-const TIGHT: f64 = 60.0;
+const TIGHT_ANGLE: f64 = 60.0;
 /// Maximum turn between neighbouring nodes on a curve, degrees.
-const STEP: f64 = 60.0;
+const MAX_NODE_ANGLE: f64 = 60.0;
 /// Distance below which corners are grouped, cells.
-const NEAR: f64 = 0.45;
+const CORNER_GROUP_DISTANCE: f64 = 0.45;
 
 /// Conversion between metres and cells.
 #[derive(Clone, Copy, Debug)]
-pub struct Cells {
+pub struct CellScale {
     /// Corner of the grid, m.
     pub low: DVec2,
     /// Size of a cell, m.
     pub size: DVec2,
 }
 
-impl Cells {
+impl CellScale {
     /// Point in cells.
     pub fn of(&self, p: DVec2) -> DVec2 {
         (p - self.low) / self.size
@@ -49,7 +49,7 @@ impl Cells {
 
 /// Polyline with arc lengths and stops: points that become nodes.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub struct OutlineLine {
     /// Field of the scene.
     pub field: String,
     /// Points, cells; of a closed line the first one is repeated at the end.
@@ -65,12 +65,12 @@ pub struct Line {
     pub stops: Vec<(f64, DVec2)>,
 }
 
-impl Line {
+impl OutlineLine {
     /// Line of points in metres.
     ///
     /// # Errors
     /// When corners are too close together for the grid.
-    pub fn new(points: &[DVec2], closed: bool, field: &str, cells: &Cells) -> Result<Self, InputError> {
+    pub fn new(points: &[DVec2], closed: bool, field: &str, cells: &CellScale) -> Result<Self, InputError> {
         let mut real = points.to_vec();
         real.dedup();
         if closed {
@@ -176,7 +176,7 @@ impl Line {
     }
 
     /// Add stops at corners, and at turns too tight for the grid.
-    fn find_corners(&mut self, cells: &Cells) -> Result<(), InputError> {
+    fn find_corners(&mut self, cells: &CellScale) -> Result<(), InputError> {
         let groups = self.corner_groups();
         for group in groups {
             let (first, last) = (group[0], group[group.len() - 1]);
@@ -187,7 +187,7 @@ impl Line {
             let inside = self.range(first, last);
             let net: f64 = inside.iter().map(|i| self.turn[*i]).sum();
             let all: f64 = inside.iter().map(|i| self.turn[*i].abs()).sum();
-            if all - net.abs() > CORNER || (net.abs() > 135.0 && net.abs() < 225.0) {
+            if all - net.abs() > CORNER_ANGLE || (net.abs() > 135.0 && net.abs() < 225.0) {
                 let (a, b) = (self.points[first], self.points[last]);
                 let size = (cells.metres(a) - cells.metres(b)).length();
                 return Err(cells.too_small(&self.field, "has a feature of", size, a.midpoint(b)));
@@ -218,15 +218,18 @@ impl Line {
         let range = if self.closed { 0..n } else { 1..n };
         let tight = self.tight();
         let mut groups: Vec<Vec<usize>> = Vec::new();
-        for i in range.filter(|i| self.turn[*i].abs() > CORNER || tight[*i]) {
+        for i in range.filter(|i| self.turn[*i].abs() > CORNER_ANGLE || tight[*i]) {
             match groups.last_mut() {
-                Some(group) if self.between(self.arc[group[group.len() - 1]], self.arc[i]) < NEAR => group.push(i),
+                Some(group) if self.between(self.arc[group[group.len() - 1]], self.arc[i]) < CORNER_GROUP_DISTANCE => {
+                    group.push(i)
+                }
                 _ => groups.push(vec![i]),
             }
         }
         if self.closed {
             let ends = groups.first().map(|g| g[0]).zip(groups.last().map(|g| g[g.len() - 1]));
-            let joined = ends.is_some_and(|(a, b)| a != b && self.between(self.arc[a], self.arc[b]) < NEAR);
+            let joined =
+                ends.is_some_and(|(a, b)| a != b && self.between(self.arc[a], self.arc[b]) < CORNER_GROUP_DISTANCE);
             if joined && groups.len() > 1 {
                 let first = groups.remove(0);
                 if let Some(last) = groups.last_mut() {
@@ -241,11 +244,11 @@ impl Line {
         groups
     }
 
-    /// Points of a curve that turns by more than [`TIGHT`] within half a cell.
+    /// Points of a curve that turns by more than [`TIGHT_ANGLE`] within half a cell.
     fn tight(&self) -> Vec<bool> {
         let n = self.points.len() - 1;
         let mut tight = vec![false; n + 1];
-        let smooth = |i: usize| if self.turn[i].abs() > CORNER { 0.0 } else { self.turn[i].abs() };
+        let smooth = |i: usize| if self.turn[i].abs() > CORNER_ANGLE { 0.0 } else { self.turn[i].abs() };
         let (mut end, mut sum) = (0, 0.0);
         let laps = if self.closed { 2 * n } else { n };
         let arc = |i: usize| self.arc[i % n] + if i >= n { self.length() } else { 0.0 };
@@ -254,7 +257,7 @@ impl Line {
                 sum += smooth(end % n);
                 end += 1;
             }
-            if sum > TIGHT {
+            if sum > TIGHT_ANGLE {
                 (start..end).for_each(|i| tight[i % n] = smooth(i % n) > 0.0);
             }
             sum -= smooth(start);
@@ -303,7 +306,7 @@ impl Line {
             .filter(|i| inside(self.arc[*i]) || inside(self.arc[*i] + self.length()))
             .map(|i| self.turn[i].abs())
             .sum();
-        ((to - from).round() as usize).max((turned / STEP - 1e-6).ceil() as usize).max(1)
+        ((to - from).round() as usize).max((turned / MAX_NODE_ANGLE - 1e-6).ceil() as usize).max(1)
     }
 }
 

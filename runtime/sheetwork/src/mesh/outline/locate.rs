@@ -5,14 +5,14 @@
 //! select one. A point beyond a curved boundary, as on the chords of another mesh, gets the
 //! triangle with the least negative weights.
 
-use crate::mesh::outline::mesh::Mesh;
+use crate::mesh::outline::mesh::TriangleMesh;
 
 /// Fraction of the way towards the inner point at which the search is made.
-const INWARD: f64 = 1e-3;
+const INWARD_FRACTION: f64 = 1e-3;
 
 /// Point location in a mesh.
-pub struct Locator<'a> {
-    mesh: &'a Mesh,
+pub struct PointLocator<'a> {
+    mesh: &'a TriangleMesh,
     low: [f64; 2],
     /// Search cells per metre along u and v.
     per_metre: [f64; 2],
@@ -21,9 +21,9 @@ pub struct Locator<'a> {
     cells: Vec<Vec<u32>>,
 }
 
-impl<'a> Locator<'a> {
+impl<'a> PointLocator<'a> {
     /// Point location in `mesh`.
-    pub fn new(mesh: &'a Mesh) -> Self {
+    pub fn new(mesh: &'a TriangleMesh) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for (p, a) in mesh.positions.iter().flat_map(|p| [(p, 0), (p, 1)]) {
             (low[a], high[a]) = (low[a].min(p[a]), high[a].max(p[a]));
@@ -67,7 +67,7 @@ impl<'a> Locator<'a> {
     /// Triangle that contains `p` (m), or has the least negative weights, seen from the side of
     /// `inside`.
     pub fn find(&self, p: [f64; 2], inside: [f64; 2]) -> u32 {
-        let at = std::array::from_fn(|a| p[a] + INWARD * (inside[a] - p[a]));
+        let at = std::array::from_fn(|a| p[a] + INWARD_FRACTION * (inside[a] - p[a]));
         let outside = |k: &u32| -self.weights(*k, at).into_iter().fold(f64::INFINITY, f64::min);
         let [i, j] = self.cell(at);
         let here = &self.cells[j * self.count[0] + i];
@@ -82,7 +82,7 @@ impl<'a> Locator<'a> {
 }
 
 /// For each node the mean of the middles of its triangles, m: it selects a side of a cut.
-pub fn inward(mesh: &Mesh) -> Vec<[f64; 2]> {
+pub fn inward(mesh: &TriangleMesh) -> Vec<[f64; 2]> {
     let mut sums = vec![([0.0; 2], 0.0); mesh.positions.len()];
     for (k, t) in mesh.triangles.iter().enumerate() {
         let middle = mesh.middle_of(k);
@@ -102,16 +102,16 @@ mod tests {
     use crate::mesh::outline::{Outline, mesh};
     use std::path::Path;
 
-    fn cut_square(grid: (u32, u32)) -> Mesh {
+    fn cut_square(grid: (u32, u32)) -> TriangleMesh {
         let cuts = [vec![(-0.02, 0.0), (0.05, 0.0)]];
         let outline = Outline::new(None, &[], &cuts, (0.1, 0.1), Path::new(".")).expect("an outline");
         mesh(&outline, grid).expect("a mesh")
     }
 
     #[test]
-    fn every_mass_is_found_in_a_triangle_of_its_own() {
+    fn every_node_is_located_in_one_of_its_triangles() {
         let mesh = cut_square((11, 11));
-        let (locator, inward) = (Locator::new(&mesh), inward(&mesh));
+        let (locator, inward) = (PointLocator::new(&mesh), inward(&mesh));
         for (i, p) in mesh.positions.iter().enumerate() {
             let k = locator.find(*p, inward[i]);
             assert!(mesh.triangles[k as usize].contains(&(i as u32)), "mass {i} at {p:?} in triangle {k}");
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn a_point_on_a_cut_is_on_the_side_it_is_asked_for() {
         let mesh = cut_square((9, 9));
-        let locator = Locator::new(&mesh);
+        let locator = PointLocator::new(&mesh);
         for side in [-0.01, 0.01] {
             let k = locator.find([0.021, 0.0], [0.021, side]);
             assert!(mesh.middle_of(k as usize)[1] * side > 0.0, "{side}");
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn a_point_beyond_the_boundary_has_the_nearest_triangle() {
         let mesh = cut_square((9, 9));
-        let locator = Locator::new(&mesh);
+        let locator = PointLocator::new(&mesh);
         let p = [0.0501, 0.02];
         let weights = locator.weights(locator.find(p, [0.0, 0.0]), p);
         assert!(weights.iter().all(|w| *w > -0.02), "{weights:?}");

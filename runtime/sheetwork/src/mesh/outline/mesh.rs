@@ -13,14 +13,14 @@ pub const NO_TRIANGLE: u32 = u32::MAX;
 
 /// Edge of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Edge {
+pub struct MeshEdge {
     /// Start and end.
     pub nodes: [u32; 2],
     /// Triangle on the left, and the one on the right or [`NO_TRIANGLE`].
     pub triangles: [u32; 2],
 }
 
-impl Edge {
+impl MeshEdge {
     /// Whether the edge is on the boundary, the rim of a hole or a cut.
     pub fn is_boundary(&self) -> bool {
         self.triangles[1] == NO_TRIANGLE
@@ -29,13 +29,13 @@ impl Edge {
 
 /// Plane triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct TriangleMesh {
     /// Nodes (u, v) at rest, m; those along cuts twice.
     pub positions: Vec<[f64; 2]>,
     /// Nodes of each triangle, counter-clockwise in (u, v), all of positive area.
     pub triangles: Vec<[u32; 3]>,
     /// Every edge once.
-    pub edges: Vec<Edge>,
+    pub edges: Vec<MeshEdge>,
     /// Edges of each triangle; edge c joins its corners c and c + 1.
     pub triangle_edges: Vec<[u32; 3]>,
     /// Area of each triangle, m².
@@ -46,7 +46,7 @@ pub struct Mesh {
     pub border: Vec<bool>,
 }
 
-impl Mesh {
+impl TriangleMesh {
     /// Mesh of nodes and triangles.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Mesh {
                 let (a, b) = (t[c], t[(c + 1) % 3]);
                 edges[c] = *seen.entry((a.min(b), a.max(b))).or_insert(mesh.edges.len() as u32);
                 match mesh.edges.get_mut(edges[c] as usize) {
-                    None => mesh.edges.push(Edge { nodes: [a, b], triangles: [k as u32, NO_TRIANGLE] }),
+                    None => mesh.edges.push(MeshEdge { nodes: [a, b], triangles: [k as u32, NO_TRIANGLE] }),
                     Some(edge) if edge.is_boundary() && edge.nodes == [b, a] => edge.triangles[1] = k as u32,
                     Some(_) => return Err(fault("has an edge that its neighbours do not fit")),
                 }
@@ -115,13 +115,13 @@ impl Mesh {
     }
 
     /// Middle of an edge, m.
-    pub fn middle(&self, edge: &Edge) -> [f64; 2] {
+    pub fn middle(&self, edge: &MeshEdge) -> [f64; 2] {
         let [a, b] = edge.nodes.map(|v| self.positions[v as usize]);
         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
     }
 
     /// Length (m) and unit direction of an edge.
-    pub fn direction(&self, edge: &Edge) -> (f64, [f64; 2]) {
+    pub fn direction(&self, edge: &MeshEdge) -> (f64, [f64; 2]) {
         let [a, b] = edge.nodes.map(|v| self.positions[v as usize]);
         let (du, dv) = (b[0] - a[0], b[1] - a[1]);
         let length = du.hypot(dv);

@@ -5,7 +5,7 @@
 //! [`FLATNESS`] of the outline's size; all distances are exact on these polylines. [`mesh()`]
 //! covers the outline with triangles:
 //!
-//! - `nodes`: nodes on the boundary and the cuts, a cell apart, with corners, and `layer`: a row a
+//! - `boundary_nodes`: nodes on the boundary and the cuts, a cell apart, with corners, and `inner_row`: a row a
 //!   cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells
 //!   where there is room;
@@ -14,13 +14,13 @@
 //!
 //! `features` rejects features smaller than a cell.
 
+pub(crate) mod boundary_nodes;
 pub(crate) mod cut;
 pub(crate) mod features;
-pub(crate) mod layer;
+pub(crate) mod inner_row;
 pub(crate) mod line;
 pub mod locate;
 pub mod mesh;
-pub(crate) mod nodes;
 pub mod ring;
 pub(crate) mod spec;
 pub(crate) mod split;
@@ -34,7 +34,7 @@ use std::path::Path;
 use glam::DVec2;
 use kurbo::{BezPath, PathEl, Shape};
 
-pub use crate::mesh::outline::mesh::{Edge, Mesh, NO_TRIANGLE};
+pub use crate::mesh::outline::mesh::{MeshEdge, NO_TRIANGLE, TriangleMesh};
 pub use crate::mesh::outline::ring::Ring;
 pub use crate::mesh::outline::spec::{HoleSpec, OutlineSpec, check_cuts, check_holes, check_outline};
 pub use crate::mesh::outline::triangulate::mesh;

@@ -98,7 +98,7 @@ fn overlap(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> bool {
 
 /// Side of one of several rings.
 #[derive(Clone, Copy)]
-struct Side {
+struct RingSide {
     ends: (DVec2, DVec2),
     ring: usize,
     index: usize,
@@ -111,7 +111,7 @@ pub fn crossing(rings: &[Ring]) -> Option<(usize, usize, DVec2)> {
     let mut sides = Vec::new();
     for (ring, r) in rings.iter().enumerate() {
         for (index, ends) in r.sides().enumerate() {
-            sides.push(Side { ends, ring, index, low: ends.0.min(ends.1), high: ends.0.max(ends.1) });
+            sides.push(RingSide { ends, ring, index, low: ends.0.min(ends.1), high: ends.0.max(ends.1) });
         }
     }
     // Sweep along x: only sides whose extents overlap are compared.
@@ -127,7 +127,7 @@ pub fn crossing(rings: &[Ring]) -> Option<(usize, usize, DVec2)> {
     None
 }
 
-fn sides_meet(a: &Side, b: &Side, rings: &[Ring]) -> Option<DVec2> {
+fn sides_meet(a: &RingSide, b: &RingSide, rings: &[Ring]) -> Option<DVec2> {
     if a.ring == b.ring {
         let n = rings[a.ring].points.len();
         let after = |i: usize, j: usize| (i + 1) % n == j;

@@ -56,11 +56,11 @@ pub enum HoleSpec {
 }
 
 /// Maximum number of corners of a polygon or a cut.
-const MOST_CORNERS: usize = 100_000;
+const MAX_CORNERS: usize = 100_000;
 
 fn corners(field: &str, list: &[(f64, f64)], fewest: usize) -> Result<(), InputError> {
-    if !(fewest..=MOST_CORNERS).contains(&list.len()) {
-        let problem = format!("{} points are outside {fewest} to {MOST_CORNERS}", list.len());
+    if !(fewest..=MAX_CORNERS).contains(&list.len()) {
+        let problem = format!("{} points are outside {fewest} to {MAX_CORNERS}", list.len());
         return Err(InputError::new(field, problem));
     }
     for (i, p) in list.iter().enumerate() {

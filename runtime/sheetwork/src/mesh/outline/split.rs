@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec2;
 
 use crate::error::InputError;
-use crate::mesh::outline::mesh::Mesh;
+use crate::mesh::outline::mesh::TriangleMesh;
 
 fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
@@ -22,7 +22,7 @@ pub fn finish(
     mut rows: Vec<i64>,
     mut triangles: Vec<[u32; 3]>,
     slits: &[[u32; 2]],
-) -> Result<Mesh, InputError> {
+) -> Result<TriangleMesh, InputError> {
     double(&mut positions, &mut rows, &mut triangles, slits);
     let mut used: Vec<u32> = triangles.iter().flatten().copied().collect::<BTreeSet<_>>().into_iter().collect();
     used.sort_by(|a, b| {
@@ -46,7 +46,7 @@ pub fn finish(
         };
     }
     triangles.sort();
-    Mesh::new(used.iter().map(|v| positions[*v as usize].to_array()).collect(), triangles)
+    TriangleMesh::new(used.iter().map(|v| positions[*v as usize].to_array()).collect(), triangles)
 }
 
 /// Double the nodes on cuts.

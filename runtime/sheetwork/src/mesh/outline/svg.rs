@@ -19,7 +19,7 @@ const PIXEL: f64 = 0.0254 / 96.0;
 /// # Errors
 /// The fault of the text.
 pub fn path(text: &str) -> Result<BezPath, String> {
-    let mut pen = Pen::default();
+    let mut pen = SvgPen::default();
     for segment in PathParser::from(text) {
         pen.draw(&segment.map_err(|e| format!("is not an SVG path: {e}"))?);
     }
@@ -34,7 +34,7 @@ pub fn path(text: &str) -> Result<BezPath, String> {
 
 /// State of the pen.
 #[derive(Default)]
-struct Pen {
+struct SvgPen {
     path: BezPath,
     at: Point,
     start: Point,
@@ -44,7 +44,7 @@ struct Pen {
     closed: bool,
 }
 
-impl Pen {
+impl SvgPen {
     fn place(&self, abs: bool, x: f64, y: f64) -> Point {
         if abs { Point::new(x, y) } else { self.at + Vec2::new(x, y) }
     }
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_refused() {
+    fn invalid_paths_are_rejected() {
         for text in ["", "L 1 1", "M 0 0 L 1 x", "M 0 0 X 3"] {
             assert!(path(text).is_err(), "{text}");
         }

@@ -17,7 +17,7 @@ fn outline(spec: &str, holes: &str, cuts: &str) -> Result<Outline, InputError> {
 }
 
 /// Numbers of closed lines of boundary edges, and of pieces joined by edges.
-fn topology(mesh: &Mesh) -> (usize, usize) {
+fn topology(mesh: &TriangleMesh) -> (usize, usize) {
     let count = |joins: Vec<[u32; 2]>| {
         let mut root: Vec<u32> = (0..mesh.positions.len() as u32).collect();
         fn find(root: &mut [u32], mut i: u32) -> u32 {
@@ -37,14 +37,14 @@ fn topology(mesh: &Mesh) -> (usize, usize) {
     (count(boundary), count(mesh.edges.iter().map(|e| e.nodes).collect()))
 }
 
-fn worst(mesh: &Mesh, cell: DVec2) -> f64 {
+fn worst(mesh: &TriangleMesh, cell: DVec2) -> f64 {
     let at = |v: u32| DVec2::from_array(mesh.positions[v as usize]) / cell;
     mesh.triangles.iter().map(|t| quality(t.map(at))).fold(f64::INFINITY, f64::min)
 }
 
 /// Check the properties of a mesh of an outline with `loops` closed boundary lines in `pieces`
 /// pieces.
-fn check(name: &str, outline: &Outline, grid: (u32, u32), (loops, pieces): (usize, usize)) -> Mesh {
+fn check(name: &str, outline: &Outline, grid: (u32, u32), (loops, pieces): (usize, usize)) -> TriangleMesh {
     let mesh = mesh(outline, grid).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (low, high) = outline.bounds();
     let cell = (high - low) / DVec2::new(f64::from(grid.0 - 1), f64::from(grid.1 - 1));
@@ -150,7 +150,7 @@ fn a_rectangle_has_square_cells() {
 }
 
 #[test]
-fn the_same_description_gives_the_same_mesh() {
+fn meshing_is_deterministic() {
     let outline = outline(LETTER_B, "", "[[(0.01, 0.02), (0.02, 0.12)]]").expect("a letter");
     assert_eq!(mesh(&outline, (40, 50)), mesh(&outline, (40, 50)));
 }
@@ -170,7 +170,7 @@ fn distance_is_exact_on_a_disc() {
 }
 
 #[test]
-fn what_cannot_be_a_sheet_is_refused() {
+fn invalid_outlines_are_rejected() {
     for (spec, holes, cuts, field, says) in [
         ("Polygon([(0,0),(0.1,0.1),(0.1,0),(0,0.1)])", "", "", "outline", "crosses itself near (0.05, 0.05) m"),
         ("Polygon([(0,0),(0.1,0),(0.2,0)])", "", "", "outline", "encloses no area"),
@@ -199,7 +199,7 @@ fn what_cannot_be_a_sheet_is_refused() {
 }
 
 #[test]
-fn what_is_smaller_than_a_cell_is_named_with_its_size() {
+fn features_smaller_than_a_cell_are_reported_with_their_size() {
     // Cells of 0.01 m.
     let notched = "Polygon([(0,0),(0.2,0),(0.2,0.05),(0.197,0.05),(0.197,0.053),(0.2,0.053),(0.2,0.1),(0,0.1)])";
     let thin = "Polygon([(0,0),(0.2,0),(0.2,0.004),(0.05,0.004),(0.05,0.1),(0,0.1)])";

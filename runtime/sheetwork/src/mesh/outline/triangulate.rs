@@ -3,7 +3,7 @@
 //!
 //! The grid has `grid.0` by `grid.1` points over the outline's box. Nodes are its points at least
 //! [`CLEARANCE`] cells from every boundary and cut, points about a cell apart along these, and a
-//! row beside them (`layer`). A constrained Delaunay triangulation (Chew 1989; crate spade) of all
+//! row beside them (`inner_row`). A constrained Delaunay triangulation (Chew 1989; crate spade) of all
 //! in units of cells contains the sides of the boundary and of the cuts; triangles outside are
 //! removed. Whole cells are halved by parallel diagonals.
 
@@ -13,12 +13,12 @@ use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use crate::error::{InputError, check_range};
-use crate::mesh::outline::layer;
-use crate::mesh::outline::layer::APART;
-use crate::mesh::outline::line::Cells;
-use crate::mesh::outline::mesh::Mesh;
-use crate::mesh::outline::nodes;
-use crate::mesh::outline::nodes::Nodes;
+use crate::mesh::outline::boundary_nodes;
+use crate::mesh::outline::boundary_nodes::BoundaryNodes;
+use crate::mesh::outline::inner_row;
+use crate::mesh::outline::inner_row::MIN_POINT_DISTANCE;
+use crate::mesh::outline::line::CellScale;
+use crate::mesh::outline::mesh::TriangleMesh;
 use crate::mesh::outline::ring::distance;
 use crate::mesh::outline::{Outline, split};
 
@@ -27,14 +27,14 @@ const CLEARANCE: f64 = 0.6;
 
 /// Minimum quality of a triangle: 4√3 area over the sum of squared edges, in cells; 1 for an
 /// equilateral one.
-const WORST: f64 = 0.05;
+const MIN_QUALITY: f64 = 0.05;
 
 /// Point of the triangulation.
-struct Vertex {
+struct TriangulationPoint {
     at: Point2<f64>,
 }
 
-impl HasPosition for Vertex {
+impl HasPosition for TriangulationPoint {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
@@ -50,13 +50,13 @@ type Interior = BTreeMap<(u32, u32), u32>;
 ///
 /// # Errors
 /// When the grid is out of range or too coarse for the outline, or a cut lies outside.
-pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<Mesh, InputError> {
+pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<TriangleMesh, InputError> {
     check_range("grid.0", grid.0.into(), 2.0, 2000.0, "masses")?;
     check_range("grid.2", grid.1.into(), 2.0, 2000.0, "masses")?;
     let (low, high) = outline.bounds();
     let size = (high - low) / DVec2::new(f64::from(grid.0 - 1), f64::from(grid.1 - 1));
-    let cells = Cells { low, size };
-    let mut nodes = nodes::place(outline, &cells)?;
+    let cells = CellScale { low, size };
+    let mut nodes = boundary_nodes::place(outline, &cells)?;
     let interior = grid_points(&mut nodes, grid);
     let mut triangles = triangulate(&nodes, &cells)?;
     align_diagonals(&mut triangles, &nodes, &interior);
@@ -67,7 +67,7 @@ pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<Mesh, InputError> {
 }
 
 /// Add the points of the grid that are clear of boundaries and cuts, inside or out.
-fn grid_points(nodes: &mut Nodes, grid: (u32, u32)) -> Interior {
+fn grid_points(nodes: &mut BoundaryNodes, grid: (u32, u32)) -> Interior {
     let mut taken = vec![false; (grid.0 * grid.1) as usize];
     for [a, b] in nodes.sides.iter().chain(&nodes.slits) {
         let (a, b) = (nodes.points[*a as usize], nodes.points[*b as usize]);
@@ -81,13 +81,13 @@ fn grid_points(nodes: &mut Nodes, grid: (u32, u32)) -> Interior {
             }
         }
     }
-    let (row, bins) = layer::points(nodes);
+    let (row, bins) = inner_row::points(nodes);
     nodes.points.extend(row);
     let mut interior = Interior::new();
     for j in 0..grid.1 {
         for i in (0..grid.0).filter(|i| !taken[(j * grid.0 + i) as usize]) {
             let p = DVec2::new(i.into(), j.into());
-            if bins.near(p, APART) && !bins.near(p, 1e-6) {
+            if bins.near(p, MIN_POINT_DISTANCE) && !bins.near(p, 1e-6) {
                 continue;
             }
             interior.insert((i, j), nodes.points.len() as u32);
@@ -98,11 +98,11 @@ fn grid_points(nodes: &mut Nodes, grid: (u32, u32)) -> Interior {
 }
 
 /// Triangles inside the boundary, counter-clockwise in (x, z).
-fn triangulate(nodes: &Nodes, cells: &Cells) -> Result<Vec<[u32; 3]>, InputError> {
-    let vertices = nodes.points.iter().map(|p| Vertex { at: Point2::new(p.x, p.y) }).collect();
+fn triangulate(nodes: &BoundaryNodes, cells: &CellScale) -> Result<Vec<[u32; 3]>, InputError> {
+    let vertices = nodes.points.iter().map(|p| TriangulationPoint { at: Point2::new(p.x, p.y) }).collect();
     let kept = nodes.sides.iter().chain(&nodes.slits).map(|s| s.map(|i| i as usize)).collect();
     let mut conflict = None;
-    let made = ConstrainedDelaunayTriangulation::<Vertex>::try_bulk_load_cdt(vertices, kept, |side| {
+    let made = ConstrainedDelaunayTriangulation::<TriangulationPoint>::try_bulk_load_cdt(vertices, kept, |side| {
         conflict.get_or_insert(side);
     });
     let made = made.map_err(|e| InputError::new("outline", format!("cannot be triangulated: {e}")))?;
@@ -120,7 +120,7 @@ fn triangulate(nodes: &Nodes, cells: &Cells) -> Result<Vec<[u32; 3]>, InputError
 }
 
 /// Faces that an odd number of boundaries separates from the outside.
-fn inside(made: &ConstrainedDelaunayTriangulation<Vertex>, nodes: &Nodes) -> Vec<[u32; 3]> {
+fn inside(made: &ConstrainedDelaunayTriangulation<TriangulationPoint>, nodes: &BoundaryNodes) -> Vec<[u32; 3]> {
     let key = |a: u32, b: u32| (a.min(b), a.max(b));
     let boundary: std::collections::BTreeSet<(u32, u32)> = nodes.sides.iter().map(|s| key(s[0], s[1])).collect();
     let mut is_inside: Vec<Option<bool>> = vec![None; made.num_all_faces()];
@@ -150,7 +150,7 @@ fn inside(made: &ConstrainedDelaunayTriangulation<Vertex>, nodes: &Nodes) -> Vec
 
 /// Use the same diagonal in all whole cells of the grid, so that every node has the same
 /// neighbours.
-fn align_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &Nodes, interior: &Interior) {
+fn align_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &BoundaryNodes, interior: &Interior) {
     let first = interior.values().next().copied().unwrap_or(u32::MAX);
     let mut halves: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let cell = |t: &[u32; 3]| -> Option<(u32, u32)> {
@@ -181,13 +181,13 @@ pub fn quality([a, b, c]: [DVec2; 3]) -> f64 {
     2.0 * 3.0_f64.sqrt() * (b - a).perp_dot(c - a) / edges
 }
 
-fn check_quality(nodes: &Nodes, triangles: &[[u32; 3]], cells: &Cells) -> Result<(), InputError> {
+fn check_quality(nodes: &BoundaryNodes, triangles: &[[u32; 3]], cells: &CellScale) -> Result<(), InputError> {
     if triangles.is_empty() {
         return Err(InputError::new("outline", "has no triangle inside; use a finer grid"));
     }
     for t in triangles {
         let p = t.map(|v| nodes.points[v as usize]);
-        if quality(p) < WORST {
+        if quality(p) < MIN_QUALITY {
             let real = p.map(|p| cells.metres(p));
             let longest = (0..3).map(|i| real[i].distance(real[(i + 1) % 3])).fold(0.0, f64::max);
             let height = (real[1] - real[0]).perp_dot(real[2] - real[0]).abs() / longest;

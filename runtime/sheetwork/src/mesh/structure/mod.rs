@@ -19,7 +19,7 @@ pub(crate) mod trimm;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-pub use crate::mesh::grid::{Builder, Layer};
+pub use crate::mesh::grid::{LatticeBuilder, LatticeLayer};
 
 use crate::error::InputError;
 use crate::mesh::spring_class::SpringClass;
@@ -61,7 +61,7 @@ pub struct Structure {
     /// Whether the structure supports cross-over springs.
     pub cross_over: bool,
     /// Add the springs to a builder with nodes.
-    pub(crate) connect: fn(&mut Builder),
+    pub(crate) connect: fn(&mut LatticeBuilder),
 }
 
 /// All structures, in the order of menus.
@@ -146,7 +146,7 @@ impl LatticeSpec {
 
 /// Spring of a lattice, without its stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
+pub struct LatticeSpring {
     /// First node.
     pub a: u32,
     /// Second node.
@@ -167,15 +167,15 @@ pub struct Lattice {
     /// Whether each node is on the outline of its layer.
     pub border: Vec<bool>,
     /// Springs, ordered so that neighbours in the list join neighbours in the grid.
-    pub links: Vec<Link>,
+    pub links: Vec<LatticeSpring>,
     /// Triples (a, b, c) in a row, b the middle one, for the flexion angle limit.
     pub flexion: Vec<[u32; 3]>,
     /// Layers from the bottom up.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<LatticeLayer>,
 }
 
 /// Maximum number of nodes of a lattice.
-pub const MAX_MASSES: u64 = 10_000_000;
+pub const MAX_NODES: u64 = 10_000_000;
 
 /// Generate a lattice.
 ///
@@ -193,11 +193,11 @@ pub fn generate(spec: &LatticeSpec) -> Result<Lattice, InputError> {
 /// As [`generate`].
 pub(crate) fn lay_out(spec: &LatticeSpec) -> Result<Lattice, InputError> {
     check(spec)?;
-    Ok(Builder::new(spec).finish())
+    Ok(LatticeBuilder::new(spec).finish())
 }
 
 /// Number of nodes of a lattice of this grid.
-pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
+pub(crate) fn nodes_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
     let layer = |index: u32| {
         let less = u64::from(index % 2);
         (u64::from(nx) - less) * (u64::from(nz) - less)
@@ -207,7 +207,7 @@ pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
 
 /// Nodes and springs of a specification that has been checked.
 pub(crate) fn assemble(spec: &LatticeSpec) -> Lattice {
-    let mut builder = Builder::new(spec);
+    let mut builder = LatticeBuilder::new(spec);
     (spec.structure.info().connect)(&mut builder);
     builder.finish()
 }
@@ -223,8 +223,8 @@ fn check(spec: &LatticeSpec) -> Result<(), InputError> {
         return Err(InputError::new("grid.1", problem));
     }
     let masses = u64::from(nx) * u64::from(nz) * u64::from(layers);
-    if masses > MAX_MASSES {
-        return Err(InputError::new("grid", format!("about {masses} masses, more than {MAX_MASSES}")));
+    if masses > MAX_NODES {
+        return Err(InputError::new("grid", format!("about {masses} masses, more than {MAX_NODES}")));
     }
     check_range("size.0", spec.size.0, 1e-6, 1e3, "m")?;
     check_range("size.1", spec.size.1, 1e-6, 1e3, "m")?;
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn no_spring_is_doubled_and_none_joins_a_mass_to_itself() {
+    fn springs_are_unique_and_join_different_nodes() {
         for row in TABLE {
             for cross_over in [false, row.cross_over] {
                 let spec = LatticeSpec {

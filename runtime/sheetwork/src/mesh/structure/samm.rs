@@ -5,7 +5,7 @@
 //! diagonals.
 
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Builder, Structure, StructureKind};
+use crate::mesh::structure::{LatticeBuilder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {
     kind: StructureKind::Samm,
@@ -18,7 +18,7 @@ pub(crate) const STRUCTURE: Structure = Structure {
     connect,
 };
 
-fn connect(builder: &mut Builder) {
+fn connect(builder: &mut LatticeBuilder) {
     builder.planar(1, 0, SpringClass::X);
     builder.planar(0, 1, SpringClass::Z);
     builder.inter_layer();

@@ -4,7 +4,7 @@
 //! The single diagonal couples bending with twist, which the thesis describes as a yaw distortion.
 
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Builder, Structure, StructureKind};
+use crate::mesh::structure::{LatticeBuilder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {
     kind: StructureKind::Slamm,
@@ -17,7 +17,7 @@ pub(crate) const STRUCTURE: Structure = Structure {
     connect,
 };
 
-fn connect(builder: &mut Builder) {
+fn connect(builder: &mut LatticeBuilder) {
     builder.planar(1, 0, SpringClass::X);
     builder.planar(0, 1, SpringClass::Z);
     builder.planar(1, 1, SpringClass::Diagonal);

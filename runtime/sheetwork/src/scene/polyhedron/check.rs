@@ -26,7 +26,7 @@ pub(crate) const MAX_CORNERS: usize = 1024;
 
 /// Defect of a polyhedron.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Defect {
+pub(crate) struct PolyhedronDefect {
     /// Face with the defect, if it is a single one.
     pub(crate) face: Option<usize>,
     /// Field ("vertices.3.x", "faces.3" or empty) and problem.
@@ -56,7 +56,7 @@ impl Polyhedron {
     }
 
     /// [`Polyhedron::check_closed`] with the face of the defect.
-    pub(crate) fn defect_of_closed(&self) -> Result<(), Defect> {
+    pub(crate) fn defect_of_closed(&self) -> Result<(), PolyhedronDefect> {
         faces(self)?;
         closed(self)?;
         let (low, high) = self.bounds();
@@ -70,12 +70,12 @@ impl Polyhedron {
         } else {
             format!("encloses no volume ({volume} m³, size {size} m)")
         };
-        Err(Defect { face: None, error: InputError::new("", problem) })
+        Err(PolyhedronDefect { face: None, error: InputError::new("", problem) })
     }
 }
 
 /// Check that every edge occurs once in each sense.
-pub(crate) fn closed(polyhedron: &Polyhedron) -> Result<(), Defect> {
+pub(crate) fn closed(polyhedron: &Polyhedron) -> Result<(), PolyhedronDefect> {
     // Directed edges: if each is unique and has its reverse, each edge has exactly two faces.
     let mut face_of = HashMap::new();
     for (face, corners) in polyhedron.faces.iter().enumerate() {
@@ -108,7 +108,7 @@ fn edges(corners: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
 }
 
 /// Check coordinates, and every face by itself.
-fn faces(polyhedron: &Polyhedron) -> Result<(), Defect> {
+fn faces(polyhedron: &Polyhedron) -> Result<(), PolyhedronDefect> {
     for (index, vertex) in polyhedron.vertices.iter().enumerate() {
         // NaN fails the comparison.
         if vertex.abs().cmple(DVec3::splat(MAX_COORDINATE)).all() {
@@ -116,11 +116,14 @@ fn faces(polyhedron: &Polyhedron) -> Result<(), Defect> {
         }
         for (axis, value) in ["x", "y", "z"].into_iter().zip(vertex.to_array()) {
             check_range(&format!("vertices.{index}.{axis}"), value, -MAX_COORDINATE, MAX_COORDINATE, "m")
-                .map_err(|error| Defect { face: None, error })?;
+                .map_err(|error| PolyhedronDefect { face: None, error })?;
         }
     }
     if polyhedron.faces.is_empty() {
-        return Err(Defect { face: None, error: InputError::new("faces", "none: at least 1 face is needed") });
+        return Err(PolyhedronDefect {
+            face: None,
+            error: InputError::new("faces", "none: at least 1 face is needed"),
+        });
     }
     for (index, face) in polyhedron.faces.iter().enumerate() {
         face_problem(polyhedron, face).map_err(|problem| face_defect(index, problem))?;
@@ -128,8 +131,8 @@ fn faces(polyhedron: &Polyhedron) -> Result<(), Defect> {
     Ok(())
 }
 
-fn face_defect(face: usize, problem: String) -> Defect {
-    Defect { face: Some(face), error: InputError::new(format!("faces.{face}"), problem) }
+fn face_defect(face: usize, problem: String) -> PolyhedronDefect {
+    PolyhedronDefect { face: Some(face), error: InputError::new(format!("faces.{face}"), problem) }
 }
 
 fn face_problem(polyhedron: &Polyhedron, face: &[u32]) -> Result<(), String> {

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::scene::polyhedron::check::MAX_CORNERS;
-use crate::scene::polyhedron::{Assembler, Polyhedron};
+use crate::scene::polyhedron::{Polyhedron, PolyhedronBuilder};
 
 impl Polyhedron {
     /// Box of this size, m, about the origin.
@@ -26,7 +26,7 @@ impl Polyhedron {
     /// Prism: the section (x, y), m, counter-clockwise seen from +z, extruded along z over `depth`,
     /// m, half of it to each side of z = 0.
     pub fn prism(section: &[DVec2], depth: f64) -> Self {
-        let mut assembler = Assembler::default();
+        let mut assembler = PolyhedronBuilder::default();
         let front: Vec<DVec3> = section.iter().map(|p| p.extend(0.5 * depth)).collect();
         let back: Vec<DVec3> = section.iter().map(|p| p.extend(-0.5 * depth)).collect();
         assembler.face(&front);
@@ -63,7 +63,7 @@ impl Polyhedron {
             radius * DVec3::new(reach * azimuth.cos(), height, reach * azimuth.sin())
         };
         let pole = DVec3::new(0.0, radius, 0.0);
-        let mut assembler = Assembler::default();
+        let mut assembler = PolyhedronBuilder::default();
         let base: Vec<DVec3> = (0..segments).map(|segment| at(0, segment)).collect();
         assembler.face(&base);
         for ring in 0..rings {

@@ -4,10 +4,10 @@
 
 use crate::error::InputError;
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{MAX_MASSES, StructureKind};
-use crate::scene::record_lines::{Record, last_line, quoted, records};
+use crate::mesh::structure::{MAX_NODES, StructureKind};
+use crate::scene::record_lines::{RecordLine, last_line, quoted, records};
 use crate::scene::sht::{
-    DAMPING, Layers, MASS, MASS_FIELDS, MAX_SPRINGS, REST, STIFFNESS, SheetFile, SheetMass, SheetSpring,
+    DAMPING, LayerCounts, MASS, MASS_FIELDS, MAX_SPRINGS, REST, STIFFNESS, SheetFile, SheetFileNode, SheetFileSpring,
 };
 
 /// Record letters in their order.
@@ -20,7 +20,7 @@ const ORDER: [&str; 7] = ["M", "S", "K", "*", "D", "C", "T"];
 /// of fields, an invalid number or one out of range, a spring, corner or centre without its node,
 /// dimensions that contradict the nodes, an unknown spring class or structure.
 pub fn read_sht(text: &str) -> Result<SheetFile, InputError> {
-    let mut reader = Reader::new();
+    let mut reader = ShtReader::new();
     for record in records(text) {
         reader.record(&record)?;
     }
@@ -32,15 +32,15 @@ pub fn read_sht(text: &str) -> Result<SheetFile, InputError> {
 }
 
 /// State of the reader.
-struct Reader {
+struct ShtReader {
     sheet: SheetFile,
-    layers: Layers,
+    layers: LayerCounts,
     marks: Vec<u32>,
     /// Position in [`ORDER`] of the last record.
     stage: usize,
 }
 
-impl Reader {
+impl ShtReader {
     fn new() -> Self {
         let sheet = SheetFile {
             masses: Vec::new(),
@@ -51,10 +51,10 @@ impl Reader {
             damping: 0.0,
             structure: String::new(),
         };
-        Self { sheet, layers: Layers::default(), marks: Vec::new(), stage: 0 }
+        Self { sheet, layers: LayerCounts::default(), marks: Vec::new(), stage: 0 }
     }
 
-    fn record(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn record(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         let Some(place) = ORDER.iter().position(|letter| *letter == record.letter) else {
             return Err(record.unknown(&ORDER.join(", ")));
         };
@@ -82,23 +82,23 @@ impl Reader {
         }
     }
 
-    fn mass(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn mass(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(15, MASS_FIELDS)?;
-        if self.sheet.masses.len() as u64 >= MAX_MASSES {
-            return Err(record.error("M", format!("the sheet has more than {MAX_MASSES} masses")));
+        if self.sheet.masses.len() as u64 >= MAX_NODES {
+            return Err(record.error("M", format!("the sheet has more than {MAX_NODES} masses")));
         }
         let mut numbers = [0.0; 13];
         for (index, (number, column)) in numbers.iter_mut().zip(&MASS).enumerate() {
             *number = record.number(index, column)?;
         }
-        let layer = record.whole(13, "M.layer", MAX_MASSES, "a layer")?;
+        let layer = record.whole(13, "M.layer", MAX_NODES, "a layer")?;
         self.layers.add(layer).map_err(|problem| record.error("M.layer", problem))?;
         let border = record.whole(14, "M.border", 2, "a border flag")? == 1;
-        self.sheet.masses.push(SheetMass::from_numbers(numbers, layer, border));
+        self.sheet.masses.push(SheetFileNode::from_numbers(numbers, layer, border));
         Ok(())
     }
 
-    fn spring(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn spring(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(5, "kind a b stiffness rest")?;
         if self.sheet.springs.len() as u64 >= MAX_SPRINGS {
             return Err(record.error("S", format!("the sheet has more than {MAX_SPRINGS} springs")));
@@ -114,11 +114,11 @@ impl Reader {
             return Err(record.error("S.b", format!("{b} is also the first end: the two ends must differ")));
         }
         let (stiffness, rest) = (record.number(3, &STIFFNESS)?, record.number(4, &REST)?);
-        self.sheet.springs.push(SheetSpring { kind, a, b, stiffness, rest });
+        self.sheet.springs.push(SheetFileSpring { kind, a, b, stiffness, rest });
         Ok(())
     }
 
-    fn mark(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn mark(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(1, "index of a mass")?;
         if self.marks.len() == 5 {
             return Err(record.error("K", "a sixth K: there are 5, four corners and the centre"));
@@ -129,7 +129,7 @@ impl Reader {
         Ok(())
     }
 
-    fn end_of_lists(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn end_of_lists(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(0, "")?;
         let [a, b, c, d, centre] = self.marks[..] else {
             let problem =
@@ -140,16 +140,16 @@ impl Reader {
         Ok(())
     }
 
-    fn dimensions(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn dimensions(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(3, "nx layers nz")?;
-        let size = |index, name| record.whole(index, name, MAX_MASSES + 1, "a number of masses or layers");
+        let size = |index, name| record.whole(index, name, MAX_NODES + 1, "a number of masses or layers");
         let dimensions = [size(0, "D.nx")?, size(1, "D.layers")?, size(2, "D.nz")?];
         self.layers.check_dimensions(dimensions).map_err(|problem| record.error("D", problem))?;
         self.sheet.dimensions = dimensions;
         Ok(())
     }
 
-    fn structure(&mut self, record: &Record<'_>) -> Result<(), InputError> {
+    fn structure(&mut self, record: &RecordLine<'_>) -> Result<(), InputError> {
         record.expect_fields(1, "name of the structure")?;
         let name = record.field(0);
         // The error of the table repeats the whole name; a long one is rejected before.

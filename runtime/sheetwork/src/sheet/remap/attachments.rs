@@ -8,12 +8,12 @@ use glam::DVec3;
 
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
-use crate::sheet::remap::layer_offsets::Layout;
-use crate::sheet::remap::row_interpolation::Rows;
+use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::row_interpolation::RowInterpolation;
 
 impl Sheet {
     /// Shift the start positions of pins like those of `old`; this sheet must be as built.
-    pub(crate) fn take_pins_of(&mut self, old: &Self, spec: &SheetSpec, (before, now): (&Layout, &Layout)) {
+    pub(crate) fn remap_pins(&mut self, old: &Self, spec: &SheetSpec, (before, now): (&LatticeLayout, &LatticeLayout)) {
         if self.pins.is_empty() {
             return;
         }
@@ -26,12 +26,12 @@ impl Sheet {
         };
         let moved = |starts: Vec<(u32, DVec3)>| {
             let by = |(i, start): (u32, DVec3)| (before.uv[i as usize], (start - rest(i as usize)).to_array());
-            Rows::new(starts.into_iter().map(by))
+            RowInterpolation::new(starts.into_iter().map(by))
         };
-        let moved: Vec<Rows<3>> = old.pins.starts().map(moved).collect();
+        let moved: Vec<RowInterpolation<3>> = old.pins.starts().map(moved).collect();
         let slack = 1e-9 * self.length;
         self.pins.shift_starts(|k, i| {
-            let by = moved.get(k).and_then(|rows| rows.read(now.uv[i as usize], before.step()));
+            let by = moved.get(k).and_then(|rows| rows.interpolate(now.uv[i as usize], before.step()));
             let by = by.map_or(DVec3::ZERO, DVec3::from_array);
             // A shift within rounding errors counts as zero.
             if by.length() > slack { by } else { DVec3::ZERO }
@@ -39,15 +39,15 @@ impl Sheet {
     }
 
     /// Set the velocities of prescribed nodes to those of `old`, and fixed components to zero.
-    pub(crate) fn lead_pinned(&mut self, old: &Self, (before, now): (&Layout, &Layout)) {
+    pub(crate) fn remap_pinned_velocities(&mut self, old: &Self, (before, now): (&LatticeLayout, &LatticeLayout)) {
         for (layer, own) in before.layers.iter().zip(&now.layers) {
             let held = layer.range().filter(|i| old.inverse_mass[*i] == 0.0);
-            let rows = Rows::new(held.map(|i| (before.uv[i], old.v.get(i).to_array())));
+            let rows = RowInterpolation::new(held.map(|i| (before.uv[i], old.v.get(i).to_array())));
             for i in own.range().filter(|i| self.inverse_mass[*i] == 0.0) {
-                let v = rows.read(now.uv[i], before.step()).map_or(DVec3::ZERO, DVec3::from_array);
+                let v = rows.interpolate(now.uv[i], before.step()).map_or(DVec3::ZERO, DVec3::from_array);
                 self.v.set(i, v);
             }
         }
-        self.pins.hold_rails(&mut self.v);
+        self.pins.zero_fixed_axes(&mut self.v);
     }
 }

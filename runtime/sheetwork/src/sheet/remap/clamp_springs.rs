@@ -12,18 +12,18 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::elements::wall_spring::{Held, WallSprings};
+use crate::elements::wall_spring::{WallSpringState, WallSprings};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
-use crate::sheet::remap::layer_offsets::Layout;
-use crate::sheet::remap::row_interpolation::Rows;
-use crate::sheet::remap::springs::fitted;
+use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::row_interpolation::RowInterpolation;
+use crate::sheet::remap::springs::fit_inelastic_strain;
 
 /// Layer, and distance from the node to the fixed end along u, through the thickness and along v,
 /// in twelfths of a spacing.
-type Kind = (u32, [i32; 3]);
+type ClampSpringKind = (u32, [i32; 3]);
 
-fn kind(sheet: &Sheet, layout: &Layout, spec: &SheetSpec, (mass, point): (usize, DVec3)) -> Kind {
+fn kind(sheet: &Sheet, layout: &LatticeLayout, spec: &SheetSpec, (mass, point): (usize, DVec3)) -> ClampSpringKind {
     let (layer, (u, v), step) = (sheet.layer_of[mass], layout.uv[mass], layout.step());
     let own = DVec3::new((u - 0.5) * layout.extent.0, f64::from(layer) * layout.gap, (v - 0.5) * layout.extent.1);
     let away = spec.placement.quaternion().inverse() * (point - spec.placement.apply(own));
@@ -31,39 +31,42 @@ fn kind(sheet: &Sheet, layout: &Layout, spec: &SheetSpec, (mass, point): (usize,
     (layer, (spacings * 12.0).round().to_array().map(|d| d as i32))
 }
 
-fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
-    let apart = |k: &Kind| (0..3).map(|a| (i64::from(k.1[a]) - i64::from(wanted.1[a])).pow(2)).sum::<i64>();
+fn nearest<'a>(
+    all: &'a BTreeMap<ClampSpringKind, RowInterpolation<4>>,
+    wanted: &ClampSpringKind,
+) -> Option<&'a RowInterpolation<4>> {
+    let apart = |k: &ClampSpringKind| (0..3).map(|a| (i64::from(k.1[a]) - i64::from(wanted.1[a])).pow(2)).sum::<i64>();
     let alike = all.iter().filter(|(k, _)| k.0 == wanted.0);
     all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
 }
 
 /// Clamp springs of a sheet.
-fn walls(sheet: &Sheet) -> Option<&WallSprings> {
+fn clamp_springs(sheet: &Sheet) -> Option<&WallSprings> {
     sheet.elements.iter().find_map(|e| (&**e as &dyn Any).downcast_ref())
 }
 
 impl Sheet {
     /// Remap the inelastic strain of the clamp springs of `old`.
-    pub(crate) fn take_walls_of(&mut self, old: &Self, spec: &SheetSpec) {
-        let (Some(before), Some(own)) = (walls(old), walls(self)) else { return };
+    pub(crate) fn remap_clamp_springs(&mut self, old: &Self, spec: &SheetSpec) {
+        let (Some(before), Some(own)) = (clamp_springs(old), clamp_springs(self)) else { return };
         if old.heat.is_none() {
             return;
         }
-        let (was, now) = (Layout::of(old), Layout::of(self));
-        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-        for (mass, point, strain, [set, first, second]) in before.held(&old.x) {
+        let (was, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
+        let mut kinds: BTreeMap<ClampSpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+        for (mass, point, strain, [set, first, second]) in before.stored_state(&old.x) {
             let held = [set, first, second, strain - set];
             kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
         }
-        let kinds: BTreeMap<Kind, Rows<4>> =
-            kinds.into_iter().map(|(kind, held)| (kind, Rows::new(held.into_iter()))).collect();
+        let kinds: BTreeMap<ClampSpringKind, RowInterpolation<4>> =
+            kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
         let width = now.wider_step(&was);
-        let read = |(mass, point, strain, _): (usize, DVec3, f64, Held)| {
+        let read = |(mass, point, strain, _): (usize, DVec3, f64, WallSpringState)| {
             let rows = nearest(&kinds, &kind(self, &now, spec, (mass, point)))?;
-            rows.read(now.uv[mass], width).map(|held| fitted(held, strain))
+            rows.interpolate(now.uv[mass], width).map(|held| fit_inelastic_strain(held, strain))
         };
-        let held: Vec<Option<Held>> = own.held(&self.x).map(read).collect();
+        let held: Vec<Option<WallSpringState>> = own.stored_state(&self.x).map(read).collect();
         let own = self.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());
-        own.into_iter().for_each(|walls| walls.put(&held));
+        own.into_iter().for_each(|walls| walls.set_stored_state(&held));
     }
 }

@@ -10,45 +10,45 @@ use glam::DVec3;
 
 use crate::math::Vectors;
 use crate::mesh::spring_class::SpringClass;
-use crate::mesh::structure::{Layer, StructureKind};
+use crate::mesh::structure::{LatticeLayer, StructureKind};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
-use crate::sheet::remap::layer_offsets::Layout;
-use crate::sheet::remap::membrane::Membrane;
+use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::membrane::MembraneStrain;
 use crate::sheet::remap::motion::vectors;
-use crate::sheet::remap::spline::Surface;
-use crate::sheet::remap::strain::{Mesh, Strains};
+use crate::sheet::remap::spline::SplineSurface;
+use crate::sheet::remap::strain::{GridStrains, StrainGrid};
 
 /// Maximum number of corrections of the membrane strain. The problem is nearly linear, and a
 /// correction that does not reduce the residual is rejected.
-const ROUNDS: usize = 3;
+const MAX_CORRECTIONS: usize = 3;
 
 /// Bottom layer as a mesh of edges with strains.
-fn mesh(layout: &Layout) -> Mesh {
+fn mesh(layout: &LatticeLayout) -> StrainGrid {
     let (step, bottom) = (layout.step(), layout.layers[0]);
     let spacing = (step.0 * layout.extent.0, step.1 * layout.extent.1);
-    Mesh { columns: bottom.nx as usize, rows: bottom.nz as usize, spacing, triangular: bottom.triangular }
+    StrainGrid { columns: bottom.nx as usize, rows: bottom.nz as usize, spacing, triangular: bottom.triangular }
 }
 
 /// Interpolate `values` of the bottom layer of `old` at the nodes of the bottom layer of `new`; the
 /// result also has entries for the other layers, set to zero.
-fn surface(old: &Layout, new: &Layout, values: &Vectors) -> Vec<DVec3> {
-    let size = |l: &Layer| (l.nx as usize, l.nz as usize);
+fn surface(old: &LatticeLayout, new: &LatticeLayout, values: &Vectors) -> Vec<DVec3> {
+    let size = |l: &LatticeLayer| (l.nx as usize, l.nz as usize);
     let (from, to) = (size(&old.layers[0]), size(&new.layers[0]));
     let clamped = vec![false; from.0 * from.1];
     let staggered = old.is_triangular();
-    let surface = Surface { from, to, clamped: &clamped, staggered, folds: &Default::default() };
-    let mut all = surface.read(values, [DVec3::ZERO; 2]);
+    let surface = SplineSurface { from, to, clamped: &clamped, staggered, folds: &Default::default() };
+    let mut all = surface.interpolate(values, [DVec3::ZERO; 2]);
     all.resize(new.len(), DVec3::ZERO);
     all
 }
 
 /// Least tangential motion of the bottom layer that changes its strains by `change`. Normal motion
 /// is excluded, because it would turn ripples into strain of the layers. `held` nodes do not move.
-fn answer(mesh: &Mesh, layout: &Layout, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
+fn answer(mesh: &StrainGrid, layout: &LatticeLayout, x: &[DVec3], change: &GridStrains, held: &[bool]) -> Vec<DVec3> {
     let normals = layout.normals(x);
     let along = |i: usize, d: DVec3| if held[i] { DVec3::ZERO } else { d - normals[i] * normals[i].dot(d) };
-    mesh.answer_within(&x[..normals.len()], change, along)
+    mesh.least_projected_motion(&x[..normals.len()], change, along)
 }
 
 impl Sheet {
@@ -58,19 +58,19 @@ impl Sheet {
     }
 
     /// Positions of the nodes of another grid, m; `None` for a grid that does not exist.
-    pub(crate) fn layers_at(&self, grid: (u32, u32)) -> Option<Vectors> {
-        let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
-        let places = self.without_flaps(&self.x);
+    pub(crate) fn lattice_positions_at(&self, grid: (u32, u32)) -> Option<Vectors> {
+        let (old, new) = (LatticeLayout::from_sheet(self), LatticeLayout::on_grid(self, grid).ok()?);
+        let places = self.with_loose_corners_extrapolated(&self.x);
         let x: Vec<DVec3> = places.iter().collect();
         let mut all = surface(&old, &new, &places);
-        new.stand(&new.read(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
+        new.place_upper_layers(&new.interpolate(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
         Some(vectors(&all))
     }
 
     /// Nodal `values` interpolated at the nodes of another grid; `None` for a grid that does not
     /// exist.
-    pub(crate) fn layer_values_at(&self, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
-        let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
+    pub(crate) fn lattice_values_at(&self, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
+        let (old, new) = (LatticeLayout::from_sheet(self), LatticeLayout::on_grid(self, grid).ok()?);
         let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
         Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
     }
@@ -78,12 +78,12 @@ impl Sheet {
     /// Copy nodal `values`, extrapolated linearly at nodes without a spring to another layer. Such
     /// a node, as at the corner of a triangular lattice without braces, is loose and does not
     /// represent the sheet.
-    fn without_flaps(&self, values: &Vectors) -> Vectors {
+    fn with_loose_corners_extrapolated(&self, values: &Vectors) -> Vectors {
         let mut all = values.clone();
         if self.layers.len() < 2 {
             return all;
         }
-        let mut joined = vec![false; self.masses()];
+        let mut joined = vec![false; self.node_count()];
         for i in (0..self.springs.len()).filter(|i| self.springs.class[*i] == SpringClass::Inter) {
             [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
         }
@@ -105,21 +105,22 @@ impl Sheet {
 
     /// Remap positions and velocities of `old`, with its layer offsets, strains and rates of
     /// strain.
-    pub(crate) fn take_layers_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
-        let (before, now) = (Layout::of(old), Layout::of(self));
-        self.take_pins_of(old, spec, (&before, &now));
-        let (places, motion) = (old.without_flaps(&old.x), old.without_flaps(&old.v));
+    pub(crate) fn remap_layers(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
+        let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
+        self.remap_pins(old, spec, (&before, &now));
+        let (places, motion) =
+            (old.with_loose_corners_extrapolated(&old.x), old.with_loose_corners_extrapolated(&old.v));
         let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
-        let offsets = now.read(&before.offsets(&was, &were));
+        let offsets = now.interpolate(&before.offsets(&was, &were));
         let mesh = mesh(&now);
         let held: Vec<bool> = self.inverse_mass[..mesh.columns * mesh.rows].iter().map(|w| *w == 0.0).collect();
 
         let mut x = surface(&before, &now, &places);
-        let wanted = Membrane::strains(&before, &was);
+        let wanted = MembraneStrain::strains(&before, &was);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
-        for _ in 0..=ROUNDS {
-            self.stand_on_pins(&now, &offsets, &mut x, time);
-            let change = wanted.change(&mesh, &now, &Membrane::strains(&now, &x));
+        for _ in 0..=MAX_CORRECTIONS {
+            self.place_layers_with_pins(&now, &offsets, &mut x, time);
+            let change = wanted.change(&mesh, &now, &MembraneStrain::strains(&now, &x));
             let left = change.square();
             if best.as_ref().is_some_and(|(least, _)| left >= *least) {
                 break;
@@ -131,30 +132,30 @@ impl Sheet {
         let x = best.map_or(x, |(_, x)| x);
         self.x = vectors(&x);
         if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.masses());
+            self.v = Vectors::zeros(self.node_count());
             return;
         }
         let mut v = surface(&before, &now, &motion);
-        now.follow(&offsets, &x, &mut v);
-        let wanted = Membrane::rates(&before, &was, &were);
-        let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &Membrane::rates(&now, &x, &v)), &held);
+        now.move_upper_layers(&offsets, &x, &mut v);
+        let wanted = MembraneStrain::rates(&before, &was, &were);
+        let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &MembraneStrain::rates(&now, &x, &v)), &held);
         v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
-        now.follow(&offsets, &x, &mut v);
+        now.move_upper_layers(&offsets, &x, &mut v);
         self.v = vectors(&v);
-        self.lead_pinned(old, (&before, &now));
-        self.keep_momentum(old);
+        self.remap_pinned_velocities(old, (&before, &now));
+        self.restore_momentum(old);
     }
 
     /// Set the upper layers from the bottom one at `x` (m), and the positions of prescribed nodes
     /// at `time` (s).
-    fn stand_on_pins(&mut self, layout: &Layout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
+    fn place_layers_with_pins(&mut self, layout: &LatticeLayout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
         let mut place = |x: &mut [DVec3]| {
             self.x = vectors(x);
-            self.pins.place(time, &mut self.x);
+            self.pins.prescribe_positions(time, &mut self.x);
             x.iter_mut().zip(self.x.iter()).for_each(|(to, from)| *to = from);
         };
         place(x);
-        layout.stand(offsets, x);
+        layout.place_upper_layers(offsets, x);
         place(x);
     }
 }

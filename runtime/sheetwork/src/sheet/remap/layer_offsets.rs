@@ -22,35 +22,35 @@
 use glam::DVec3;
 
 use crate::error::InputError;
-use crate::mesh::structure::{LatticeSpec, Layer, lay_out};
+use crate::mesh::structure::{LatticeLayer, LatticeSpec, lay_out};
 use crate::sheet::Sheet;
 use crate::sheet::remap::apex;
-use crate::sheet::remap::row_interpolation::Rows;
+use crate::sheet::remap::row_interpolation::RowInterpolation;
 
 /// Layout of a lattice: layers, material coordinates of the nodes, length and width (m) to which
 /// they refer, and layer distance (m).
-pub(crate) struct Layout {
-    pub layers: Vec<Layer>,
+pub(crate) struct LatticeLayout {
+    pub layers: Vec<LatticeLayer>,
     pub uv: Vec<(f64, f64)>,
     pub extent: (f64, f64),
     pub gap: f64,
 }
 
 /// o (m), a and b of a cell or node, or their rates.
-type Frame = [DVec3; 3];
+type SurfaceFrame = [DVec3; 3];
 
 /// Shear along u and along v and λ, or three λᵢ, followed by their rates (1/s).
-type Offset = [f64; 6];
+type NodeOffset = [f64; 6];
 
 /// Offsets of every upper node, for each layer from the second on.
-pub(crate) struct Offsets {
-    layers: Vec<Rows<6>>,
+pub(crate) struct LayerOffsets {
+    layers: Vec<RowInterpolation<6>>,
     width: (f64, f64),
 }
 
-impl Layout {
+impl LatticeLayout {
     /// Layout of `sheet`.
-    pub fn of(sheet: &Sheet) -> Self {
+    pub fn from_sheet(sheet: &Sheet) -> Self {
         Self { layers: sheet.layers.clone(), uv: sheet.uv.clone(), extent: sheet.extent, gap: sheet.gap }
     }
 
@@ -58,12 +58,12 @@ impl Layout {
     ///
     /// # Errors
     /// When the structure has no such grid.
-    pub fn at(sheet: &Sheet, (nu, nv): (u32, u32)) -> Result<Self, InputError> {
+    pub fn on_grid(sheet: &Sheet, (nu, nv): (u32, u32)) -> Result<Self, InputError> {
         let (structure, grid) = (sheet.structure, (nu, sheet.grid.1, nv));
         let spec = LatticeSpec { structure, grid, size: sheet.extent, gap: 1.0, cross_over: false };
         let lattice = lay_out(&spec)?;
         let uv = crate::sheet::build::material_coordinates(&lattice);
-        Ok(Self { layers: lattice.layers, uv, ..Self::of(sheet) })
+        Ok(Self { layers: lattice.layers, uv, ..Self::from_sheet(sheet) })
     }
 
     /// Number of nodes.
@@ -95,8 +95,8 @@ impl Layout {
         let width = self.wider_step(old);
         let mut all = Vec::with_capacity(self.len());
         for (layer, before) in self.layers.iter().zip(&old.layers) {
-            let rows = Rows::new(before.range().map(|i| (old.uv[i], values[i])));
-            all.extend(layer.range().map(|i| rows.read(self.uv[i], width).unwrap_or([0.0; K])));
+            let rows = RowInterpolation::new(before.range().map(|i| (old.uv[i], values[i])));
+            all.extend(layer.range().map(|i| rows.interpolate(self.uv[i], width).unwrap_or([0.0; K])));
         }
         all
     }
@@ -115,7 +115,7 @@ impl Layout {
 
     /// Frame of each cell of the bottom layer at the positions `x` (m). It is linear in `x`, so
     /// that velocities give its rate.
-    fn cells(&self, x: &[DVec3]) -> Vec<Frame> {
+    fn cells(&self, x: &[DVec3]) -> Vec<SurfaceFrame> {
         let step = self.step();
         let (du, dv) = (step.0 * self.extent.0, step.1 * self.extent.1);
         let bottom = &self.layers[0];
@@ -132,10 +132,10 @@ impl Layout {
     }
 
     /// Frame of each node of the bottom layer: mean over the cells around it.
-    fn nodes(&self, x: &[DVec3], cells: &[Frame]) -> Vec<Frame> {
+    fn nodes(&self, x: &[DVec3], cells: &[SurfaceFrame]) -> Vec<SurfaceFrame> {
         let bottom = &self.layers[0];
-        let mut all: Vec<(Frame, f64)> = vec![([DVec3::ZERO; 3], 0.0); bottom.len() as usize];
-        let mut add = |node: usize, cell: &Frame| {
+        let mut all: Vec<(SurfaceFrame, f64)> = vec![([DVec3::ZERO; 3], 0.0); bottom.len() as usize];
+        let mut add = |node: usize, cell: &SurfaceFrame| {
             let (sum, count) = &mut all[node];
             (sum[1], sum[2], *count) = (sum[1] + cell[1], sum[2] + cell[2], *count + 1.0);
         };
@@ -147,7 +147,7 @@ impl Layout {
             let around = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
             around.iter().for_each(|(i, j)| add(bottom.at(*i, *j) as usize, cell));
         }
-        let mean = |(node, (sum, count)): (usize, &(Frame, f64))| [x[node], sum[1] / *count, sum[2] / *count];
+        let mean = |(node, (sum, count)): (usize, &(SurfaceFrame, f64))| [x[node], sum[1] / *count, sum[2] / *count];
         all.iter().enumerate().map(mean).collect()
     }
 
@@ -157,7 +157,7 @@ impl Layout {
     }
 
     /// Frame below each upper node, in order.
-    fn frames(&self, x: &[DVec3]) -> Vec<Frame> {
+    fn frames(&self, x: &[DVec3]) -> Vec<SurfaceFrame> {
         let cells = self.cells(x);
         let nodes = if self.layers.len() > 2 { self.nodes(x, &cells) } else { Vec::new() };
         let each = |l: usize| if l % 2 == 1 { cells.clone() } else { nodes.clone() };
@@ -172,7 +172,7 @@ impl Layout {
     }
 
     /// Squared rest lengths of the springs to the corners of the triangle, m².
-    fn squares(&self, l: usize) -> [f64; 3] {
+    fn squared_rest_lengths(&self, l: usize) -> [f64; 3] {
         let step = self.step();
         let (u, v) = (step.0 * self.extent.0, step.1 * self.extent.1);
         let height = (l as f64 * self.gap).powi(2);
@@ -181,17 +181,17 @@ impl Layout {
     }
 
     /// Upper nodes: layer, index of the frame in its layer, node.
-    fn upper(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+    fn upper_nodes(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
         let layers = self.layers.iter().enumerate().skip(1);
         layers.flat_map(|(l, layer)| layer.range().enumerate().map(move |(k, i)| (l, k, i)))
     }
 
     /// m (m²) of the node over cell `k` of the bottom layer, and its rate; zero over a node.
-    fn spread(
+    fn mean_square_distance(
         &self,
         (l, k): (usize, usize),
-        of: (&Frame, &Frame),
-        own: &Offset,
+        of: (&SurfaceFrame, &SurfaceFrame),
+        own: &NodeOffset,
         x: &[DVec3],
         v: &[DVec3],
     ) -> (f64, f64) {
@@ -222,12 +222,12 @@ impl Layout {
     }
 
     /// Offsets of the upper nodes at the positions `x` (m) and velocities `v` (m/s) of all nodes.
-    pub fn offsets(&self, x: &[DVec3], v: &[DVec3]) -> Offsets {
+    pub fn offsets(&self, x: &[DVec3], v: &[DVec3]) -> LayerOffsets {
         let (frames, rates) = (self.frames(x), self.frames(v));
         let first = self.layers.first().map_or(0, |l| l.len() as usize);
         let of = |(l, k, i): (usize, usize, usize)| {
             if let Some(corners) = self.triangle(l, k) {
-                let (w, rest) = (corners.map(|c| (x[i] - x[c], v[i] - v[c])), self.squares(l));
+                let (w, rest) = (corners.map(|c| (x[i] - x[c], v[i] - v[c])), self.squared_rest_lengths(l));
                 let strain = |c: usize| 0.5 * (w[c].0.length_squared() / rest[c] - 1.0);
                 let rate = |c: usize| w[c].0.dot(w[c].1) / rest[c];
                 return (l, (self.uv[i], [strain(0), strain(1), strain(2), rate(0), rate(1), rate(2)]));
@@ -237,58 +237,59 @@ impl Layout {
             let (height, rising) = (own[2], own[5]);
             let thick = l as f64 * self.gap;
             [0, 1, 3, 4].into_iter().for_each(|k| own[k] /= thick);
-            let (m, change) = self.spread((l, k), frame, &own, x, v);
+            let (m, change) = self.mean_square_distance((l, k), frame, &own, x, v);
             let rest = self.rest(l);
             own[2] = 0.5 * ((height * height.abs() + m) / rest - 1.0);
             own[5] = (height.abs() * rising + 0.5 * change) / rest;
             (l, (self.uv[i], own))
         };
-        let all: Vec<_> = self.upper().map(of).collect();
-        let rows = |l: usize| Rows::new(all.iter().filter(|(layer, _)| *layer == l).map(|(_, point)| *point));
-        Offsets { layers: (1..self.layers.len()).map(rows).collect(), width: self.step() }
+        let all: Vec<_> = self.upper_nodes().map(of).collect();
+        let rows =
+            |l: usize| RowInterpolation::new(all.iter().filter(|(layer, _)| *layer == l).map(|(_, point)| *point));
+        LayerOffsets { layers: (1..self.layers.len()).map(rows).collect(), width: self.step() }
     }
 
     /// Offsets of another sheet at the upper nodes of this layout, in order.
-    pub fn read(&self, offsets: &Offsets) -> Vec<Offset> {
-        let at = |(l, _, i): (usize, usize, usize)| offsets.layers[l - 1].read(self.uv[i], offsets.width);
-        self.upper().map(|upper| at(upper).unwrap_or_default()).collect()
+    pub fn interpolate(&self, offsets: &LayerOffsets) -> Vec<NodeOffset> {
+        let at = |(l, _, i): (usize, usize, usize)| offsets.layers[l - 1].interpolate(self.uv[i], offsets.width);
+        self.upper_nodes().map(|upper| at(upper).unwrap_or_default()).collect()
     }
 
     /// Set the positions of the upper nodes from those of the bottom layer in `x` (m).
-    pub fn stand(&self, offsets: &[Offset], x: &mut [DVec3]) {
+    pub fn place_upper_layers(&self, offsets: &[NodeOffset], x: &mut [DVec3]) {
         let frames = self.frames(x);
-        for ((l, k, i), (frame, own)) in self.upper().zip(frames.iter().zip(offsets)) {
+        for ((l, k, i), (frame, own)) in self.upper_nodes().zip(frames.iter().zip(offsets)) {
             let [o, a, b] = frame;
             if let Some(corners) = self.triangle(l, k) {
-                let rest = self.squares(l);
+                let rest = self.squared_rest_lengths(l);
                 let squares = std::array::from_fn(|c| (1.0 + 2.0 * own[c]) * rest[c]);
-                x[i] = apex::place(corners.map(|c| x[c]), normal(*a, *b), squares);
+                x[i] = apex::apex_position(corners.map(|c| x[c]), normal(*a, *b), squares);
                 continue;
             }
-            let (m, _) = self.spread((l, k), (frame, &[DVec3::ZERO; 3]), own, x, x);
+            let (m, _) = self.mean_square_distance((l, k), (frame, &[DVec3::ZERO; 3]), own, x, x);
             let thick = l as f64 * self.gap;
             x[i] = o + (a * own[0] + b * own[1]) * thick + normal(*a, *b) * self.height(l, own, m);
         }
     }
 
     /// Height δ (m) for an offset.
-    fn height(&self, l: usize, own: &Offset, m: f64) -> f64 {
+    fn height(&self, l: usize, own: &NodeOffset, m: f64) -> f64 {
         let square = (1.0 + 2.0 * own[2]) * self.rest(l) - m;
         square.signum() * square.abs().sqrt()
     }
 
     /// Set the velocities of the upper nodes from those of the bottom layer in `v` (m/s), at the
     /// positions `x` (m).
-    pub fn follow(&self, offsets: &[Offset], x: &[DVec3], v: &mut [DVec3]) {
+    pub fn move_upper_layers(&self, offsets: &[NodeOffset], x: &[DVec3], v: &mut [DVec3]) {
         let (frames, rates) = (self.frames(x), self.frames(v));
-        for ((l, k, i), ((frame, rate), own)) in self.upper().zip(frames.iter().zip(&rates).zip(offsets)) {
+        for ((l, k, i), ((frame, rate), own)) in self.upper_nodes().zip(frames.iter().zip(&rates).zip(offsets)) {
             if let Some(corners) = self.triangle(l, k) {
-                let rest = self.squares(l);
+                let rest = self.squared_rest_lengths(l);
                 let rates = std::array::from_fn(|c| own[3 + c] * rest[c]);
-                v[i] = apex::velocity(x[i], corners.map(|c| x[c]), corners.map(|c| v[c]), rates);
+                v[i] = apex::apex_velocity(x[i], corners.map(|c| x[c]), corners.map(|c| v[c]), rates);
                 continue;
             }
-            let (m, change) = self.spread((l, k), (frame, rate), own, x, v);
+            let (m, change) = self.mean_square_distance((l, k), (frame, rate), own, x, v);
             let [_, a, b] = frame;
             let height = self.height(l, own, m);
             // δ δ' = ½ (ℓ²)' - ½ m'. The bound excludes a division by zero for a layer pressed
@@ -297,7 +298,7 @@ impl Layout {
             let rising = (own[5] * self.rest(l) - 0.5 * change) / height.abs().max(least);
             let thick = l as f64 * self.gap;
             let still = [own[0] * thick, own[1] * thick, height, 0.0, 0.0, 0.0];
-            v[i] = carried(frame, rate, &still) + (a * own[3] + b * own[4]) * thick + normal(*a, *b) * rising;
+            v[i] = frame_velocity(frame, rate, &still) + (a * own[3] + b * own[4]) * thick + normal(*a, *b) * rising;
         }
     }
 }
@@ -308,7 +309,11 @@ fn normal(a: DVec3, b: DVec3) -> DVec3 {
 }
 
 /// Velocity of a point at rest in a moving frame.
-fn carried([_, a, b]: &Frame, [o_rate, a_rate, b_rate]: &Frame, [alpha, beta, delta, ..]: &[f64; 6]) -> DVec3 {
+fn frame_velocity(
+    [_, a, b]: &SurfaceFrame,
+    [o_rate, a_rate, b_rate]: &SurfaceFrame,
+    [alpha, beta, delta, ..]: &[f64; 6],
+) -> DVec3 {
     let (n, area) = (normal(*a, *b), b.cross(*a));
     let change = b_rate.cross(*a) + b.cross(*a_rate);
     let turn = (change - n * n.dot(change)) / area.length().max(f64::MIN_POSITIVE);
@@ -316,7 +321,7 @@ fn carried([_, a, b]: &Frame, [o_rate, a_rate, b_rate]: &Frame, [alpha, beta, de
 }
 
 /// Components of a vector along a, b and n.
-fn parts([_, a, b]: &Frame, w: DVec3) -> [f64; 3] {
+fn frame_components([_, a, b]: &SurfaceFrame, w: DVec3) -> [f64; 3] {
     let (aa, ab, bb) = (a.dot(*a), a.dot(*b), b.dot(*b));
     let (p, q, size) = (a.dot(w), b.dot(w), aa * bb - ab * ab);
     let height = normal(*a, *b).dot(w);
@@ -324,10 +329,10 @@ fn parts([_, a, b]: &Frame, w: DVec3) -> [f64; 3] {
 }
 
 /// α, β, δ (m) and their rates (m/s).
-fn offset(frame: &Frame, rate: &Frame, x: DVec3, v: DVec3) -> [f64; 6] {
-    let [alpha, beta, delta] = parts(frame, x - frame[0]);
+fn offset(frame: &SurfaceFrame, rate: &SurfaceFrame, x: DVec3, v: DVec3) -> [f64; 6] {
+    let [alpha, beta, delta] = frame_components(frame, x - frame[0]);
     let still = [alpha, beta, delta, 0.0, 0.0, 0.0];
-    let [p, q, r] = parts(frame, v - carried(frame, rate, &still));
+    let [p, q, r] = frame_components(frame, v - frame_velocity(frame, rate, &still));
     [alpha, beta, delta, p, q, r]
 }
 
@@ -343,11 +348,11 @@ mod tests {
     }
 
     #[test]
-    fn layers_stand_and_move_on_their_own_grid_as_they_did_and_the_layout_is_that_of_the_sheet() {
+    fn offsets_restore_positions_and_velocities_on_the_same_grid() {
         for structure in ["trimm", "slamm", "samm"] {
             let sheet = sheet(structure, (7, 3, 6));
-            let layout = Layout::of(&sheet);
-            let other = Layout::at(&sheet, (7, 6)).expect("a grid");
+            let layout = LatticeLayout::from_sheet(&sheet);
+            let other = LatticeLayout::on_grid(&sheet, (7, 6)).expect("a grid");
             assert!(
                 layout.layers == other.layers
                     && layout
@@ -359,13 +364,13 @@ mod tests {
             let wave = |p: DVec3| p + DVec3::new(0.002 * p.z, 0.03 * (6.0 * p.x + 2.0 * p.z).sin(), 0.01 * p.x);
             let x: Vec<DVec3> = sheet.x.iter().map(wave).collect();
             let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(p.y, 3.0 * p.x * p.x, p.z * p.x)).collect();
-            let own = layout.read(&layout.offsets(&x, &v));
+            let own = layout.interpolate(&layout.offsets(&x, &v));
             let bottom = layout.layers[0].len() as usize;
             let (mut y, mut w) = (x.clone(), v.clone());
             y[bottom..].fill(DVec3::ZERO);
             w[bottom..].fill(DVec3::ZERO);
-            layout.stand(&own, &mut y);
-            layout.follow(&own, &y, &mut w);
+            layout.place_upper_layers(&own, &mut y);
+            layout.move_upper_layers(&own, &y, &mut w);
             for i in 0..x.len() {
                 assert!(x[i].distance(y[i]) < 1e-12 && v[i].distance(w[i]) < 1e-11, "{structure} {i}");
             }
@@ -373,20 +378,20 @@ mod tests {
     }
 
     #[test]
-    fn upper_layers_move_as_the_frames_that_they_stand_on() {
+    fn velocities_of_upper_layers_equal_differences_of_positions() {
         // The velocities must equal central differences of the positions.
         let sheet = sheet("trimm", (6, 2, 6));
-        let layout = Layout::of(&sheet);
+        let layout = LatticeLayout::from_sheet(&sheet);
         let x: Vec<DVec3> = sheet.x.iter().map(|p| p + DVec3::Y * (4.0 * p.x).sin() * 0.05).collect();
         let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(0.2 * p.y, (9.0 * p.x).cos(), p.z)).collect();
-        let own = layout.read(&layout.offsets(&x, &vec![DVec3::ZERO; x.len()]));
+        let own = layout.interpolate(&layout.offsets(&x, &vec![DVec3::ZERO; x.len()]));
         let at = |h: f64| {
             let mut moved: Vec<DVec3> = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
-            layout.stand(&own, &mut moved);
+            layout.place_upper_layers(&own, &mut moved);
             moved
         };
         let mut w = v.clone();
-        layout.follow(&own, &x, &mut w);
+        layout.move_upper_layers(&own, &x, &mut w);
         let h = 1e-6;
         for ((after, before), w) in at(h).iter().zip(&at(-h)).zip(&w) {
             assert!(((after - before) / (2.0 * h)).distance(*w) < 1e-7, "{w}");

@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 
-use crate::mesh::structure::Layer;
+use crate::mesh::structure::LatticeLayer;
 use crate::sheet::Sheet;
-use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::remap::layer_offsets::LatticeLayout;
 
 /// The two of `count` points, `step` apart from `first` on, around `at`, with their weights.
 fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2] {
@@ -23,12 +23,12 @@ fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2
 
 impl Sheet {
     /// Distribute each applied force of `old` to the nodes of its cell by the lever rule.
-    pub(crate) fn take_forces_of(&mut self, old: &Self) {
+    pub(crate) fn remap_forces(&mut self, old: &Self) {
         if self.is_lattice() {
-            return self.take_layer_forces_of(old);
+            return self.remap_layer_forces(old);
         }
         self.applied.clear();
-        let [columns, rows] = self.masses_along();
+        let [columns, rows] = self.nodes_along();
         let cell = |at: f64, count: usize| {
             let place = at.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (place.floor() as usize).min(count - 2);
@@ -48,9 +48,9 @@ impl Sheet {
         }
     }
 
-    fn take_layer_forces_of(&mut self, old: &Self) {
+    fn remap_layer_forces(&mut self, old: &Self) {
         self.applied.clear();
-        let layout = Layout::of(self);
+        let layout = LatticeLayout::from_sheet(self);
         let step = layout.step();
         for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
             let layer = &layout.layers[old.layer_of[i] as usize];
@@ -66,28 +66,28 @@ impl Sheet {
     }
 
     /// Copy the contact flag of the nearest node of `old` to each node.
-    pub(crate) fn take_touching_of(&mut self, old: &Self) {
+    pub(crate) fn remap_contact_flags(&mut self, old: &Self) {
         if !old.work.touching.contains(&true) {
             return;
         }
         if self.is_lattice() {
-            return self.take_layer_touching_of(old);
+            return self.remap_layer_contact_flags(old);
         }
-        let [columns, rows] = old.masses_along();
+        let [columns, rows] = old.nodes_along();
         let near = |at: f64, count: usize| (at * (count - 1) as f64).round() as usize;
         for (i, (u, v)) in self.uv.iter().enumerate() {
             self.work.touching[i] = old.work.touching[near(*v, rows) * columns + near(*u, columns)];
         }
     }
 
-    fn take_layer_touching_of(&mut self, old: &Self) {
-        let layout = Layout::of(old);
+    fn remap_layer_contact_flags(&mut self, old: &Self) {
+        let layout = LatticeLayout::from_sheet(old);
         let step = layout.step();
         let near = |at: f64, (first, step, count): (f64, f64, u32)| {
             (((at - first) / step).round().max(0.0) as u32).min(count - 1)
         };
         for (layer, own) in layout.layers.iter().zip(&self.layers) {
-            let place = |layer: &Layer, j: u32| layout.uv[layer.at(0, j) as usize];
+            let place = |layer: &LatticeLayer, j: u32| layout.uv[layer.at(0, j) as usize];
             for i in own.range() {
                 let (u, v) = self.uv[i];
                 let j = near(v, (place(layer, 0).1, step.1, layer.nz));

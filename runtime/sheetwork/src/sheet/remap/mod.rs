@@ -28,23 +28,23 @@ pub(crate) mod spline;
 pub(crate) mod springs;
 pub(crate) mod strain;
 
-use crate::elements::remap::{Carry, Grids, Meshes};
+use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::error::InputError;
 use crate::scene::{Region, SheetSpec};
-use crate::sheet::remap::layer_offsets::Layout;
-use crate::sheet::{GuardState, Sheet, Status};
+use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::{RecoveryState, Sheet, Status};
 use crate::units::temperature::REFERENCE;
 
 /// Iterations for the largest frequency, which give an accuracy of a few percent.
-const ITERATIONS: usize = 60;
+const FREQUENCY_ITERATIONS: usize = 60;
 /// Stability limit hω of every explicit integrator with damping.
-const BORNE: f64 = 1.0;
+const STABILITY_LIMIT: f64 = 1.0;
 /// Minimum length of a substep, s.
-const SHORTEST: f64 = 1e-9;
+const MIN_SUBSTEP: f64 = 1e-9;
 
 impl Sheet {
     /// Check that the grid can change; `spec` is the description of the sheet.
-    pub(crate) fn check_resample(&self, spec: &SheetSpec) -> Result<(), InputError> {
+    pub(crate) fn check_grid_change(&self, spec: &SheetSpec) -> Result<(), InputError> {
         let refused = |problem: &str| Err(InputError::new("grid", problem.to_owned()));
         if spec.file.is_some() {
             return refused("cannot change: the sheet is of a file, which has its masses");
@@ -73,7 +73,7 @@ impl Sheet {
     ///
     /// # Errors
     /// When a pin at a single node would prescribe another material point.
-    pub(crate) fn take_over(
+    pub(crate) fn take_state_from(
         &mut self,
         old: &Self,
         spec: &SheetSpec,
@@ -83,43 +83,43 @@ impl Sheet {
         self.check_points(old, spec)?;
         let (from, to) = (old.mesh.clone(), self.mesh.clone());
         let carry = match (&from, &to) {
-            (Some(from), Some(to)) => Carry::Mesh(Meshes::new(from, to)),
-            _ => Carry::Grid(Grids { from: old.masses_along(), to: self.masses_along() }),
+            (Some(from), Some(to)) => Remap::Mesh(MeshRemap::new(from, to)),
+            _ => Remap::Grid(GridRemap { from: old.nodes_along(), to: self.nodes_along() }),
         };
-        self.take_settings_of(old, tolerance)?;
-        self.take_temperatures_of(old, &carry);
+        self.copy_settings_from(old, tolerance)?;
+        self.remap_temperatures(old, &carry);
         self.release_pins(time);
         match &carry {
-            Carry::Mesh(meshes) => self.take_outline_of(old, spec, meshes, time),
-            Carry::Grid(_) => self.take_motion_of(old, spec, time),
+            Remap::Mesh(meshes) => self.remap_outline(old, spec, meshes, time),
+            Remap::Grid(_) => self.remap_motion(old, spec, time),
         }
-        let own = (self.elements.len(), old.elements.len() - old.pulls.len());
+        let own = (self.elements.len(), old.elements.len() - old.grabs.len());
         for (element, before) in self.elements[..own.0].iter_mut().zip(&old.elements[..own.1]) {
-            element.carry(&**before, &carry);
+            element.transfer_state(&**before, &carry);
         }
-        self.take_springs_of(old);
-        self.take_walls_of(old, spec);
-        self.bound_energy(old);
+        self.remap_springs(old);
+        self.remap_clamp_springs(old, spec);
+        self.limit_kinetic_energy_to(old);
         match &carry {
-            Carry::Mesh(meshes) => self.take_outline_forces_of(old, meshes),
-            Carry::Grid(_) => self.take_forces_of(old),
+            Remap::Mesh(meshes) => self.remap_outline_forces(old, meshes),
+            Remap::Grid(_) => self.remap_forces(old),
         }
         for pull in old.pulls() {
-            let (u, v) = pull.place(&old.uv);
+            let (u, v) = pull.material_point(&old.uv);
             let index = self.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), pull.stiffness)?;
             self.pull(index, pull.target)?;
         }
         match &carry {
-            Carry::Mesh(meshes) => self.take_outline_touching_of(old, meshes),
-            Carry::Grid(_) => self.take_touching_of(old),
+            Remap::Mesh(meshes) => self.remap_outline_contact_flags(old, meshes),
+            Remap::Grid(_) => self.remap_contact_flags(old),
         }
-        self.fit_step();
-        (self.counters, self.quiet, self.status) = (old.counters, old.quiet, old.status);
+        self.update_max_step();
+        (self.counters, self.rest_time, self.status) = (old.counters, old.rest_time, old.status);
         Ok(())
     }
 
     /// Numbers of nodes along length and width.
-    pub(crate) fn masses_along(&self) -> [usize; 2] {
+    pub(crate) fn nodes_along(&self) -> [usize; 2] {
         [self.grid.0 as usize, self.grid.2 as usize]
     }
 
@@ -144,7 +144,7 @@ impl Sheet {
         Ok(())
     }
 
-    fn take_settings_of(&mut self, old: &Self, tolerance: f64) -> Result<(), InputError> {
+    fn copy_settings_from(&mut self, old: &Self, tolerance: f64) -> Result<(), InputError> {
         (self.friction, self.restitution) = (old.friction, old.restitution);
         (self.damping, self.damping_ratio) = (old.damping, old.damping_ratio);
         if self.material != old.material {
@@ -155,27 +155,27 @@ impl Sheet {
         if !self.flexion.is_empty() {
             self.set_flexion_limit(old.flexion_angle_limit())?;
         }
-        self.drag.take_setting_of(&old.drag);
-        if let Some((flow, before)) = self.flow.as_mut().zip(old.flow.as_ref()) {
+        self.drag.copy_settings(&old.drag);
+        if let Some((flow, before)) = self.inelastic.as_mut().zip(old.inelastic.as_ref()) {
             flow.set_celsius(before.celsius());
         }
-        self.change_engine(old.own_engine(), tolerance);
-        self.watch_over(old.when_unstable(), tolerance);
-        if let Some((own, before)) = self.guard.as_mut().zip(old.guard.as_ref()) {
-            own.state = GuardState { wait: before.state.wait, ..GuardState::default() };
+        self.change_engine(old.chosen_engine(), tolerance);
+        self.set_recovery_policy(old.when_unstable(), tolerance);
+        if let Some((own, before)) = self.recovery.as_mut().zip(old.recovery.as_ref()) {
+            own.state = RecoveryState { delay: before.state.delay, ..RecoveryState::default() };
         }
-        self.watch_buckling(old.is_watched());
-        self.spread = old.spread;
+        self.set_buckling_detection(old.detects_buckling());
+        self.initial_diagonal = old.initial_diagonal;
         Ok(())
     }
 
     /// Remap the temperatures, and restore their mean, weighted by mass, in each half of the
     /// thickness.
-    fn take_temperatures_of(&mut self, old: &Self, carry: &Carry) {
+    fn remap_temperatures(&mut self, old: &Self, carry: &Remap) {
         if old.heat.is_none() {
             return;
         }
-        self.begin_heat(REFERENCE);
+        self.start_temperatures(REFERENCE);
         let both = [false, true].map(|upper| {
             let before = old.side_temperatures(upper).unwrap_or_default();
             let mut now = self.read_temperatures(old, before, carry);
@@ -186,35 +186,39 @@ impl Sheet {
             now.iter_mut().for_each(|t| *t += lost);
             now
         });
-        self.put_temperatures(&both);
+        self.set_side_temperatures(&both);
     }
 
     /// Interpolate the temperatures `before` of `old` at the nodes of this sheet.
-    fn read_temperatures(&self, old: &Self, before: &[f64], carry: &Carry) -> Vec<f64> {
+    fn read_temperatures(&self, old: &Self, before: &[f64], carry: &Remap) -> Vec<f64> {
         if self.is_lattice() {
             let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
-            return Layout::of(self).means(&Layout::of(old), &before).into_iter().map(|[t]| t).collect();
+            return LatticeLayout::from_sheet(self)
+                .means(&LatticeLayout::from_sheet(old), &before)
+                .into_iter()
+                .map(|[t]| t)
+                .collect();
         }
-        carry.at_masses(before)
+        carry.at_nodes(before)
     }
 
     /// Compute the longest stable step of an explicit integrator on this grid.
-    pub(crate) fn fit_step(&mut self) {
+    pub(crate) fn update_max_step(&mut self) {
         let engine = self.engine_kind.info();
         let limited = !engine.implicit && !engine.adaptive;
-        let frequency = if limited { self.largest_frequency(ITERATIONS) } else { 0.0 };
+        let frequency = if limited { self.largest_frequency(FREQUENCY_ITERATIONS) } else { 0.0 };
         // The highest mode of a Kelvin-Voigt solid has the damping ratio τ ω/2, which shortens the
         // stable step. Dashpots that are a fraction of each spring's own critical damping give two
         // to three times that ratio where a dozen springs meet.
         let solid = self.follows_material();
         let damping = if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.damping };
-        let borne = BORNE / (damping.hypot(1.0) + damping);
-        self.longest = if frequency > 0.0 { (borne / frequency).max(SHORTEST) } else { f64::INFINITY };
+        let borne = STABILITY_LIMIT / (damping.hypot(1.0) + damping);
+        self.max_step = if frequency > 0.0 { (borne / frequency).max(MIN_SUBSTEP) } else { f64::INFINITY };
     }
 
     /// Number of substeps of a step of `dt` (s): more than one on a changed grid whose explicit
     /// integrator is unstable for the whole step.
-    pub fn parts_of_step(&self, dt: f64) -> u32 {
-        (dt / self.longest).ceil().max(1.0) as u32
+    pub fn substeps_of_step(&self, dt: f64) -> u32 {
+        (dt / self.max_step).ceil().max(1.0) as u32
     }
 }

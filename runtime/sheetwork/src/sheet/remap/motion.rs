@@ -3,79 +3,85 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::elements::remap::{Carry, Grids, Meshes};
+use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::math::Vectors;
 use crate::mesh::structure::StructureKind;
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
-use crate::sheet::remap::spline::Surface;
-use crate::sheet::remap::strain::Mesh;
+use crate::sheet::remap::spline::SplineSurface;
+use crate::sheet::remap::strain::StrainGrid;
 
 /// Tolerance on the distance of a node from its pin, relative to the length of the sheet, for
 /// rounding.
-pub(crate) const OFF: f64 = 1e-9;
+pub(crate) const PIN_TOLERANCE: f64 = 1e-9;
 
 impl Sheet {
-    fn edges_of_grid(&self) -> Mesh {
-        let [columns, rows] = self.masses_along();
+    fn edges_of_grid(&self) -> StrainGrid {
+        let [columns, rows] = self.nodes_along();
         let spacing = (self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64);
-        Mesh { columns, rows, spacing, triangular: false }
+        StrainGrid { columns, rows, spacing, triangular: false }
     }
 
     /// Whether it is a shell on a grid.
     fn is_grid(&self) -> bool {
-        self.structure == StructureKind::Shell && self.triangles.is_none() && self.elements.len() > self.pulls.len()
+        self.structure == StructureKind::Shell && self.triangles.is_none() && self.elements.len() > self.grabs.len()
     }
 
     /// Positions of the nodes of another grid, m; the present positions where the grid is the same
     /// or cannot change.
-    pub fn places_at(&self, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
-        let [columns, rows] = self.masses_along();
+    pub fn positions_at(&self, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
+        let [columns, rows] = self.nodes_along();
         let to = (grid.0 as usize, grid.1 as usize);
         if let Some((mesh, first)) = self.meshes_to(grid) {
             let x: Vec<DVec3> = self.x.iter().collect();
-            return std::borrow::Cow::Owned(vectors(&self.patches(mesh, false).read(first, &x, [DVec3::ZERO; 2])));
+            return std::borrow::Cow::Owned(vectors(&self.patches(mesh, false).interpolate(
+                first,
+                &x,
+                [DVec3::ZERO; 2],
+            )));
         }
         if to == (columns, rows) || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(&self.x);
         }
         if self.is_lattice() {
-            return self.layers_at(grid).map_or(std::borrow::Cow::Borrowed(&self.x), std::borrow::Cow::Owned);
+            return self
+                .lattice_positions_at(grid)
+                .map_or(std::borrow::Cow::Borrowed(&self.x), std::borrow::Cow::Owned);
         }
-        let surface = Surface {
+        let surface = SplineSurface {
             from: (columns, rows),
             to,
-            clamped: &vec![false; self.masses()],
+            clamped: &vec![false; self.node_count()],
             staggered: false,
             folds: &self.folds,
         };
-        std::borrow::Cow::Owned(vectors(&surface.read(&self.x, [DVec3::ZERO; 2])))
+        std::borrow::Cow::Owned(vectors(&surface.interpolate(&self.x, [DVec3::ZERO; 2])))
     }
 
     /// Nodal `values` interpolated at the nodes of another grid.
     pub fn values_at<'a>(&self, grid: (u32, u32), values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
-        let (from, to) = (self.masses_along(), [grid.0 as usize, grid.1 as usize]);
+        let (from, to) = (self.nodes_along(), [grid.0 as usize, grid.1 as usize]);
         if let Some((mesh, first)) = self.meshes_to(grid) {
-            return std::borrow::Cow::Owned(Carry::Mesh(Meshes::new(mesh, first)).at_masses(values));
+            return std::borrow::Cow::Owned(Remap::Mesh(MeshRemap::new(mesh, first)).at_nodes(values));
         }
         if from == to || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(values);
         }
         if self.is_lattice() {
             return self
-                .layer_values_at(grid, values)
+                .lattice_values_at(grid, values)
                 .map_or(std::borrow::Cow::Borrowed(values), std::borrow::Cow::Owned);
         }
-        std::borrow::Cow::Owned(Carry::Grid(Grids { from, to }).at_masses(values))
+        std::borrow::Cow::Owned(Remap::Grid(GridRemap { from, to }).at_nodes(values))
     }
 
     /// Remap positions and velocities of `old`, with its strains and rates of strain.
-    pub(crate) fn take_motion_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
+    pub(crate) fn remap_motion(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
         if self.structure != StructureKind::Shell {
-            return self.take_layers_of(old, spec, time);
+            return self.remap_layers(old, spec, time);
         }
         let (before, now) = (old.edges_of_grid(), self.edges_of_grid());
-        let surface = Surface {
+        let surface = SplineSurface {
             from: (before.columns, before.rows),
             to: (now.columns, now.rows),
             clamped: &old.clamped,
@@ -84,27 +90,27 @@ impl Sheet {
         };
         let rotation = spec.placement.quaternion();
         let clamp = [rotation * DVec3::X * before.spacing.0, rotation * DVec3::Z * before.spacing.1];
-        self.x = vectors(&surface.read(&old.x, clamp));
-        self.pins.anchor(time, &mut self.x, OFF * self.length);
+        self.x = vectors(&surface.interpolate(&old.x, clamp));
+        self.pins.adopt_positions(time, &mut self.x, PIN_TOLERANCE * self.length);
         let held: Vec<bool> = self.inverse_mass.iter().map(|w| *w == 0.0).collect();
         let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
         let mut x: Vec<DVec3> = self.x.iter().collect();
-        now.approach(&mut x, &before.read(&before.strains(&was), &now), &held);
+        now.restore_strains(&mut x, &before.interpolate(&before.strains(&was), &now), &held);
         self.x = vectors(&x);
-        self.pins.anchor(time, &mut self.x, OFF * self.length);
+        self.pins.adopt_positions(time, &mut self.x, PIN_TOLERANCE * self.length);
         if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.masses());
+            self.v = Vectors::zeros(self.node_count());
             return;
         }
-        let mut v = surface.read(&old.v, [DVec3::ZERO; 2]);
-        now.approach_rates(&x, &mut v, &before.read(&before.rates(&was, &were), &now), &held);
+        let mut v = surface.interpolate(&old.v, [DVec3::ZERO; 2]);
+        now.restore_strain_rates(&x, &mut v, &before.interpolate(&before.rates(&was, &were), &now), &held);
         self.v = vectors(&v);
-        self.pins.hold_rails(&mut self.v);
-        self.keep_momentum(old);
+        self.pins.zero_fixed_axes(&mut self.v);
+        self.restore_momentum(old);
     }
 
     /// Set the momentum and angular momentum of `old`, for a sheet without pins.
-    pub(crate) fn keep_momentum(&mut self, old: &Self) {
+    pub(crate) fn restore_momentum(&mut self, old: &Self) {
         if !self.pins.is_empty() {
             return;
         }
@@ -120,22 +126,22 @@ impl Sheet {
         let lost = old.angular_momentum() - self.angular_momentum();
         let turns = inertia.determinant() > 1e-9 * size * size * size;
         let spin = if turns { inertia.inverse() * lost } else { DVec3::ZERO };
-        for i in 0..self.masses() {
+        for i in 0..self.node_count() {
             let turned = self.v.get(i) + spin.cross(self.x.get(i) - centre);
             self.v.set(i, turned);
         }
         let drift = (old.momentum() - self.momentum()) / self.total_mass();
-        for i in 0..self.masses() {
+        for i in 0..self.node_count() {
             let moved = self.v.get(i) + drift;
             self.v.set(i, moved);
         }
     }
 
     /// Limit the kinetic energy to that of `old` minus the gain of elastic energy.
-    pub(crate) fn bound_energy(&mut self, old: &Self) {
-        let (before, now) = (old.level(), self.level());
+    pub(crate) fn limit_kinetic_energy_to(&mut self, old: &Self) {
+        let (before, now) = (old.kinetic_elastic_energy(), self.kinetic_elastic_energy());
         let gained = (now.elastic - before.elastic).max(0.0);
-        self.slow_down((before.motion - gained).max(0.0));
+        self.limit_kinetic_energy((before.kinetic - gained).max(0.0));
     }
 }
 

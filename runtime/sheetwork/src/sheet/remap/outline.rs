@@ -7,16 +7,16 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::elements::remap::{Meshes, hats};
+use crate::elements::remap::{MeshRemap, hat_weights};
 use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::math::Vectors;
-use crate::mesh::outline::Mesh;
-use crate::mesh::outline::locate::{Locator, inward};
+use crate::mesh::outline::TriangleMesh;
+use crate::mesh::outline::locate::{PointLocator, inward};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
-use crate::sheet::remap::motion::{OFF, vectors};
-use crate::sheet::remap::patch::Patches;
-use crate::sheet::remap::strain::{INERTIA, NONE, ROUNDS, least};
+use crate::sheet::remap::motion::{PIN_TOLERANCE, vectors};
+use crate::sheet::remap::patch::MovingLeastSquares;
+use crate::sheet::remap::strain::{MAX_NEWTON_ITERATIONS, MOTION_WEIGHT, STRAIN_THRESHOLD, solve_conjugate_gradients};
 
 impl Sheet {
     fn edge_membrane(&self) -> Option<&EdgeMembrane> {
@@ -25,71 +25,71 @@ impl Sheet {
 
     /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its
     /// description.
-    pub fn mesh(&self) -> Option<&Mesh> {
+    pub fn mesh(&self) -> Option<&TriangleMesh> {
         self.mesh.as_deref()
     }
 
     /// Present mesh and that of the scene's `grid`; `None` where they are the same.
-    pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&Mesh, &Mesh)> {
+    pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
         let (_, first) =
-            self.first_mesh.as_ref().filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
+            self.described_mesh.as_ref().filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
         Some((self.mesh.as_deref()?, first))
     }
 
     /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
-    pub(crate) fn take_first_mesh_of(&mut self, old: &Self) {
+    pub(crate) fn copy_described_mesh(&mut self, old: &Self) {
         let own = || Some(((old.grid.0, old.grid.2), old.mesh.clone()?));
-        self.first_mesh = old.first_mesh.clone().or_else(own);
+        self.described_mesh = old.described_mesh.clone().or_else(own);
     }
 
     /// Size of a cell of its grid, m.
     pub(crate) fn cell(&self) -> [f64; 2] {
-        let [columns, rows] = self.masses_along();
+        let [columns, rows] = self.nodes_along();
         [self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64]
     }
 
     /// Remap positions and velocities of `old`, with its edge stretch and its rates.
-    pub(crate) fn take_outline_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes, time: f64) {
+    pub(crate) fn remap_outline(&mut self, old: &Self, spec: &SheetSpec, meshes: &MeshRemap, time: f64) {
         let surface = old.patches(meshes.from, true);
         let rotation = spec.placement.quaternion();
         let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
-        self.shift_pins_of(old, spec, meshes);
-        self.x = vectors(&surface.read(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
-        self.pins.place(time, &mut self.x);
-        self.approach_stretch_of(old, meshes);
-        self.pins.place(time, &mut self.x);
+        self.remap_outline_pins(old, spec, meshes);
+        self.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
+        self.pins.prescribe_positions(time, &mut self.x);
+        self.restore_stretch_of(old, meshes);
+        self.pins.prescribe_positions(time, &mut self.x);
         if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.masses());
+            self.v = Vectors::zeros(self.node_count());
             return;
         }
-        let mut v = vectors(&surface.read(meshes.to, &were, [DVec3::ZERO; 2]));
+        let mut v = vectors(&surface.interpolate(meshes.to, &were, [DVec3::ZERO; 2]));
         if let Some((before, now)) = old.edge_membrane().zip(self.edge_membrane()) {
             let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.x, &old.v));
             let change: Vec<f64> =
                 wanted.iter().zip(now.stretch_rates(&self.x, &v)).map(|(wanted, own)| wanted - own).collect();
-            let d = self.answer_stretch(now, &change);
+            let d = self.least_motion_for_stretch(now, &change);
             v.add_scaled(1.0, &d);
         }
         self.v = v;
-        self.pins.hold_rails(&mut self.v);
-        self.keep_momentum(old);
+        self.pins.zero_fixed_axes(&mut self.v);
+        self.restore_momentum(old);
     }
 
     /// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
-    pub(crate) fn patches<'a>(&self, mesh: &'a Mesh, slopes: bool) -> Patches<'a> {
-        Patches::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.clamped[i])
+    pub(crate) fn patches<'a>(&self, mesh: &'a TriangleMesh, slopes: bool) -> MovingLeastSquares<'a> {
+        MovingLeastSquares::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.clamped[i])
     }
 
     /// Shift the start positions of pins from those of the description like those of `old`, which a
     /// moved sheet requires.
-    fn shift_pins_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes) {
+    fn remap_outline_pins(&mut self, old: &Self, spec: &SheetSpec, meshes: &MeshRemap) {
         let rest = |[u, v]: [f64; 2]| spec.placement.apply(DVec3::new(u, 0.0, v));
         let shifts = |starts: Vec<(u32, DVec3)>| {
             let place = |i: u32| meshes.from.positions[i as usize];
-            Shifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
+            PinShifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
         };
-        let shifts: Vec<Shifts> = old.pins.starts().map(shifts).collect();
-        let slack = OFF * self.length;
+        let shifts: Vec<PinShifts> = old.pins.starts().map(shifts).collect();
+        let slack = PIN_TOLERANCE * self.length;
         self.pins.shift_starts(|k, i| {
             let by = shifts[k].at(meshes.to.positions[i as usize]);
             // A shift within rounding errors counts as zero.
@@ -98,28 +98,28 @@ impl Sheet {
     }
 
     /// Move nodes towards the edge stretch of `old`.
-    fn approach_stretch_of(&mut self, old: &Self, meshes: &Meshes) {
+    fn restore_stretch_of(&mut self, old: &Self, meshes: &MeshRemap) {
         let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
         let wanted = read_stretch(both, meshes, &both.0.stretch(&old.x));
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_NEWTON_ITERATIONS {
             let Some(now) = self.edge_membrane() else { return };
             let change: Vec<f64> = wanted.iter().zip(now.stretch(&self.x)).map(|(wanted, own)| wanted - own).collect();
-            if change.iter().all(|e| e.abs() < NONE) {
+            if change.iter().all(|e| e.abs() < STRAIN_THRESHOLD) {
                 return;
             }
-            let d = self.answer_stretch(now, &change);
+            let d = self.least_motion_for_stretch(now, &change);
             self.x.add_scaled(1.0, &d);
         }
     }
 
     /// Least motion that changes the edge stretch by `change`; fixed nodes do not move.
-    fn answer_stretch(&self, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
-        let n = self.masses();
+    fn least_motion_for_stretch(&self, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
+        let n = self.node_count();
         let [a, b] = self.cell();
-        let scale = INERTIA / (a * b);
+        let scale = MOTION_WEIGHT / (a * b);
         let back = |stress: &[f64], to: &mut [DVec3]| {
             let mut sum = Vectors::zeros(n);
-            membrane.add_pull(&self.x, stress, &mut sum);
+            membrane.add_edge_forces(&self.x, stress, &mut sum);
             to.iter_mut().zip(sum.iter()).for_each(|(to, p)| *to = p);
         };
         let mut first = vec![DVec3::ZERO; n];
@@ -131,19 +131,19 @@ impl Sheet {
         let free = |d: &mut [DVec3]| {
             d.iter_mut().zip(&self.inverse_mass).filter(|(_, w)| **w == 0.0).for_each(|(d, _)| *d = DVec3::ZERO);
         };
-        vectors(&least(first, normal, free))
+        vectors(&solve_conjugate_gradients(first, normal, free))
     }
 
     /// Distribute each applied force of `old` to the corners of its triangle.
-    pub(crate) fn take_outline_forces_of(&mut self, old: &Self, meshes: &Meshes) {
+    pub(crate) fn remap_outline_forces(&mut self, old: &Self, meshes: &MeshRemap) {
         self.applied.clear();
         if old.applied.max_squared() == 0.0 {
             return;
         }
-        let locator = Locator::new(meshes.to);
+        let locator = PointLocator::new(meshes.to);
         let sides = inward(meshes.from);
         for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
-            for (mass, part) in hats(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
+            for (mass, part) in hat_weights(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
                 let sum = self.applied.get(mass as usize) + force * part;
                 self.applied.set(mass as usize, sum);
             }
@@ -152,22 +152,22 @@ impl Sheet {
 
     /// Interpolate the contact flags of `old` in its triangles; a node touches from a value of 0.5
     /// on.
-    pub(crate) fn take_outline_touching_of(&mut self, old: &Self, meshes: &Meshes) {
+    pub(crate) fn remap_outline_contact_flags(&mut self, old: &Self, meshes: &MeshRemap) {
         let before: Vec<[f64; 1]> = old.work.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
-        for i in 0..self.masses() {
-            self.work.touching[i] = meshes.at_mass(&before, i)[0] >= 0.5;
+        for i in 0..self.node_count() {
+            self.work.touching[i] = meshes.at_node(&before, i)[0] >= 0.5;
         }
     }
 }
 
 /// Shift of the nodes of a pin from their described positions: a least-squares plane plus the
 /// deviation of the nearest node.
-struct Shifts {
+struct PinShifts {
     each: Vec<([f64; 2], DVec3)>,
     plane: DMat3,
 }
 
-impl Shifts {
+impl PinShifts {
     fn new(each: Vec<([f64; 2], DVec3)>) -> Self {
         let (mut moments, mut right) = (DMat3::ZERO, DMat3::ZERO);
         let mut size = 0.0;
@@ -194,14 +194,14 @@ impl Shifts {
 
 /// Stretch of the new edges from the `stretch` of the old ones, by way of the strain tensors of
 /// triangles averaged at nodes.
-fn read_stretch((before, now): (&EdgeMembrane, &EdgeMembrane), meshes: &Meshes, stretch: &[f64]) -> Vec<f64> {
+fn read_stretch((before, now): (&EdgeMembrane, &EdgeMembrane), meshes: &MeshRemap, stretch: &[f64]) -> Vec<f64> {
     let at_masses = mean_at_masses(meshes.from, &before.tensors(stretch));
-    let read: Vec<[f64; 3]> = (0..meshes.to.positions.len()).map(|i| meshes.at_mass(&at_masses, i)).collect();
-    now.along(&read)
+    let read: Vec<[f64; 3]> = (0..meshes.to.positions.len()).map(|i| meshes.at_node(&at_masses, i)).collect();
+    now.edge_strains(&read)
 }
 
 /// Mean of triangle values at each node, weighted by area.
-fn mean_at_masses(mesh: &Mesh, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+fn mean_at_masses(mesh: &TriangleMesh, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut sums = vec![[0.0; 3]; mesh.positions.len()];
     for ((t, value), area) in mesh.triangles.iter().zip(values).zip(&mesh.areas) {
         for v in t {

@@ -7,36 +7,36 @@
 //! Beyond the outermost point the value is constant.
 
 /// Distance relative to the sheet below which rows are one.
-const SAME: f64 = 1e-9;
+const SAME_ROW_TOLERANCE: f64 = 1e-9;
 
 /// Values with their points, 0 to 1 over the sheet: rows ascending in v, and points of each
 /// ascending in u.
-pub(crate) struct Rows<const K: usize> {
-    rows: Vec<Row<K>>,
+pub(crate) struct RowInterpolation<const K: usize> {
+    rows: Vec<ValueRow<K>>,
 }
 
-struct Row<const K: usize> {
+struct ValueRow<const K: usize> {
     v: f64,
     u: Vec<f64>,
     values: Vec<[f64; K]>,
 }
 
-impl<const K: usize> Rows<K> {
+impl<const K: usize> RowInterpolation<K> {
     /// Sort values at points (u, v), given in any order.
     pub fn new(points: impl Iterator<Item = ((f64, f64), [f64; K])>) -> Self {
         let mut points: Vec<_> = points.collect();
         points.sort_by(|a, b| a.0.1.total_cmp(&b.0.1));
         let mut rows = Vec::new();
-        for own in points.chunk_by_mut(|a, b| b.0.1 - a.0.1 < SAME) {
+        for own in points.chunk_by_mut(|a, b| b.0.1 - a.0.1 < SAME_ROW_TOLERANCE) {
             own.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
             let (u, values) = own.iter().map(|((u, _), value)| (*u, *value)).unzip();
-            rows.push(Row { v: own[0].0.1, u, values });
+            rows.push(ValueRow { v: own[0].0.1, u, values });
         }
         Self { rows }
     }
 
     /// Value at `at` under hats of half widths `width` along u and v; `None` without any value.
-    pub fn read(&self, at: (f64, f64), width: (f64, f64)) -> Option<[f64; K]> {
+    pub fn interpolate(&self, at: (f64, f64), width: (f64, f64)) -> Option<[f64; K]> {
         let v: Vec<f64> = self.rows.iter().map(|r| r.v).collect();
         let mut sum = [0.0; K];
         for (j, b) in hat(&v, at.1, width.1) {
@@ -55,7 +55,7 @@ fn hat(places: &[f64], at: f64, width: f64) -> Vec<(usize, f64)> {
     let first = places.partition_point(|p| *p <= at - width);
     let weight = |p: f64| (1.0 - (p - at).abs() / width).max(0.0);
     let under = places.iter().enumerate().skip(first).take_while(|(_, p)| **p < at + width);
-    let mut all: Vec<(usize, f64)> = under.map(|(i, p)| (i, weight(*p))).filter(|w| w.1 > SAME).collect();
+    let mut all: Vec<(usize, f64)> = under.map(|(i, p)| (i, weight(*p))).filter(|w| w.1 > SAME_ROW_TOLERANCE).collect();
     let whole: f64 = all.iter().map(|w| w.1).sum();
     if all.is_empty() {
         let far = |i: &usize| (places[*i] - at).abs();
@@ -76,23 +76,23 @@ mod tests {
     }
 
     #[test]
-    fn what_is_linear_is_read_as_it_is_within_shifted_rows() {
+    fn linear_values_are_exact_within_shifted_rows() {
         let f = |(u, v): (f64, f64)| [2.0 * u - v, 0.3 + v];
-        let rows = Rows::new(places().into_iter().rev().map(|p| (p, f(p))));
+        let rows = RowInterpolation::new(places().into_iter().rev().map(|p| (p, f(p))));
         for at in [(0.1, 0.0), (0.33, 0.4), (0.8, 1.0), (0.5, 0.77)] {
-            let read = rows.read(at, (0.2, 0.25)).expect("known");
+            let read = rows.interpolate(at, (0.2, 0.25)).expect("known");
             assert!((read[0] - f(at)[0]).abs() < 1e-12 && (read[1] - f(at)[1]).abs() < 1e-12, "{at:?}: {read:?}");
         }
     }
 
     #[test]
-    fn nothing_is_beyond_the_range_and_what_is_the_same_stays_so() {
-        let rows = Rows::new(places().into_iter().map(|p| (p, [p.0, 4.0])));
+    fn values_stay_in_range_and_constants_are_exact() {
+        let rows = RowInterpolation::new(places().into_iter().map(|p| (p, [p.0, 4.0])));
         for k in 0..100_u8 {
             let at = (f64::from(k % 10) / 9.0, f64::from(k / 10) / 9.0);
-            let read = rows.read(at, (0.5, 0.3)).expect("known");
+            let read = rows.interpolate(at, (0.5, 0.3)).expect("known");
             assert!((0.0..=0.9).contains(&read[0]) && (read[1] - 4.0).abs() < 1e-12, "{read:?}");
         }
-        assert!(Rows::<1>::new(std::iter::empty()).read((0.5, 0.5), (1.0, 1.0)).is_none());
+        assert!(RowInterpolation::<1>::new(std::iter::empty()).interpolate((0.5, 0.5), (1.0, 1.0)).is_none());
     }
 }

@@ -10,13 +10,13 @@
 use glam::DVec3;
 
 use crate::math::Vectors;
-use crate::sheet::surface::Folds;
+use crate::sheet::surface::CreaseLines;
 
 /// Distance in cells below which a point coincides with a node.
-const AT: f64 = 1e-9;
+const COINCIDENCE_TOLERANCE: f64 = 1e-9;
 
 /// Prescribed derivatives (per cell) at the two ends of a row.
-type Ends = [Option<DVec3>; 2];
+type EndSlopes = [Option<DVec3>; 2];
 
 /// Positions of `to` evenly spaced points on a row of `from` nodes, in cells.
 pub(crate) fn places(from: usize, to: usize) -> Vec<f64> {
@@ -25,11 +25,11 @@ pub(crate) fn places(from: usize, to: usize) -> Vec<f64> {
 }
 
 /// Derivatives per cell of the spline through `points`, two or more.
-fn slopes(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
+fn slopes(points: &[DVec3], ends: EndSlopes) -> Vec<DVec3> {
     let n = points.len();
     let rise = |i: usize| points[i + 1] - points[i];
     if n < 4 {
-        return short(points, ends);
+        return short_row_slopes(points, ends);
     }
     // m₋ + 4 m + m₊ = 3 (p₊ - p₋) inside; at an end the slope, or m₀ + 2 m₁ = (5 Δ₀ + Δ₁)/2.
     let mut upper = vec![1.0; n];
@@ -59,7 +59,7 @@ fn slopes(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
 
 /// Derivatives per cell for two or three points: those of a line or a parabola, except for
 /// prescribed slopes.
-fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
+fn short_row_slopes(points: &[DVec3], ends: EndSlopes) -> Vec<DVec3> {
     let n = points.len();
     let mut all = if n == 2 {
         vec![points[1] - points[0]; 2]
@@ -77,7 +77,7 @@ fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
 }
 
 /// Evaluate the spline through `points` at `at` (cells); it ends on both sides of each of `folds`.
-fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DVec3>) {
+fn evaluate_spline(points: &[DVec3], ends: EndSlopes, folds: &[u32], at: &[f64], out: &mut Vec<DVec3>) {
     let last = points.len() - 1;
     let mut begin = 0;
     // Slopes at both ends of every piece.
@@ -91,7 +91,7 @@ fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DV
     }
     for place in at {
         let near = place.round();
-        if (place - near).abs() < AT {
+        if (place - near).abs() < COINCIDENCE_TOLERANCE {
             out.push(points[near as usize]);
             continue;
         }
@@ -104,7 +104,7 @@ fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DV
 }
 
 /// Evaluate the not-a-knot spline through `points` at ascending `knots` at the parameters `at`.
-fn uneven_row(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut Vec<DVec3>) {
+fn evaluate_uneven_spline(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut Vec<DVec3>) {
     let n = points.len();
     let wide = |i: usize| knots[i + 1] - knots[i];
     let rise = |i: usize| (points[i + 1] - points[i]) / wide(i);
@@ -146,7 +146,7 @@ fn uneven_row(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut Vec<DVec3>)
 }
 
 /// Surface through a grid of nodes, and the grid of its evaluation.
-pub(crate) struct Surface<'a> {
+pub(crate) struct SplineSurface<'a> {
     /// Numbers of nodes along u and v, of the old grid and of the new one.
     pub from: (usize, usize),
     pub to: (usize, usize),
@@ -155,13 +155,13 @@ pub(crate) struct Surface<'a> {
     /// Whether odd rows are shifted by half a cell along u.
     pub staggered: bool,
     /// Columns and rows along creases.
-    pub folds: &'a Folds,
+    pub folds: &'a CreaseLines,
 }
 
-impl Surface<'_> {
+impl SplineSurface<'_> {
     /// Interpolate `values` at the nodes of the new grid; `clamp` are the derivatives per cell
     /// along u and v at clamped nodes.
-    pub fn read(&self, values: &Vectors, clamp: [DVec3; 2]) -> Vec<DVec3> {
+    pub fn interpolate(&self, values: &Vectors, clamp: [DVec3; 2]) -> Vec<DVec3> {
         let (nu, mu) = (self.from.0, self.to.0);
         if !self.staggered {
             let along_u = places(nu, mu);
@@ -188,7 +188,7 @@ impl Surface<'_> {
             let at: Vec<f64> = (0..nv).map(|j| 0.5 * (j as f64 - odd as f64)).collect();
             let mut curve = Vec::with_capacity(nv);
             if points.len() > 1 {
-                row(&points, [None; 2], &[], &at, &mut curve);
+                evaluate_spline(&points, [None; 2], &[], &at, &mut curve);
             }
             curve
         };
@@ -209,7 +209,7 @@ impl Surface<'_> {
                 }
                 _ => {}
             }
-            uneven_row(&knots, &points, along_u, &mut rows);
+            evaluate_uneven_spline(&knots, &points, along_u, &mut rows);
         }
         rows
     }
@@ -224,7 +224,7 @@ impl Surface<'_> {
         let mut rows = Vec::with_capacity(along_u.len() * nv);
         for j in 0..nv {
             let points: Vec<DVec3> = (0..nu).map(|i| values.get(j * nu + i)).collect();
-            row(
+            evaluate_spline(
                 &points,
                 [self.is_clamped(0, j).then_some(clamp[0]), self.is_clamped(nu - 1, j).then_some(clamp[0])],
                 &self.folds.columns,
@@ -248,7 +248,7 @@ impl Surface<'_> {
             let at = |j: usize| beside.iter().all(|i| self.is_clamped(*i, j));
             column.clear();
             let ends = [at(0).then_some(clamp[1]), at(nv - 1).then_some(clamp[1])];
-            row(&points, ends, &self.folds.rows, &along_v, &mut column);
+            evaluate_spline(&points, ends, &self.folds.rows, &along_v, &mut column);
             column.iter().enumerate().for_each(|(j, p)| all[j * mu + i] = *p);
         }
         all
@@ -270,19 +270,19 @@ mod tests {
     }
 
     #[test]
-    fn a_cubic_surface_is_read_as_it_is_and_masses_to_the_bit() {
+    fn a_cubic_surface_is_exact_and_nodes_are_exact_to_the_bit() {
         let f = |u: f64, v: f64| DVec3::new(u, u * u * u - v * u * 0.3, v + 0.2 * v * v * v);
         let (from, to) = ((6, 5), (11, 9));
         let clamped = [false; 30];
-        let surface = Surface { from, to, clamped: &clamped, staggered: false, folds: &Folds::default() };
-        let read = surface.read(&grid(6, 5, f), [DVec3::ZERO; 2]);
+        let surface = SplineSurface { from, to, clamped: &clamped, staggered: false, folds: &CreaseLines::default() };
+        let read = surface.interpolate(&grid(6, 5, f), [DVec3::ZERO; 2]);
         let wanted = grid(11, 9, f);
         for (i, p) in read.iter().enumerate() {
             assert!(p.distance(wanted.get(i)) < 1e-14, "{i}: {p}, not {}", wanted.get(i));
         }
         let own = grid(6, 5, |u, v| f(u, v) + DVec3::splat(0.1));
-        let there = Surface { from, to, clamped: &clamped, staggered: false, folds: &Folds::default() }
-            .read(&own, [DVec3::ZERO; 2]);
+        let there = SplineSurface { from, to, clamped: &clamped, staggered: false, folds: &CreaseLines::default() }
+            .interpolate(&own, [DVec3::ZERO; 2]);
         for j in 0..5 {
             for i in 0..6 {
                 assert_eq!(there[2 * j * 11 + 2 * i], own.get(j * 6 + i));
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn shifted_rows_are_read_as_a_cubic_is_within_them() {
+    fn shifted_rows_reproduce_a_cubic() {
         let layer = |nu: usize, nv: usize| -> Vec<(f64, f64)> {
             let place = |k: usize| {
                 let shift = if k / nu % 2 == 1 { 0.5 } else { 0.0 };
@@ -302,41 +302,57 @@ mod tests {
         let f = |(u, v): (f64, f64)| DVec3::new(u, u * u * u - v * u * 0.3, v + 0.2 * v * v * v);
         let mut own = Vectors::default();
         layer(7, 8).into_iter().for_each(|p| own.push(f(p)));
-        let read =
-            Surface { from: (7, 8), to: (12, 9), clamped: &[false; 56], staggered: true, folds: &Folds::default() };
-        for (p, place) in read.read(&own, [DVec3::ZERO; 2]).iter().zip(layer(12, 9)) {
+        let read = SplineSurface {
+            from: (7, 8),
+            to: (12, 9),
+            clamped: &[false; 56],
+            staggered: true,
+            folds: &CreaseLines::default(),
+        };
+        for (p, place) in read.interpolate(&own, [DVec3::ZERO; 2]).iter().zip(layer(12, 9)) {
             assert!(p.distance(f(place)) < 1e-13, "{place:?}: {p}");
         }
     }
 
     #[test]
-    fn the_slope_of_a_clamp_is_kept() {
+    fn a_clamped_row_has_the_slope_of_the_clamp() {
         // w = u² from a flat clamp, on four nodes: the first half cell shows an error of the slope.
         let own = grid(4, 2, |u, v| DVec3::new(u, u * u, v));
         let clamped: Vec<bool> = (0..8).map(|i| i % 4 == 0).collect();
-        let read = Surface { from: (4, 2), to: (7, 2), clamped: &clamped, staggered: false, folds: &Folds::default() };
-        let read = read.read(&own, [DVec3::X / 3.0, DVec3::ZERO]);
+        let read = SplineSurface {
+            from: (4, 2),
+            to: (7, 2),
+            clamped: &clamped,
+            staggered: false,
+            folds: &CreaseLines::default(),
+        };
+        let read = read.interpolate(&own, [DVec3::X / 3.0, DVec3::ZERO]);
         assert!((read[1].y - 1.0 / 36.0).abs() < 1e-14, "{}", read[1].y);
     }
 
     #[test]
-    fn few_masses_are_joined_by_lines_and_parabolas() {
+    fn few_nodes_are_joined_by_lines_and_parabolas() {
         let own = grid(3, 2, |u, v| DVec3::new(u, u * u, v));
-        let read =
-            Surface { from: (3, 2), to: (5, 3), clamped: &[false; 6], staggered: false, folds: &Folds::default() }
-                .read(&own, [DVec3::ZERO; 2]);
+        let read = SplineSurface {
+            from: (3, 2),
+            to: (5, 3),
+            clamped: &[false; 6],
+            staggered: false,
+            folds: &CreaseLines::default(),
+        }
+        .interpolate(&own, [DVec3::ZERO; 2]);
         assert!(
             (read[1].y - 1.0 / 16.0).abs() < 1e-15 && (read[6] - DVec3::new(0.25, 1.0 / 16.0, 0.5)).length() < 1e-15
         );
     }
 
     #[test]
-    fn a_fold_stays_sharp() {
+    fn a_crease_stays_sharp() {
         // A roof of two parabolas with a crease along its third column.
         let roof = |u: f64, v: f64| DVec3::new(u, (u - 0.4).abs() + (u - 0.4) * (u - 0.4), v);
-        let folds = Folds { columns: vec![2], rows: vec![] };
-        let read = Surface { from: (6, 2), to: (11, 2), clamped: &[false; 12], staggered: false, folds: &folds };
-        let read = read.read(&grid(6, 2, roof), [DVec3::ZERO; 2]);
+        let folds = CreaseLines { columns: vec![2], rows: vec![] };
+        let read = SplineSurface { from: (6, 2), to: (11, 2), clamped: &[false; 12], staggered: false, folds: &folds };
+        let read = read.interpolate(&grid(6, 2, roof), [DVec3::ZERO; 2]);
         for (i, p) in read.iter().take(11).enumerate() {
             assert!(p.distance(roof(i as f64 / 10.0, 0.0)) < 1e-14, "{i}: {p}");
         }

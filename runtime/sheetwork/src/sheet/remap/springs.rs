@@ -15,63 +15,66 @@
 
 use std::collections::BTreeMap;
 
-use crate::elements::wall_spring::Held;
+use crate::elements::wall_spring::WallSpringState;
 use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
-use crate::sheet::remap::layer_offsets::Layout;
-use crate::sheet::remap::row_interpolation::Rows;
+use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::row_interpolation::RowInterpolation;
 
 /// Class, layers of the two ends, and direction from the first to the second end along u and v, in
 /// twelfths of a spacing.
-type Kind = (SpringClass, [u32; 2], [i32; 2]);
+type SpringKind = (SpringClass, [u32; 2], [i32; 2]);
 
 /// Strains of a new spring at the total strain `strain`, from the inelastic strain, its two arms
 /// and the elastic strain of the old grid.
-pub(crate) fn fitted([set, first, second, elastic]: [f64; 4], strain: f64) -> Held {
+pub(crate) fn fit_inelastic_strain([set, first, second, elastic]: [f64; 4], strain: f64) -> WallSpringState {
     let (h, e) = (set * set, elastic * elastic);
     let part = if h > 0.0 { h / (h + e) } else { 0.0 };
     [set + part * (strain - elastic - set), first, second]
 }
 
-fn kind(sheet: &Sheet, layout: &Layout, i: usize) -> Kind {
+fn kind(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> SpringKind {
     let (a, b) = (sheet.springs.a[i] as usize, sheet.springs.b[i] as usize);
     let (step, p, q) = (layout.step(), layout.uv[a], layout.uv[b]);
     let along = [(q.0 - p.0) / step.0, (q.1 - p.1) / step.1].map(|d| (12.0 * d).round() as i32);
     (sheet.springs.class[i], [sheet.layer_of[a], sheet.layer_of[b]], along)
 }
 
-fn middle(sheet: &Sheet, layout: &Layout, i: usize) -> (f64, f64) {
+fn middle(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> (f64, f64) {
     let (p, q) = (layout.uv[sheet.springs.a[i] as usize], layout.uv[sheet.springs.b[i] as usize]);
     (0.5 * (p.0 + q.0), 0.5 * (p.1 + q.1))
 }
 
 /// The `wanted` kind, or the one of its class and layers with the nearest direction.
-fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
-    let apart = |k: &Kind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
+fn nearest<'a>(
+    all: &'a BTreeMap<SpringKind, RowInterpolation<4>>,
+    wanted: &SpringKind,
+) -> Option<&'a RowInterpolation<4>> {
+    let apart = |k: &SpringKind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
     let alike = all.iter().filter(|(k, _)| (k.0, k.1) == (wanted.0, wanted.1));
     all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
 }
 
 impl Sheet {
     /// Remap the inelastic strain of the springs of `old`.
-    pub(crate) fn take_springs_of(&mut self, old: &Self) {
+    pub(crate) fn remap_springs(&mut self, old: &Self) {
         if !self.is_lattice() || old.heat.is_none() {
             return;
         }
-        let (before, now) = (Layout::of(old), Layout::of(self));
-        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+        let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
+        let mut kinds: BTreeMap<SpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
         for i in 0..old.springs.len() {
             let [set, first, second] = old.spring_held(i);
             let held = [set, first, second, old.spring_strain(i) - set];
             kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
         }
-        let kinds: BTreeMap<Kind, Rows<4>> =
-            kinds.into_iter().map(|(kind, held)| (kind, Rows::new(held.into_iter()))).collect();
+        let kinds: BTreeMap<SpringKind, RowInterpolation<4>> =
+            kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
         let width = now.wider_step(&before);
         for i in 0..self.springs.len() {
             let rows = nearest(&kinds, &kind(self, &now, i));
-            if let Some(held) = rows.and_then(|rows| rows.read(middle(self, &now, i), width)) {
-                self.put_spring(i, fitted(held, self.spring_strain(i)));
+            if let Some(held) = rows.and_then(|rows| rows.interpolate(middle(self, &now, i), width)) {
+                self.put_spring(i, fit_inelastic_strain(held, self.spring_strain(i)));
             }
         }
     }
@@ -83,14 +86,14 @@ impl Sheet {
     }
 
     /// Inelastic strain of spring `i`, and that of its two arms.
-    fn spring_held(&self, i: usize) -> Held {
-        let creeping = self.flow.as_ref().and_then(|f| f.spring_held(i));
+    fn spring_held(&self, i: usize) -> WallSpringState {
+        let creeping = self.inelastic.as_ref().and_then(|f| f.spring_held(i));
         let grown = self.heat.as_ref().map(|h| h.grown_length(i));
         creeping.or(grown.map(|length| [self.springs.rest[i] / length - 1.0, 0.0, 0.0])).unwrap_or_default()
     }
 
-    fn put_spring(&mut self, i: usize, held: Held) {
-        if let Some(flow) = self.flow.as_mut().filter(|f| f.spring_held(i).is_some()) {
+    fn put_spring(&mut self, i: usize, held: WallSpringState) {
+        if let Some(flow) = self.inelastic.as_mut().filter(|f| f.spring_held(i).is_some()) {
             flow.put_spring(i, held, &mut self.springs);
         } else if let Some(heat) = &self.heat {
             self.springs.set_rest(i, heat.grown_length(i) * (1.0 + held[0]));

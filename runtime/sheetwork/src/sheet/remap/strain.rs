@@ -14,18 +14,18 @@ use crate::sheet::remap::spline::places;
 
 /// Weight μ of the motion, between that of a stiff sheet's membrane, which relaxes within a
 /// millisecond, and that of its bending, which is slower.
-pub(crate) const INERTIA: f64 = 1e-5;
+pub(crate) const MOTION_WEIGHT: f64 = 1e-5;
 /// Maximum number of Newton iterations, maximum number of conjugate gradient steps in each, and
 /// tolerance on the residual relative to the first one.
-pub(crate) const ROUNDS: usize = 3;
-const STEPS: usize = 120;
-const ENOUGH: f64 = 1e-4;
+pub(crate) const MAX_NEWTON_ITERATIONS: usize = 3;
+const MAX_CG_STEPS: usize = 120;
+const CG_TOLERANCE: f64 = 1e-4;
 /// Strain below which a correction is omitted.
-pub(crate) const NONE: f64 = 1e-10;
+pub(crate) const STRAIN_THRESHOLD: f64 = 1e-10;
 
 /// Grid of nodes with its spacings at rest, m.
 #[derive(Clone, Copy)]
-pub(crate) struct Mesh {
+pub(crate) struct StrainGrid {
     pub columns: usize,
     pub rows: usize,
     pub spacing: (f64, f64),
@@ -36,13 +36,13 @@ pub(crate) struct Mesh {
 
 /// Strains, or their rates: of edges along u row by row, of edges along v, of cells.
 #[derive(Clone, Default)]
-pub(crate) struct Strains {
+pub(crate) struct GridStrains {
     u: Vec<f64>,
     v: Vec<f64>,
     shear: Vec<f64>,
 }
 
-impl Strains {
+impl GridStrains {
     fn parts(&self) -> [&Vec<f64>; 3] {
         [&self.u, &self.v, &self.shear]
     }
@@ -68,7 +68,7 @@ impl Strains {
     }
 }
 
-impl Mesh {
+impl StrainGrid {
     fn at(&self, i: usize, j: usize) -> usize {
         j * self.columns + i
     }
@@ -82,7 +82,7 @@ impl Mesh {
     }
 
     /// Slanting edges of a triangular layer, from each row to the next.
-    fn slants(&self, forward: bool) -> impl Iterator<Item = [usize; 2]> + '_ {
+    fn slanting_edges(&self, forward: bool) -> impl Iterator<Item = [usize; 2]> + '_ {
         let column = move |i: usize, j: usize| (i + j % 2 + usize::from(forward)).checked_sub(1);
         let there =
             move |i, j| column(i, j).filter(|to| *to < self.columns).map(|to| [self.at(i, j), self.at(to, j + 1)]);
@@ -107,18 +107,18 @@ impl Mesh {
     }
 
     /// Strains at the positions `x` (m).
-    pub fn strains(&self, x: &[DVec3]) -> Strains {
+    pub fn strains(&self, x: &[DVec3]) -> GridStrains {
         let along = |[a, b]: [usize; 2], h: f64| 0.5 * ((x[b] - x[a]).length_squared() / (h * h) - 1.0);
         let shear = |cell| {
             let (a, b) = self.middle(x, cell);
             a.dot(b)
         };
         if self.triangular {
-            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let slants = |forward| self.slanting_edges(forward).map(|e| along(e, self.slant())).collect();
             let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
-            return Strains { u, v: slants(true), shear: slants(false) };
+            return GridStrains { u, v: slants(true), shear: slants(false) };
         }
-        Strains {
+        GridStrains {
             u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
             v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
             shear: self.cells().map(shear).collect(),
@@ -127,26 +127,26 @@ impl Mesh {
 
     /// First-order change of the strains at `x` (m) by the displacement `d` (m); rates of strain
     /// for velocities.
-    pub fn rates(&self, x: &[DVec3], d: &[DVec3]) -> Strains {
+    pub fn rates(&self, x: &[DVec3], d: &[DVec3]) -> GridStrains {
         let along = |[a, b]: [usize; 2], h: f64| (x[b] - x[a]).dot(d[b] - d[a]) / (h * h);
         let shear = |cell| {
             let ((a, b), (p, q)) = (self.middle(x, cell), self.middle(d, cell));
             a.dot(q) + p.dot(b)
         };
         if self.triangular {
-            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let slants = |forward| self.slanting_edges(forward).map(|e| along(e, self.slant())).collect();
             let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
-            return Strains { u, v: slants(true), shear: slants(false) };
+            return GridStrains { u, v: slants(true), shear: slants(false) };
         }
-        Strains {
+        GridStrains {
             u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
             v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
             shear: self.cells().map(shear).collect(),
         }
     }
 
-    /// Apply the transpose of [`Mesh::rates`] to `of`.
-    fn back(&self, x: &[DVec3], of: &Strains, to: &mut [DVec3]) {
+    /// Apply the transpose of [`StrainGrid::rates`] to `of`.
+    fn apply_transposed_rates(&self, x: &[DVec3], of: &GridStrains, to: &mut [DVec3]) {
         to.fill(DVec3::ZERO);
         let (hu, hv) = self.spacing;
         let mut along = |[a, b]: [usize; 2], e: f64, h: f64| {
@@ -158,7 +158,7 @@ impl Mesh {
         if self.triangular {
             let slant = self.slant();
             for (forward, of) in [(true, &of.v), (false, &of.shear)] {
-                self.slants(forward).zip(of).for_each(|(edge, e)| along(edge, *e, slant));
+                self.slanting_edges(forward).zip(of).for_each(|(edge, e)| along(edge, *e, slant));
             }
             return;
         }
@@ -176,18 +176,18 @@ impl Mesh {
 
     /// Strains from the tensor `field` (uu, vv, uv), evaluated at the mean position of the nodes of
     /// an edge or cell.
-    pub fn of_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> Strains {
+    pub fn from_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> GridStrains {
         let u = self.edges_u().map(|e| field(&e)[0]).collect();
         if self.triangular {
             let slants = |forward: bool| {
                 let along = if forward { 0.5 } else { -0.5 } * self.spacing.0;
                 let (s, t) = (along / self.slant(), self.spacing.1 / self.slant());
                 let strain = move |[uu, vv, uv]: [f64; 3]| s * s * uu + t * t * vv + 2.0 * s * t * uv;
-                self.slants(forward).map(|e| strain(field(&e))).collect()
+                self.slanting_edges(forward).map(|e| strain(field(&e))).collect()
             };
-            return Strains { u, v: slants(true), shear: slants(false) };
+            return GridStrains { u, v: slants(true), shear: slants(false) };
         }
-        Strains {
+        GridStrains {
             u,
             v: self.edges_v().map(|e| field(&e)[1]).collect(),
             shear: self.cells().map(|c| 2.0 * field(&c)[2]).collect(),
@@ -196,7 +196,7 @@ impl Mesh {
 
     /// Interpolate strains `of` this grid at the edges and cells of `other`, linearly, and constant
     /// beyond the outermost ones.
-    pub fn read(&self, of: &Strains, other: &Self) -> Strains {
+    pub fn interpolate(&self, of: &GridStrains, other: &Self) -> GridStrains {
         let axis = |from: usize, to: usize, middles: bool| -> Vec<(usize, usize, f64)> {
             let cells = places(from, to);
             let count = if middles { from - 1 } else { from };
@@ -216,44 +216,53 @@ impl Mesh {
             };
             v.iter().flat_map(|(a, b, s)| u.iter().map(move |u| (1.0 - s) * row(*a, *u) + s * row(*b, *u))).collect()
         };
-        Strains { u: read(&of.u, (true, false)), v: read(&of.v, (false, true)), shear: read(&of.shear, (true, true)) }
+        GridStrains {
+            u: read(&of.u, (true, false)),
+            v: read(&of.v, (false, true)),
+            shear: read(&of.shear, (true, true)),
+        }
     }
 
     /// Least motion that changes the strains at `x` by `change`; `held` nodes do not move.
-    pub fn answer(&self, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
-        self.answer_within(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
+    pub fn least_motion(&self, x: &[DVec3], change: &GridStrains, held: &[bool]) -> Vec<DVec3> {
+        self.least_projected_motion(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
     }
 
-    /// Least motion as in [`Mesh::answer`], with the motion of each node projected by `allowed`.
-    pub fn answer_within(&self, x: &[DVec3], change: &Strains, allowed: impl Fn(usize, DVec3) -> DVec3) -> Vec<DVec3> {
-        let scale = INERTIA / (self.spacing.0 * self.spacing.1);
+    /// Least motion as in [`StrainGrid::least_motion`], with the motion of each node projected by `allowed`.
+    pub fn least_projected_motion(
+        &self,
+        x: &[DVec3],
+        change: &GridStrains,
+        allowed: impl Fn(usize, DVec3) -> DVec3,
+    ) -> Vec<DVec3> {
+        let scale = MOTION_WEIGHT / (self.spacing.0 * self.spacing.1);
         let free = |d: &mut [DVec3]| d.iter_mut().enumerate().for_each(|(i, d)| *d = allowed(i, *d));
         let mut first = vec![DVec3::ZERO; x.len()];
-        self.back(x, change, &mut first);
+        self.apply_transposed_rates(x, change, &mut first);
         let normal = |way: &[DVec3], image: &mut [DVec3]| {
-            self.back(x, &self.rates(x, way), image);
+            self.apply_transposed_rates(x, &self.rates(x, way), image);
             image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
         };
-        least(first, normal, free)
+        solve_conjugate_gradients(first, normal, free)
     }
 
     /// Move nodes from `x` (m) towards the strains `wanted`.
-    pub fn approach(&self, x: &mut [DVec3], wanted: &Strains, held: &[bool]) {
-        for _ in 0..ROUNDS {
+    pub fn restore_strains(&self, x: &mut [DVec3], wanted: &GridStrains, held: &[bool]) {
+        for _ in 0..MAX_NEWTON_ITERATIONS {
             let change = wanted.clone().minus(&self.strains(x));
-            if change.largest() < NONE {
+            if change.largest() < STRAIN_THRESHOLD {
                 return;
             }
-            let d = self.answer(x, &change, held);
+            let d = self.least_motion(x, &change, held);
             x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
         }
     }
 
     /// Change the velocities `v` (m/s) towards the rates of strain `wanted` (1/s).
-    pub fn approach_rates(&self, x: &[DVec3], v: &mut [DVec3], wanted: &Strains, held: &[bool]) {
+    pub fn restore_strain_rates(&self, x: &[DVec3], v: &mut [DVec3], wanted: &GridStrains, held: &[bool]) {
         let change = wanted.clone().minus(&self.rates(x, v));
         if change.largest() > 0.0 {
-            let d = self.answer(x, &change, held);
+            let d = self.least_motion(x, &change, held);
             v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
         }
     }
@@ -261,7 +270,7 @@ impl Mesh {
 
 /// Solve N d = `residual` by conjugate gradients in the subspace of the projection `free`; `normal`
 /// is the product with N.
-pub(crate) fn least(
+pub(crate) fn solve_conjugate_gradients(
     mut residual: Vec<DVec3>,
     normal: impl Fn(&[DVec3], &mut [DVec3]),
     free: impl Fn(&mut [DVec3]),
@@ -273,8 +282,8 @@ pub(crate) fn least(
     let mut way = residual.clone();
     let first = dot(&residual, &residual);
     let mut size = first;
-    for _ in 0..STEPS {
-        if size <= ENOUGH * ENOUGH * first || size == 0.0 {
+    for _ in 0..MAX_CG_STEPS {
+        if size <= CG_TOLERANCE * CG_TOLERANCE * first || size == 0.0 {
             break;
         }
         normal(&way, &mut image);
@@ -294,9 +303,13 @@ mod tests {
     use super::*;
 
     /// Cylinder of curvature 4 1/m, on chords as long as the edges of the flat sheet.
-    fn bent(columns: usize, rows: usize) -> (Mesh, Vec<DVec3>) {
-        let mesh =
-            Mesh { columns, rows, spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64), triangular: false };
+    fn bent(columns: usize, rows: usize) -> (StrainGrid, Vec<DVec3>) {
+        let mesh = StrainGrid {
+            columns,
+            rows,
+            spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64),
+            triangular: false,
+        };
         let turn = 2.0 * (0.5 * 4.0 * mesh.spacing.0).asin();
         let place = |k: usize| {
             let angle = turn * (k % columns) as f64;
@@ -306,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn masses_go_where_strains_are_what_they_shall_be() {
+    fn nodes_move_to_the_wanted_strains() {
         let (mesh, wanted) = bent(21, 9);
         let own = mesh.strains(&wanted);
         assert!(own.largest() < 1e-12);
@@ -314,7 +327,7 @@ mod tests {
         let mut x: Vec<DVec3> = wanted.iter().map(|p| *p * 1.0004 + DVec3::Y * (1e-5 * (40.0 * p.x).sin())).collect();
         assert!(mesh.strains(&x).largest() > 3e-4);
         let before = x.clone();
-        mesh.approach(&mut x, &own, &[false; 189]);
+        mesh.restore_strains(&mut x, &own, &[false; 189]);
         let left = mesh.strains(&x).largest();
         assert!(left < 3e-6, "{left}");
         let moved = x.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
@@ -322,8 +335,8 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_a_triangular_layer_have_the_strain_of_its_tensor() {
-        let mesh = Mesh { columns: 6, rows: 5, spacing: (0.05, 0.04), triangular: true };
+    fn edge_strains_of_a_triangular_layer_follow_its_tensor() {
+        let mesh = StrainGrid { columns: 6, rows: 5, spacing: (0.05, 0.04), triangular: true };
         let rest = |k: usize| {
             let (i, j) = ((k % 6) as f64, (k / 6) as f64);
             DVec3::new((i + 0.5 * (j % 2.0)) * 0.05, 0.0, j * 0.04)
@@ -332,28 +345,28 @@ mod tests {
         assert!(mesh.strains(&x).largest() < 1e-12);
         let (uu, vv, uv) = (0.3, -0.2, 0.15);
         let d: Vec<DVec3> = x.iter().map(|p| DVec3::new(uu * p.x + uv * p.z, 1.0, uv * p.x + vv * p.z)).collect();
-        let wanted = mesh.of_field(|_| [uu, vv, uv]);
+        let wanted = mesh.from_field(|_| [uu, vv, uv]);
         assert!(mesh.rates(&x, &d).minus(&wanted).largest() < 1e-12);
         // The transpose of the rates.
         let mut back = vec![DVec3::ZERO; 30];
-        mesh.back(&x, &wanted, &mut back);
+        mesh.apply_transposed_rates(&x, &wanted, &mut back);
         let by_masses: f64 = back.iter().zip(&d).map(|(b, d)| b.dot(*d)).sum();
         let by_edges: f64 = wanted.parts().into_iter().flatten().map(|e| e * e).sum();
         assert!((by_masses / by_edges - 1.0).abs() < 1e-12);
     }
 
     #[test]
-    fn strains_of_one_grid_are_read_off_another() {
+    fn strains_interpolate_between_grids() {
         let (coarse, _) = bent(6, 4);
         let (fine, _) = bent(11, 7);
-        let stretched = |m: &Mesh| -> Vec<DVec3> {
+        let stretched = |m: &StrainGrid| -> Vec<DVec3> {
             let place = |k: usize| {
                 let (u, v) = ((k % m.columns) as f64 * m.spacing.0, (k / m.columns) as f64 * m.spacing.1);
                 DVec3::new(1.01 * u + 0.003 * v, 0.0, 0.98 * v)
             };
             (0..m.columns * m.rows).map(place).collect()
         };
-        let read = coarse.read(&coarse.strains(&stretched(&coarse)), &fine);
+        let read = coarse.interpolate(&coarse.strains(&stretched(&coarse)), &fine);
         let own = fine.strains(&stretched(&fine));
         assert!(read.minus(&own).largest() < 1e-12);
     }

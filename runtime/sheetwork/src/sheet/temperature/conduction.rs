@@ -3,35 +3,35 @@
 //!
 //!   C dT/dt = -K T + S - H T - R (T + 273.15)⁴,
 //!
-//! T in °C; K is the matrix of the [`Network`], the other terms are an [`Exchange`], constant over
+//! T in °C; K is the matrix of the [`ThermalNetwork`], the other terms are an [`Exchange`], constant over
 //! the step. TR-BDF2 with γ = 2 - √2: a trapezoidal stage of γ h, then BDF2 over the whole step,
 //!
 //!   C (T₁ - T₀) = d h (F₀ + F₁), C (T₂ - T₀) = h (w (F₀ + F₁) + d F₂), d = 1 - √½, w = √2/4.
 //!
 //! The scheme is of second order and L-stable. Both stages have the matrix C/(d h) + K + J, J the
 //! slope of the exchange, which is factorised when h or J has changed. Newton's iteration ends when
-//! the remaining change is below `CLOSE`. The residual of the heat balance, from iteration and
+//! the remaining change is below `NEWTON_TOLERANCE`. The residual of the heat balance, from iteration and
 //! rounding, is distributed over all nodes, so that heat is conserved to the rounding of a sum.
-//! Steps in which the surroundings would change a temperature by more than `LEAP` are divided.
+//! Steps in which the surroundings would change a temperature by more than `MAX_TEMPERATURE_CHANGE` are divided.
 
 use crate::linear::{Backend, Factor, Pattern, analyse};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::sheet::temperature::network::Network;
+use crate::sheet::temperature::network::ThermalNetwork;
 use crate::units::temperature::ZERO_CELSIUS;
 
 /// Tolerance of Newton's iteration, K.
-const CLOSE: f64 = 1e-6;
+const NEWTON_TOLERANCE: f64 = 1e-6;
 /// Maximum number of iterations of a stage, and number of iterations after which the matrix must be
 /// exact.
-const ROUNDS: u32 = 40;
-const PATIENCE: u32 = 8;
+const MAX_ITERATIONS: u32 = 40;
+const STALE_ITERATIONS: u32 = 8;
 /// Error of a slope, as a fraction of the diagonal, above which the matrix is factorised again.
-const STALE: f64 = 0.05;
+const SLOPE_TOLERANCE: f64 = 0.05;
 /// Maximum change of a temperature by the surroundings in a step, K, and maximum number of
 /// bisections to achieve it.
-const LEAP: f64 = 5.0;
-const MOST_HALVINGS: f64 = 8.0;
+const MAX_TEMPERATURE_CHANGE: f64 = 5.0;
+const MAX_BISECTIONS: f64 = 8.0;
 
 const D: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const W: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
@@ -73,7 +73,7 @@ impl Exchange {
 }
 
 /// Linear system of conduction, with three thermal nodes per block row.
-struct System {
+struct ConductionSystem {
     factor: Box<dyn Factor>,
     /// Indices in `values` of the entries of K, and of the diagonal of every node.
     conduction: Vec<(u32, f64)>,
@@ -85,15 +85,15 @@ struct System {
     right: Vec<f64>,
 }
 
-impl System {
-    fn new(network: &Network, sheet: &Sheet) -> Self {
+impl ConductionSystem {
+    fn new(network: &ThermalNetwork, sheet: &Sheet) -> Self {
         let n = network.capacity.len();
         let rows = n.div_ceil(3);
         let mut pairs = Vec::new();
         network.for_each_entry(|a, b, _| pairs.push((a / 3, b / 3)));
         let pattern = Pattern::new(rows, pairs);
         let place = |row: usize| {
-            let mass = (3 * row + 1).min(n - 1) % sheet.masses();
+            let mass = (3 * row + 1).min(n - 1) % sheet.node_count();
             let (u, v) = sheet.uv[mass];
             [u * f64::from(sheet.grid.0) / 3.0, v * f64::from(sheet.grid.2)]
         };
@@ -122,7 +122,7 @@ impl System {
     /// during the iteration, bound the contraction of Newton's iteration.
     fn prepare(
         &mut self,
-        network: &Network,
+        network: &ThermalNetwork,
         exchange: &Exchange,
         celsius: &[f64],
         length: f64,
@@ -149,7 +149,7 @@ impl System {
     }
 
     /// Factorise the matrix of the present length and slopes.
-    fn factorise(&mut self, network: &Network) {
+    fn factorise(&mut self, network: &ThermalNetwork) {
         self.values.fill(0.0);
         for (i, slope) in self.slope.iter().enumerate() {
             self.values[self.diagonal[i] as usize] = network.capacity[i] / self.length + slope;
@@ -167,9 +167,9 @@ impl System {
 }
 
 /// Time integrator of the temperatures of a sheet.
-pub struct Stepper {
-    network: Network,
-    system: System,
+pub struct ConductionStepper {
+    network: ThermalNetwork,
+    system: ConductionSystem,
     /// Total heat capacity, J/K.
     whole: f64,
     before: Vec<f64>,
@@ -177,13 +177,13 @@ pub struct Stepper {
     base: Vec<f64>,
 }
 
-impl Stepper {
+impl ConductionStepper {
     /// Integrator of `sheet`, with `points` temperatures through the thickness at each node.
     pub fn new(sheet: &Sheet, points: usize) -> Self {
-        let network = Network::new(sheet, points);
+        let network = ThermalNetwork::new(sheet, points);
         let n = network.capacity.len();
         Self {
-            system: System::new(&network, sheet),
+            system: ConductionSystem::new(&network, sheet),
             whole: network.capacity.iter().sum(),
             before: vec![0.0; n],
             flow: [vec![0.0; n], vec![0.0; n]],
@@ -193,13 +193,13 @@ impl Stepper {
     }
 
     /// Serialise the length and slopes of the present factor: another factor gives other rounding.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.number(self.system.length);
         to.numbers(&self.system.slope);
     }
 
     /// Deserialise length and slopes, and factorise.
-    pub(crate) fn take(&mut self, from: &mut Taker) -> Taken {
+    pub(crate) fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         let length = from.number()?;
         let mut slope = vec![0.0; self.system.slope.len()];
         from.numbers(&mut slope)?;
@@ -212,7 +212,7 @@ impl Stepper {
     }
 
     /// Thermal network.
-    pub fn network(&self) -> &Network {
+    pub fn network(&self) -> &ThermalNetwork {
         &self.network
     }
 
@@ -228,7 +228,7 @@ impl Stepper {
             let rate = |i: usize| exchange.flow(i, celsius[i]).abs() / self.network.capacity[i];
             let fastest = (0..celsius.len()).map(rate).fold(0.0, f64::max);
             // Powers of a half, so that one matrix serves many steps.
-            let halvings = (fastest * dt / LEAP).max(1.0).log2().ceil().min(MOST_HALVINGS);
+            let halvings = (fastest * dt / MAX_TEMPERATURE_CHANGE).max(1.0).log2().ceil().min(MAX_BISECTIONS);
             let part = (dt * (-halvings).exp2()).min(left);
             self.step(celsius, exchange, part);
             left -= part;
@@ -280,9 +280,9 @@ impl Stepper {
     /// Solve C (T - base) = `length` F(T), from `celsius`, and store F as flow `k`. Returns the
     /// total heat flow from the surroundings, W.
     fn solve(&mut self, celsius: &mut [f64], exchange: &Exchange, length: f64, k: usize) -> f64 {
-        for round in 0..ROUNDS {
+        for round in 0..MAX_ITERATIONS {
             self.flow_at(celsius, exchange, k);
-            let stale = if round < PATIENCE { STALE } else { 0.0 };
+            let stale = if round < STALE_ITERATIONS { SLOPE_TOLERANCE } else { 0.0 };
             let (wrong, slope) = self.system.prepare(&self.network, exchange, celsius, length, stale);
             let right = &mut self.system.right;
             for i in 0..celsius.len() {
@@ -297,7 +297,7 @@ impl Stepper {
             }
             // A slope is proportional to the third power of the absolute temperature.
             let turned = 3.0 * furthest / (coldest + ZERO_CELSIUS).max(1.0);
-            if furthest * (wrong + slope * turned.min(1.0)) <= CLOSE {
+            if furthest * (wrong + slope * turned.min(1.0)) <= NEWTON_TOLERANCE {
                 break;
             }
         }
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn nodes_hold_the_heat_of_the_sheet() {
         for (sheet, points) in every() {
-            let network = Network::new(&sheet, points);
+            let network = ThermalNetwork::new(&sheet, points);
             let m = sheet.material();
             let wanted = match &sheet.triangles {
                 Some(_) => sheet.total_mass() * m.specific_heat,
@@ -357,7 +357,7 @@ mod tests {
     #[test]
     fn heat_is_conserved_and_evens_out_at_any_step() {
         for (sheet, points) in every() {
-            let mut stepper = Stepper::new(&sheet, points);
+            let mut stepper = ConductionStepper::new(&sheet, points);
             let mut exchange = Exchange::default();
             let n = stepper.network().capacity.len();
             exchange.clear(n);
@@ -389,16 +389,16 @@ mod tests {
     #[test]
     fn a_steady_slope_along_the_sheet_drives_nothing_across_it() {
         for (sheet, points) in every() {
-            let network = Network::new(&sheet, points);
+            let network = ThermalNetwork::new(&sheet, points);
             let n = network.capacity.len();
-            let celsius: Vec<f64> = (0..n).map(|i| 40.0 + 30.0 * sheet.uv[i % sheet.masses()].0).collect();
+            let celsius: Vec<f64> = (0..n).map(|i| 40.0 + 30.0 * sheet.uv[i % sheet.node_count()].0).collect();
             let mut flow = vec![0.0; n];
             network.conduct(&celsius, &mut flow);
             // Inner nodes have no net flow; the border supplies it.
             let m = sheet.material();
             let through = m.conductivity * m.thickness * 30.0;
             for (i, q) in flow.iter().enumerate() {
-                let inner = !sheet.border[i % sheet.masses()];
+                let inner = !sheet.border[i % sheet.node_count()];
                 assert!(!inner || q.abs() < 1e-12 * through, "{}: {q} at {i}", sheet.structure);
             }
         }
@@ -410,8 +410,8 @@ mod tests {
         // dT/(2 ε σ (T⁴ - T₀⁴)).
         let sheet = sheet(StructureKind::Shell, (5, 1, 5), None);
         for dt in [1.0 / 60.0, 1.0, 43.79] {
-            let mut stepper = Stepper::new(&sheet, 1);
-            let n = sheet.masses();
+            let mut stepper = ConductionStepper::new(&sheet, 1);
+            let n = sheet.node_count();
             let mut exchange = Exchange::default();
             exchange.clear(n);
             for i in 0..n {

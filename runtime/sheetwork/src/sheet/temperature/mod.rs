@@ -15,4 +15,4 @@ pub mod state;
 
 pub use playback::RecordedTemperature;
 pub use softening::Softening;
-pub use state::Heat;
+pub use state::SheetTemperature;

@@ -21,13 +21,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::elements::fracture::Open;
-use crate::mesh::structure::Layer;
+use crate::elements::fracture::OpenCells;
+use crate::mesh::structure::LatticeLayer;
 use crate::sheet::Sheet;
 
 /// Conductance between two thermal nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Link {
+pub struct ThermalLink {
     /// The two thermal nodes.
     pub ends: [u32; 2],
     /// Conductance, W/K.
@@ -36,7 +36,7 @@ pub struct Link {
 
 /// Conductance between a thermal node and the mean of others.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bridge {
+pub struct ThermalBridge {
     /// The thermal node.
     pub node: u32,
     /// The others.
@@ -47,25 +47,25 @@ pub struct Bridge {
 
 /// Thermal nodes of a sheet and their conductances.
 #[derive(Clone, Debug, Default)]
-pub struct Network {
+pub struct ThermalNetwork {
     /// Heat capacity of each thermal node, J/K.
     pub capacity: Vec<f64>,
     /// Area of the sheet of each thermal node, m².
     pub area: Vec<f64>,
     /// Links along layers, and between halves.
-    pub links: Vec<Link>,
+    pub links: Vec<ThermalLink>,
     /// Bridges between layers.
-    pub bridges: Vec<Bridge>,
+    pub bridges: Vec<ThermalBridge>,
 }
 
 /// Conductances per k t of a layer, by the nodes they join.
 type Plane = BTreeMap<(u32, u32), f64>;
 
-impl Network {
+impl ThermalNetwork {
     /// Network of `sheet`, with `points` temperatures through the thickness at each node: 2 for the
     /// halves of a single layer.
     pub fn new(sheet: &Sheet, points: usize) -> Self {
-        let n = sheet.masses();
+        let n = sheet.node_count();
         let material = sheet.material();
         let parts = sheet.layers.len().max(1) * points;
         let slab = material.thickness / parts as f64;
@@ -78,7 +78,7 @@ impl Network {
         let mut network = Self { area: area.repeat(points), ..Self::default() };
         let per_area = material.density * material.specific_heat * slab;
         network.capacity = network.area.iter().map(|a| a * per_area).collect();
-        if sheet.opened().is_some() {
+        if sheet.open_cell_set().is_some() {
             // A node without closed cells has no heat flow; any capacity above 0 serves.
             network
                 .capacity
@@ -90,19 +90,20 @@ impl Network {
         for half in 0..points {
             let up = (half * n) as u32;
             let each = plane.iter().filter(|p| *p.1 != 0.0);
-            network.links.extend(each.map(|((a, b), g)| Link { ends: [a + up, b + up], conductance: g * k * slab }));
+            network
+                .links
+                .extend(each.map(|((a, b), g)| ThermalLink { ends: [a + up, b + up], conductance: g * k * slab }));
         }
         for half in 1..points {
             let (low, high) = (((half - 1) * n) as u32, (half * n) as u32);
-            network.links.extend(
-                (0..n)
-                    .filter(|i| network.area[*i] > 0.0)
-                    .map(|i| Link { ends: [low + i as u32, high + i as u32], conductance: k * network.area[i] / slab }),
-            );
+            network.links.extend((0..n).filter(|i| network.area[*i] > 0.0).map(|i| ThermalLink {
+                ends: [low + i as u32, high + i as u32],
+                conductance: k * network.area[i] / slab,
+            }));
         }
-        for (node, others) in sheet.stack.cells().filter(|c| !c.1.is_empty() && !sheet.is_gone(c.0 as usize)) {
+        for (node, others) in sheet.stack.cells().filter(|c| !c.1.is_empty() && !sheet.is_detached(c.0 as usize)) {
             let conductance = k * network.area[node as usize] / slab;
-            network.bridges.push(Bridge { node, others: others.to_vec(), conductance });
+            network.bridges.push(ThermalBridge { node, others: others.to_vec(), conductance });
         }
         network
     }
@@ -147,7 +148,7 @@ impl Network {
 
 /// Area and conductances of a layer: a rectangular one by finite volumes, a triangular one by its
 /// triangles.
-fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
+fn of_layer(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     if layer.triangular {
         of_triangles(sheet, &layer.triangles(), area, plane);
         fill_outline(sheet, layer, area, plane);
@@ -155,7 +156,7 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     }
     let (nx, _, nz) = sheet.grid;
     let h = [sheet.extent.0 / f64::from(nx - 1), sheet.extent.1 / f64::from(nz - 1)];
-    if let Some(open) = sheet.opened() {
+    if let Some(open) = sheet.open_cell_set() {
         return of_torn_layer((layer, h, (nx, nz)), open, area, plane);
     }
     // Nodes of a smaller layer lie in the middles of cells and have whole cells.
@@ -178,8 +179,8 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
 /// closed cell gives a quarter of its area to each corner and half of its width to each of its
 /// sides; at nodes in the middles of cells it gives the whole.
 fn of_torn_layer(
-    (layer, h, (nx, nz)): (&Layer, [f64; 2], (u32, u32)),
-    open: &Open,
+    (layer, h, (nx, nz)): (&LatticeLayer, [f64; 2], (u32, u32)),
+    open: &OpenCells,
     area: &mut [f64],
     plane: &mut Plane,
 ) {
@@ -231,7 +232,7 @@ fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: 
 
 /// Assign the area that a triangular layer leaves uncovered to its border, as a strip of uniform
 /// width.
-fn fill_outline(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
+fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     let place = |m: u32| {
         let (u, v) = sheet.uv[m as usize];
         [u * sheet.extent.0, v * sheet.extent.1]

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::sheet::Sheet;
-use crate::sheet::temperature::network::Network;
+use crate::sheet::temperature::network::ThermalNetwork;
 
 /// Part of a side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Patch {
 
 /// Patches of a sheet, lower side first, and their normals.
 #[derive(Clone, Debug, Default)]
-pub struct Faces {
+pub struct SheetPatches {
     /// All patches.
     pub patches: Vec<Patch>,
     /// Unit outward normal of each patch; zero where the triangles around it cancel.
@@ -34,9 +34,9 @@ pub struct Faces {
     sums: Vec<DVec3>,
 }
 
-impl Faces {
+impl SheetPatches {
     /// Patches of `sheet`.
-    pub fn new(sheet: &Sheet, network: &Network, points: usize) -> Self {
+    pub fn new(sheet: &Sheet, network: &ThermalNetwork, points: usize) -> Self {
         let of_layer = |index: usize| match &sheet.triangles {
             Some(triangles) => triangles.clone(),
             None => sheet.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
@@ -44,24 +44,24 @@ impl Faces {
         let top = sheet.layers.len().saturating_sub(1);
         let mut faces = Self {
             triangles: [of_layer(0), if top > 0 { of_layer(top) } else { Vec::new() }],
-            sums: vec![DVec3::ZERO; sheet.masses()],
+            sums: vec![DVec3::ZERO; sheet.node_count()],
             ..Self::default()
         };
         for (up, index) in [(false, 0), (true, top)] {
             let Some(layer) = sheet.layers.get(index) else { continue };
             for mass in layer.range() {
-                let node = if up && points > 1 { mass + sheet.masses() } else { mass };
+                let node = if up && points > 1 { mass + sheet.node_count() } else { mass };
                 let area = network.area[node];
                 faces.patches.push(Patch { node: node as u32, mass: mass as u32, up, area });
             }
         }
         faces.normals = vec![DVec3::ZERO; faces.patches.len()];
-        faces.turn(sheet);
+        faces.update_normals(sheet);
         faces
     }
 
     /// Update the normals to the present shape of the sheet.
-    pub fn turn(&mut self, sheet: &Sheet) {
+    pub fn update_normals(&mut self, sheet: &Sheet) {
         self.sums.fill(DVec3::ZERO);
         for t in self.triangles.iter().flatten() {
             let [a, b, c] = t.map(|m| sheet.x.get(m as usize));

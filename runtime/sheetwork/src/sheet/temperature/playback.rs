@@ -5,7 +5,7 @@ use crate::sheet::Sheet;
 use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
 /// Minimum remaining stiffness: a recording can round it to zero.
-const LEAST: f64 = 1e-6;
+const MIN_STIFFNESS: f64 = 1e-6;
 
 /// Temperatures of the nodes of a sheet, to a twentieth of a degree, or their remaining stiffness.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ impl RecordedTemperature {
         let Some(heat) = sheet.heat() else { return Self::Unknown };
         let single = |values: &[f64]| sheet.values_at(grid, values).iter().map(|v| *v as f32).collect::<Vec<_>>();
         if by_thesis {
-            let left: Vec<f64> = (0..sheet.masses()).map(|i| 1.0 / heat.compliance(i)).collect();
+            let left: Vec<f64> = (0..sheet.node_count()).map(|i| 1.0 / heat.compliance(i)).collect();
             return Self::Stiffness(single(&left));
         }
         match heat.halves() {
@@ -86,12 +86,12 @@ impl RecordedTemperature {
 impl Sheet {
     /// Set recorded temperatures, which must be in range. Without effect when the number of values
     /// does not fit.
-    pub(crate) fn show_warmth(&mut self, warmth: &RecordedTemperature) {
-        let n = self.masses();
+    pub(crate) fn show_temperatures(&mut self, warmth: &RecordedTemperature) {
+        let n = self.node_count();
         if warmth.values().len() != warmth.count(n) || *warmth == RecordedTemperature::Unknown {
             return;
         }
-        self.begin_heat(REFERENCE);
+        self.start_temperatures(REFERENCE);
         let Some(mut heat) = self.heat.take() else { return };
         let two = heat.halves().is_some();
         let celsius = |t: f32| f64::from(t).clamp(COLDEST, HOTTEST);
@@ -107,10 +107,10 @@ impl Sheet {
             }
             RecordedTemperature::Stiffness(left) => {
                 let room = heat.celsius().first().copied().unwrap_or(REFERENCE);
-                heat.set_fractions(room, |i| f64::from(left[i]).clamp(LEAST, 1.0));
+                heat.set_fractions(room, |i| f64::from(left[i]).clamp(MIN_STIFFNESS, 1.0));
             }
         }
         self.heat = Some(heat);
-        self.follow_heat();
+        self.update_thermal_stiffness();
     }
 }

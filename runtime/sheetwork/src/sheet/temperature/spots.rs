@@ -10,22 +10,22 @@ impl Sheet {
     ///
     /// # Errors
     /// When a spot is out of range; nothing changes then.
-    pub fn warm(&mut self, spots: &[SpotSpec], ambient: f64) -> Result<(), InputError> {
+    pub fn heat_spots(&mut self, spots: &[SpotSpec], ambient: f64) -> Result<(), InputError> {
         if spots.is_empty() {
             return Ok(());
         }
         spots.iter().try_for_each(SpotSpec::check)?;
-        self.begin_heat(ambient);
+        self.start_temperatures(ambient);
         let (extent, uv) = (self.extent, self.uv.clone());
         if let Some(heat) = &mut self.heat {
-            heat.mix(|i, now| {
+            heat.blend(|i, now| {
                 spots.iter().fold(now, |celsius, spot| {
                     let apart = ((uv[i].0 - spot.at.0) * extent.0).hypot((uv[i].1 - spot.at.1) * extent.1);
-                    celsius + spot.share(apart) * (spot.temperature - celsius)
+                    celsius + spot.weight(apart) * (spot.temperature - celsius)
                 })
             });
         }
-        self.follow_heat();
+        self.update_thermal_stiffness();
         self.wake();
         Ok(())
     }

@@ -5,30 +5,30 @@
 //! [`Sheet::heat`] is then `None`, and the sheet has the temperature of the surroundings and the
 //! stiffness of its material.
 //!
-//! Stiffness is updated when the temperature of a node has changed by `STEP` since the last update,
-//! or its E by the fraction `SOFTER`. E, expansion and curl are then updated for every node;
+//! Stiffness is updated when the temperature of a node has changed by `TEMPERATURE_THRESHOLD` since the last update,
+//! or its E by the fraction `STIFFNESS_THRESHOLD`. E, expansion and curl are then updated for every node;
 //! elements keep their strain where they soften and their stress where they stiffen
-//! ([`crate::elements::Element::warm`]).
+//! ([`crate::elements::Element::apply_temperature`]).
 
-use crate::elements::{Warmth, set_rest};
+use crate::elements::{ThermalFields, rest_strain_after_softening};
 use crate::error::{InputError, check_range};
 use crate::scene::Material;
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::sheet::temperature::conduction::{Exchange, Stepper};
-use crate::sheet::temperature::patches::Faces;
+use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
+use crate::sheet::temperature::patches::SheetPatches;
 use crate::sheet::temperature::softening::Softening;
 
 /// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by
 /// 7e-6 with it.
-const STEP: f64 = 0.1;
+const TEMPERATURE_THRESHOLD: f64 = 0.1;
 /// Relative change of E that triggers an update: 0.02 K in the middle of a glass transition.
-const SOFTER: f64 = 8e-3;
+const STIFFNESS_THRESHOLD: f64 = 8e-3;
 /// Relative change of a given stiffness that triggers an update.
-const GIVEN: f64 = 2e-3;
+const GIVEN_STIFFNESS_THRESHOLD: f64 = 2e-3;
 
 /// Temperatures of a sheet by node.
-pub struct Heat {
+pub struct SheetTemperature {
     /// Temperature of every node, then of the upper halves where there are two points, °C.
     nodes: Vec<f64>,
     /// Mean through the thickness, °C; empty with one point per node.
@@ -41,38 +41,38 @@ pub struct Heat {
     expansion: Vec<f64>,
     /// Curvature from the difference of the halves, 1/m; empty with one point per node.
     curl: Vec<f64>,
-    springs: Vec<WarmSpring>,
+    springs: Vec<SpringThermalState>,
     curve: Softening,
     coefficient: f64,
     /// Thickness, m.
     thickness: f64,
     /// Whether compliances are given instead of computed from temperatures.
     given: bool,
-    body: Option<Box<Body>>,
+    body: Option<Box<ThermalBody>>,
 }
 
 /// Thermal network with its stepper, built before the first step.
-pub(crate) struct Body {
-    pub stepper: Stepper,
-    pub faces: Faces,
+pub(crate) struct ThermalBody {
+    pub stepper: ConductionStepper,
+    pub faces: SheetPatches,
     pub exchange: Exchange,
 }
 
 /// Thermal state of a spring.
 #[derive(Clone, Copy, Debug)]
-struct WarmSpring {
+struct SpringThermalState {
     softness: f64,
     /// Rest length of the cold spring, m.
     cold: f64,
     expansion: f64,
 }
 
-impl Heat {
+impl SheetTemperature {
     /// State of a sheet at `celsius` (°C), with one or two `points` through the thickness.
     fn new(sheet: &Sheet, celsius: f64, points: usize) -> Self {
-        let n = sheet.masses();
+        let n = sheet.node_count();
         let springs = sheet.springs();
-        let cold = |i: usize| WarmSpring { softness: 1.0, cold: springs.rest[i], expansion: 0.0 };
+        let cold = |i: usize| SpringThermalState { softness: 1.0, cold: springs.rest[i], expansion: 0.0 };
         Self {
             nodes: vec![celsius; n * points],
             mean: if points > 1 { vec![celsius; n] } else { Vec::new() },
@@ -91,7 +91,7 @@ impl Heat {
     }
 
     /// Copy of the state, without the thermal network.
-    pub(crate) fn kept(&self) -> Self {
+    pub(crate) fn copy_state(&self) -> Self {
         Self {
             nodes: self.nodes.clone(),
             mean: self.mean.clone(),
@@ -109,7 +109,7 @@ impl Heat {
 
     /// Serialise the state: temperatures, those of the last stiffness update, and the slopes of the
     /// factorised matrix.
-    pub(crate) fn keep(&self, to: &mut Keeper) {
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.numbers(&self.nodes);
         for list in [&self.applied, &self.room, &self.compliance, &self.expansion, &self.curl] {
             to.numbers(list);
@@ -120,12 +120,12 @@ impl Heat {
         to.flag(self.given);
         to.flag(self.body.is_some());
         if let Some(body) = &self.body {
-            body.stepper.keep(to);
+            body.stepper.serialise(to);
         }
     }
 
     /// Deserialise the state of `sheet`.
-    pub(crate) fn take(&mut self, from: &mut Taker, sheet: &Sheet) -> Taken {
+    pub(crate) fn deserialise(&mut self, from: &mut StateReader, sheet: &Sheet) -> ReadResult {
         from.numbers(&mut self.nodes)?;
         self.average();
         let lists = [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
@@ -138,22 +138,22 @@ impl Heat {
             self.body = None;
             return Ok(());
         }
-        self.body(sheet).stepper.take(from)
+        self.body(sheet).stepper.deserialise(from)
     }
 
     /// Thermal network and stepper of `sheet`, built on first use.
-    pub(crate) fn body(&mut self, sheet: &Sheet) -> &mut Body {
+    pub(crate) fn body(&mut self, sheet: &Sheet) -> &mut ThermalBody {
         let points = if self.mean.is_empty() { 1 } else { 2 };
         self.body.get_or_insert_with(|| {
-            let stepper = Stepper::new(sheet, points);
-            let faces = Faces::new(sheet, stepper.network(), points);
-            Box::new(Body { stepper, faces, exchange: Exchange::default() })
+            let stepper = ConductionStepper::new(sheet, points);
+            let faces = SheetPatches::new(sheet, stepper.network(), points);
+            Box::new(ThermalBody { stepper, faces, exchange: Exchange::default() })
         })
     }
 
     /// Discard the thermal network after a change; the next step builds it again. Temperatures are
     /// kept.
-    pub(crate) fn forget_body(&mut self) {
+    pub(crate) fn discard_network(&mut self) {
         self.body = None;
     }
 
@@ -172,7 +172,7 @@ impl Heat {
         self.average();
         for (i, compliance) in self.compliance.iter_mut().enumerate() {
             let new = 1.0 / fraction(i);
-            if (new - *compliance).abs() > GIVEN * *compliance {
+            if (new - *compliance).abs() > GIVEN_STIFFNESS_THRESHOLD * *compliance {
                 self.applied[i] = f64::NAN;
                 *compliance = new;
             }
@@ -188,7 +188,7 @@ impl Heat {
     }
 
     /// Heat content of the sheet above 0 °C, J; `None` before the first thermal step.
-    pub fn held(&self) -> Option<f64> {
+    pub fn heat_content(&self) -> Option<f64> {
         self.body.as_ref().map(|b| b.stepper.heat(&self.nodes))
     }
 
@@ -222,7 +222,7 @@ impl Heat {
 
     /// Change the temperature of node `i` from `now` to `new(i, now)`, °C, through the whole
     /// thickness.
-    pub(crate) fn mix(&mut self, new: impl Fn(usize, f64) -> f64) {
+    pub(crate) fn blend(&mut self, new: impl Fn(usize, f64) -> f64) {
         let masses = self.compliance.len();
         for (k, node) in self.nodes.iter_mut().enumerate() {
             *node = new(k % masses, *node);
@@ -263,7 +263,7 @@ impl Heat {
     }
 
     /// Whether the temperature of a node requires an update of the stiffness.
-    fn has_moved(&self) -> bool {
+    fn needs_update(&self) -> bool {
         let mut all = self.nodes.iter().zip(&self.applied).zip(self.room.iter().cycle());
         // NaN marks a node before its first update.
         all.any(|((now, then), room)| then.is_nan() || (now - then).abs() > *room)
@@ -281,7 +281,9 @@ impl Heat {
             self.compliance[i] = 1.0 / fraction;
             // A table has corners: the steeper side counts.
             let change = |by: f64| (self.curve.fraction(celsius + by) / fraction).ln().abs();
-            self.room[i] = STEP * (SOFTER / change(STEP).max(change(-STEP)).max(SOFTER));
+            self.room[i] = TEMPERATURE_THRESHOLD
+                * (STIFFNESS_THRESHOLD
+                    / change(TEMPERATURE_THRESHOLD).max(change(-TEMPERATURE_THRESHOLD)).max(STIFFNESS_THRESHOLD));
             self.expansion[i] = self.coefficient * (celsius - crate::units::temperature::REFERENCE);
         }
         let (lower, upper) = self.nodes.split_at(self.mean.len());
@@ -292,26 +294,26 @@ impl Heat {
         }
     }
 
-    fn warmth(&self) -> Warmth<'_> {
-        Warmth { compliance: &self.compliance, expansion: &self.expansion, curl: &self.curl }
+    fn warmth(&self) -> ThermalFields<'_> {
+        ThermalFields { compliance: &self.compliance, expansion: &self.expansion, curl: &self.curl }
     }
 }
 
 impl Sheet {
     /// Patches of the sheet; `None` before the first thermal step.
-    pub(crate) fn faces(&self) -> Option<&Faces> {
+    pub(crate) fn faces(&self) -> Option<&SheetPatches> {
         self.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
     }
 
     /// Thermal state; `None` for a sheet without heat.
-    pub fn heat(&self) -> Option<&Heat> {
+    pub fn heat(&self) -> Option<&SheetTemperature> {
         self.heat.as_deref()
     }
 
     /// Temperature of every node, °C, the mean through the thickness; `None` for a sheet without
     /// heat, which has the temperature of the surroundings.
     pub fn temperatures(&self) -> Option<&[f64]> {
-        self.heat().map(Heat::celsius)
+        self.heat().map(SheetTemperature::celsius)
     }
 
     /// Temperature of every node, °C, on the upper or on the lower side; that of the whole
@@ -331,7 +333,7 @@ impl Sheet {
     /// # Errors
     /// When a temperature is out of range; nothing changes then.
     pub fn set_temperatures(&mut self, celsius: impl Fn(usize) -> f64) -> Result<(), InputError> {
-        let n = self.masses();
+        let n = self.node_count();
         (0..n).try_for_each(|i| {
             check_range(
                 "temperature",
@@ -341,38 +343,39 @@ impl Sheet {
                 "°C",
             )
         })?;
-        self.begin_heat(crate::units::temperature::REFERENCE);
+        self.start_temperatures(crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.heat {
             let count = heat.nodes.len();
             heat.set_nodes((0..count).map(|k| celsius(k % n)));
         }
-        self.follow_heat();
+        self.update_thermal_stiffness();
         Ok(())
     }
 
     /// Set the temperatures of the lower and of the upper half of the thickness, °C, by node;
     /// without a gradient those of the lower. Updates the stiffness.
-    pub(crate) fn put_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
+    pub(crate) fn set_side_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
         if let Some(heat) = &mut self.heat {
             heat.set_nodes(lower.iter().chain(upper).copied());
         }
-        self.follow_heat();
+        self.update_thermal_stiffness();
     }
 
     /// Start the thermal state at `celsius` (°C), or at the initial temperature of its
     /// specification. Without effect when it exists.
     #[doc(hidden)]
-    pub fn begin_heat(&mut self, celsius: f64) {
+    pub fn start_temperatures(&mut self, celsius: f64) {
         if self.heat.is_none() {
             let points = if self.has_gradient { 2 } else { 1 };
-            self.heat = Some(Box::new(Heat::new(self, self.first_temperature.unwrap_or(celsius), points)));
-            self.follow_heat();
+            self.heat =
+                Some(Box::new(SheetTemperature::new(self, self.initial_temperature.unwrap_or(celsius), points)));
+            self.update_thermal_stiffness();
         }
     }
 
     /// Update stiffness and size where the temperatures have changed enough.
-    pub(crate) fn follow_heat(&mut self) {
-        let Some(mut heat) = self.heat.take_if(|h| h.has_moved()) else { return };
+    pub(crate) fn update_thermal_stiffness(&mut self) {
+        let Some(mut heat) = self.heat.take_if(|h| h.needs_update()) else { return };
         let was_as_built = heat.is_as_built();
         heat.apply();
         if was_as_built && heat.is_as_built() {
@@ -381,21 +384,21 @@ impl Sheet {
         }
         self.warm_springs(&mut heat);
         let warmth = heat.warmth();
-        self.elements.iter_mut().for_each(|e| e.warm(&self.x, &warmth));
+        self.elements.iter_mut().for_each(|e| e.apply_temperature(&self.x, &warmth));
         self.heat = Some(heat);
         self.refresh_springs();
     }
 
     /// Update rest lengths and softness of springs, as for elements.
-    fn warm_springs(&mut self, heat: &mut Heat) {
-        let warmth = Warmth { compliance: &heat.compliance, expansion: &heat.expansion, curl: &[] };
+    fn warm_springs(&mut self, heat: &mut SheetTemperature) {
+        let warmth = ThermalFields { compliance: &heat.compliance, expansion: &heat.expansion, curl: &[] };
         for (i, spring) in heat.springs.iter_mut().enumerate() {
             let ends = [self.springs.a[i], self.springs.b[i]];
             let (softness, expansion) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
             let length = self.x.get(ends[0] as usize).distance(self.x.get(ends[1] as usize));
             let grown = spring.cold * (expansion - spring.expansion);
-            if !self.warm_creeping_spring(i, length, grown, (spring.softness, softness)) {
-                let rest = set_rest(length, self.springs.rest[i] + grown, spring.softness, softness);
+            if !self.heat_creeping_spring(i, length, grown, (spring.softness, softness)) {
+                let rest = rest_strain_after_softening(length, self.springs.rest[i] + grown, spring.softness, softness);
                 self.springs.set_rest(i, rest);
             }
             (spring.softness, spring.expansion) = (softness, expansion);
@@ -425,7 +428,7 @@ mod tests {
         };
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
         let mut sheet = Sheet::build(&scene, 0).expect("valid");
-        for i in 0..sheet.masses() {
+        for i in 0..sheet.node_count() {
             let p = sheet.x.get(i);
             let lift = DVec3::new(0.001 * p.z, 0.03 * (6.0 * p.x + 2.0 * p.z).sin(), 0.0);
             sheet.x.set(i, p * 1.002 + lift);
@@ -464,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn what_softens_and_is_not_bent_further_keeps_its_shape_when_it_stiffens() {
+    fn a_softened_sheet_keeps_its_shape_when_it_stiffens() {
         for mut sheet in clamped() {
             let mut material = sheet.material().clone();
             material.expansion = 0.0;
@@ -485,7 +488,7 @@ mod tests {
             let scale = 1.0 + sheet.material().expansion * 30.0;
             let before = sheet.energy(DVec3::ZERO).elastic;
             sheet.set_temperatures(|_| 50.0).expect("valid");
-            for i in 0..sheet.masses() {
+            for i in 0..sheet.node_count() {
                 sheet.x.set(i, sheet.x.get(i) * scale);
             }
             let after = sheet.energy(DVec3::ZERO).elastic;

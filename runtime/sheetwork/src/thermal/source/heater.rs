@@ -7,11 +7,11 @@
 //!
 //! where V is the unobstructed fraction of the face. The walls' radiation that the face hides or
 //! reflects is counted with the room. F is exact ([`crate::thermal::view_factor`]); a face radiates
-//! from its outer side only. V is computed by rays to `RAYS` points of the face, weighted by their
+//! from its outer side only. V is computed by rays to `RAYS_PER_CORNER` points of the face, weighted by their
 //! view; bodies and the sheet itself block rays.
 //!
-//! F is updated for a patch that has moved by `CLOSE` of its distance or turned by `CLOSE` (rad),
-//! with one patch in `GLANCES` tested per step. V is updated for one patch in `TURNS` per step,
+//! F is updated for a patch that has moved by `VIEW_TOLERANCE` of its distance or turned by `VIEW_TOLERANCE` (rad),
+//! with one patch in `VIEW_UPDATE_STEPS` tested per step. V is updated for one patch in `SHADOW_UPDATE_STEPS` per step,
 //! self-shadowing as often. Pairs that face away are skipped.
 
 use std::path::Path;
@@ -22,33 +22,33 @@ use rapier3d::parry::query::Ray;
 
 use crate::error::InputError;
 use crate::rigid::RigidView;
-use crate::scene::heater::Heater;
+use crate::scene::heater_file::Heater;
 use crate::scene::{HeaterSpec, Placement, Scene};
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::thermal::shadow::Own;
-use crate::thermal::source::{Dial, Kind, Moment, Source, Target, fourth_power};
+use crate::thermal::shadow::SelfShadow;
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter, fourth_power};
 use crate::thermal::view_factor::contour;
 use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Motion of a patch that requires a new view factor: as a fraction of its distance from the middle
 /// of the nearest hot face, and as a rotation, rad. The view factor is then wrong by some
 /// thousandths.
-const CLOSE: f64 = 1e-3;
+const VIEW_TOLERANCE: f64 = 1e-3;
 /// Number of steps in which all moving patches are tested, so that view factors lag by at most a
 /// twentieth of a second.
-const GLANCES: usize = 3;
+const VIEW_UPDATE_STEPS: usize = 3;
 /// Number of steps in which the shadows of all patches are updated.
-const TURNS: usize = 24;
+const SHADOW_UPDATE_STEPS: usize = 24;
 /// Number of ray targets per corner of a face.
-const RAYS: usize = 4;
+const RAYS_PER_CORNER: usize = 4;
 /// Distance of a ray's start from its patch, as a fraction of its length.
 const START: f64 = 1e-4;
 
-pub(crate) const KIND: Kind =
-    Kind { name: "heaters", about: "polyhedra with hot faces, by exact view factors, with shadows", build };
+pub(crate) const KIND: SourceKind =
+    SourceKind { name: "heaters", about: "polyhedra with hot faces, by exact view factors, with shadows", build };
 
-fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let each = |(index, spec): (usize, &HeaterSpec)| {
         let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
         of(&name, spec, &scene.base).map_err(|mut e| {
@@ -65,8 +65,8 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
 ///
 /// # Errors
 /// When its file is invalid.
-pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn Source>, InputError> {
-    Ok(Box::new(Radiator::new(name.to_owned(), spec, &spec.resolve(base)?)))
+pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn HeatSource>, InputError> {
+    Ok(Box::new(HeaterSource::new(name.to_owned(), spec, &spec.resolve(base)?)))
 }
 
 /// Parameter path of the heater `name`.
@@ -90,7 +90,7 @@ impl HotFace {
     fn new(corners: Vec<DVec3>, celsius: f64, emissivity: f64) -> Self {
         let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
         let mut area = DVec3::ZERO;
-        let mut points = Vec::with_capacity(RAYS * corners.len());
+        let mut points = Vec::with_capacity(RAYS_PER_CORNER * corners.len());
         for (i, a) in corners.iter().enumerate() {
             let b = corners[(i + 1) % corners.len()];
             let part = (*a - middle).cross(b - middle) * 0.5;
@@ -131,7 +131,7 @@ impl HotFace {
 
 /// View data of a sheet's patches.
 #[derive(Default)]
-struct Seen {
+struct PatchViews {
     /// Position and normal of the view factors, NaN before the first, and the squared distance of
     /// the middle of the nearest face, m².
     at: Vec<(DVec3, DVec3, f64)>,
@@ -139,14 +139,14 @@ struct Seen {
     factors: Vec<(f64, f64)>,
     /// First patch of the next shadow update, and whether all patches have been updated once.
     next: usize,
-    /// Step counter modulo `GLANCES`.
+    /// Step counter modulo `VIEW_UPDATE_STEPS`.
     glance: usize,
     complete: bool,
-    own: Option<Own>,
+    own: Option<SelfShadow>,
 }
 
-impl Seen {
-    fn keep(&self, to: &mut Keeper) {
+impl PatchViews {
+    fn serialise(&self, to: &mut StateWriter) {
         to.count(self.at.len() as u64);
         for (place, normal, reach) in &self.at {
             to.vector(*place);
@@ -159,12 +159,12 @@ impl Seen {
         to.flag(self.complete);
         to.flag(self.own.is_some());
         if let Some(own) = &self.own {
-            own.keep(to);
+            own.serialise(to);
         }
     }
 
     /// Deserialise the data of `sheet` for `faces` hot faces.
-    fn take(&mut self, from: &mut Taker, sheet: &Sheet, faces: usize) -> Taken {
+    fn deserialise(&mut self, from: &mut StateReader, sheet: &Sheet, faces: usize) -> ReadResult {
         let patches = from.length(56)?;
         self.at.resize(patches, (DVec3::NAN, DVec3::NAN, f64::NAN));
         for at in &mut self.at {
@@ -174,31 +174,31 @@ impl Seen {
         for factor in &mut self.factors {
             *factor = (from.number()?, from.number()?);
         }
-        (self.next, self.glance) = (from.index(patches.max(1))? as usize, from.index(GLANCES)? as usize);
+        (self.next, self.glance) = (from.index(patches.max(1))? as usize, from.index(VIEW_UPDATE_STEPS)? as usize);
         self.complete = from.flag()?;
         if !from.flag()? {
             self.own = None;
             return Ok(());
         }
-        let body = sheet.faces().ok_or(Cut)?;
+        let body = sheet.faces().ok_or(CorruptState)?;
         if self.own.as_ref().is_none_or(|own| !own.is_of(body)) {
-            self.own = Some(Own::new(sheet, body));
+            self.own = Some(SelfShadow::new(sheet, body));
         }
-        self.own.as_mut().map_or(Ok(()), |own| own.take(from))
+        self.own.as_mut().map_or(Ok(()), |own| own.deserialise(from))
     }
 }
 
-struct Radiator {
+struct HeaterSource {
     name: String,
     on: bool,
     faces: Vec<HotFace>,
     /// Corners of the faces in the heater's axes, m.
     own: Vec<Vec<DVec3>>,
     /// View data of each sheet.
-    seen: Vec<Seen>,
+    seen: Vec<PatchViews>,
 }
 
-impl Radiator {
+impl HeaterSource {
     fn new(name: String, spec: &HeaterSpec, heaters: &[Heater]) -> Self {
         let (mut faces, mut own) = (Vec::new(), Vec::new());
         for heater in heaters {
@@ -214,9 +214,9 @@ impl Radiator {
     }
 
     /// Update view factors and some shadows of a sheet.
-    fn look(&mut self, index: usize, moment: &Moment, target: &Target) {
+    fn update_views(&mut self, index: usize, moment: &SourceInputs, target: &HeatedSheet) {
         if self.seen.len() <= index {
-            self.seen.resize_with(index + 1, Seen::default);
+            self.seen.resize_with(index + 1, PatchViews::default);
         }
         let (faces, seen) = (&self.faces, &mut self.seen[index]);
         let patches = &target.faces.patches;
@@ -224,16 +224,16 @@ impl Radiator {
             seen.at = vec![(DVec3::NAN, DVec3::NAN, f64::NAN); patches.len()];
             seen.factors = vec![(0.0, 1.0); patches.len() * faces.len()];
         }
-        let turn = if seen.complete { patches.len().div_ceil(TURNS) } else { patches.len() };
+        let turn = if seen.complete { patches.len().div_ceil(SHADOW_UPDATE_STEPS) } else { patches.len() };
         let shadows = seen.next..seen.next + turn;
-        let own = seen.own.get_or_insert_with(|| Own::new(target.sheet, target.faces));
+        let own = seen.own.get_or_insert_with(|| SelfShadow::new(target.sheet, target.faces));
         if !seen.complete || shadows.start < turn {
             own.refresh(target.sheet, target.faces);
         }
-        seen.glance = (seen.glance + 1) % GLANCES;
+        seen.glance = (seen.glance + 1) % VIEW_UPDATE_STEPS;
         for (i, patch) in patches.iter().enumerate() {
             let shaded = shadows.contains(&i) || shadows.contains(&(i + patches.len()));
-            if seen.complete && !shaded && i % GLANCES != seen.glance {
+            if seen.complete && !shaded && i % VIEW_UPDATE_STEPS != seen.glance {
                 continue;
             }
             let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
@@ -241,7 +241,7 @@ impl Radiator {
             let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
             let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
             // NaN marks a patch without view factors.
-            if moved.is_nan() || moved > CLOSE * CLOSE * reach {
+            if moved.is_nan() || moved > VIEW_TOLERANCE * VIEW_TOLERANCE * reach {
                 let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
                 seen.at[i] = (place, normal, reach);
                 factors.iter_mut().zip(faces).for_each(|(f, face)| f.0 = face.view_factor(place, normal));
@@ -249,7 +249,7 @@ impl Radiator {
             if shaded {
                 for (factors, face) in factors.iter_mut().zip(faces).filter(|(f, _)| f.0 > 0.0) {
                     factors.1 = face.visible(place, normal, |from, to| {
-                        stops(moment.view, from, to) || own.stops(target.sheet, patch.mass, from, to)
+                        is_blocked(moment.view, from, to) || own.stops(target.sheet, patch.mass, from, to)
                     });
                 }
             }
@@ -260,7 +260,7 @@ impl Radiator {
 }
 
 /// Whether a body blocks the line from `from` to `to`.
-fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
+fn is_blocked(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
     let Some(view) = view.filter(|view| !view.colliders.is_empty()) else { return false };
     let start = from + (to - from) * START;
     let ray = Ray::new(start.as_vec3(), (to - start).as_vec3());
@@ -270,16 +270,16 @@ fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
     near.any(|(_, collider)| collider.shape().intersects_ray(collider.position(), &ray, 1.0))
 }
 
-impl Source for Radiator {
-    fn is_at_work(&self) -> bool {
+impl HeatSource for HeaterSource {
+    fn is_active(&self) -> bool {
         self.on && !self.faces.is_empty()
     }
 
-    fn give(&mut self, index: usize, moment: &Moment, target: &mut Target) {
-        if !self.is_at_work() {
+    fn add_exchange(&mut self, index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
+        if !self.is_active() {
             return;
         }
-        self.look(index, moment, target);
+        self.update_views(index, moment, target);
         let walls = moment.room.fourth_power();
         let count = self.faces.len();
         for i in 0..target.faces.patches.len() {
@@ -301,19 +301,23 @@ impl Source for Radiator {
             let there = own.iter().map(|p| placement.apply(*p)).collect();
             *face = HotFace::new(there, face.celsius, face.emissivity);
         }
-        self.forget();
+        self.discard_views();
         true
     }
 
-    fn dials(&self) -> Vec<Dial> {
-        let dial =
-            |name: &str, value, unit, range| Dial { path: format!("{}.{name}", self.path()), value, unit, range };
+    fn parameters(&self) -> Vec<SourceParameter> {
+        let dial = |name: &str, value, unit, range| SourceParameter {
+            path: format!("{}.{name}", self.path()),
+            value,
+            unit,
+            range,
+        };
         let on = if self.on { 1.0 } else { 0.0 };
         let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
         vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]
     }
 
-    fn keep_settings(&self, to: &mut Keeper) {
+    fn serialise_settings(&self, to: &mut StateWriter) {
         to.flag(self.on);
         for face in &self.faces {
             to.number(face.celsius);
@@ -321,7 +325,7 @@ impl Source for Radiator {
         }
     }
 
-    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.on = from.flag()?;
         for face in &mut self.faces {
             face.celsius = from.number()?;
@@ -334,22 +338,22 @@ impl Source for Radiator {
         Ok(())
     }
 
-    fn keep(&self, to: &mut Keeper) {
+    fn serialise(&self, to: &mut StateWriter) {
         to.count(self.seen.len() as u64);
-        self.seen.iter().for_each(|seen| seen.keep(to));
+        self.seen.iter().for_each(|seen| seen.serialise(to));
     }
 
-    fn take(&mut self, from: &mut Taker, sheets: &[Sheet]) -> Taken {
+    fn deserialise(&mut self, from: &mut StateReader, sheets: &[Sheet]) -> ReadResult {
         let count = from.length(1)?;
         if count > sheets.len() {
-            return Err(Cut);
+            return Err(CorruptState);
         }
-        self.seen.resize_with(count, Seen::default);
+        self.seen.resize_with(count, PatchViews::default);
         let faces = self.faces.len();
-        self.seen.iter_mut().zip(sheets).try_for_each(|(seen, sheet)| seen.take(from, sheet, faces))
+        self.seen.iter_mut().zip(sheets).try_for_each(|(seen, sheet)| seen.deserialise(from, sheet, faces))
     }
 
-    fn turn(&mut self, path: &str, value: f64) -> bool {
+    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
         let own = path.strip_prefix("heaters.").and_then(|p| p.strip_prefix(self.name.as_str()));
         match own {
             Some(".on") => self.on = value >= 0.5,
@@ -359,7 +363,7 @@ impl Source for Radiator {
         true
     }
 
-    fn forget(&mut self) {
+    fn discard_views(&mut self) {
         self.seen.clear();
     }
 }

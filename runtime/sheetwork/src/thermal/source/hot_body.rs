@@ -1,7 +1,7 @@
 //! Hot bodies: heat exchange between a body with a temperature and a sheet near it.
 //!
 //! A patch at a gap g (m) from the surface of the body exchanges q = (T_body - T)/(1/h_c + g/k_air)
-//! per area, through the contact and the air in the gap, where it faces the surface. Beyond `FAR`
+//! per area, through the contact and the air in the gap, where it faces the surface. Beyond `MAX_GAP`
 //! the exchange is neglected: the convection of the room is larger. The temperature of the body is
 //! constant.
 
@@ -12,25 +12,25 @@ use rapier3d::prelude::Collider;
 
 use crate::error::InputError;
 use crate::scene::{Scene, body_name};
-use crate::serialize::{Keeper, Taken, Taker};
-use crate::thermal::source::{Dial, Kind, Moment, Source, Target};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter};
 use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;
 /// Maximum gap, m: the exchange across it is small against the convection of the room.
-const FAR: f64 = 5e-3;
+const MAX_GAP: f64 = 5e-3;
 
-pub(crate) const KIND: Kind =
-    Kind { name: "bodies", about: "hot bodies, through contact and the air in between", build };
+pub(crate) const KIND: SourceKind =
+    SourceKind { name: "bodies", about: "hot bodies, through contact and the air in between", build };
 
-fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let hot = scene.bodies.iter().enumerate().filter_map(|(i, b)| Some((body_name(&b.name, i), b.temperature?)));
     Ok(hot.map(|(name, celsius)| of(&name, celsius, scene.contact_conductance)).collect())
 }
 
 /// Body `name` at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
-pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn Source> {
+pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn HeatSource> {
     Box::new(HotBody { name: name.to_owned(), celsius, conductance })
 }
 
@@ -47,9 +47,9 @@ struct HotBody {
 }
 
 impl HotBody {
-    fn give_from(&self, collider: &Collider, offset: f64, target: &mut Target) {
+    fn give_from(&self, collider: &Collider, offset: f64, target: &mut HeatedSheet) {
         let Some((low, high)) = target.sheet.x.bounds() else { return };
-        let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((FAR + offset) as Real);
+        let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((MAX_GAP + offset) as Real);
         if !around.intersects(&collider.compute_aabb()) {
             return;
         }
@@ -61,7 +61,7 @@ impl HotBody {
             let way = found.point.as_dvec3() - place;
             let gap = if found.is_inside { 0.0 } else { (way.length() - offset).max(0.0) };
             let towards = if found.is_inside { -way } else { way };
-            if gap > FAR || towards.dot(normal) < 0.0 || normal == DVec3::ZERO {
+            if gap > MAX_GAP || towards.dot(normal) < 0.0 || normal == DVec3::ZERO {
                 continue;
             }
             target.couple(patch, self.celsius, patch.area / (1.0 / self.conductance + gap / AIR));
@@ -69,8 +69,8 @@ impl HotBody {
     }
 }
 
-impl Source for HotBody {
-    fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
+impl HeatSource for HotBody {
+    fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let (Some(view), Some(rigid)) = (moment.view, moment.rigid) else { return };
         let Some(index) = rigid.index_of(&self.name) else { return };
         let offset = target.sheet.contact_offset();
@@ -85,20 +85,20 @@ impl Source for HotBody {
         format!("bodies.{}", self.name)
     }
 
-    fn dials(&self) -> Vec<Dial> {
-        vec![Dial { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
+    fn parameters(&self) -> Vec<SourceParameter> {
+        vec![SourceParameter { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
     }
 
-    fn keep_settings(&self, to: &mut Keeper) {
+    fn serialise_settings(&self, to: &mut StateWriter) {
         to.number(self.celsius);
     }
 
-    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.celsius = from.number()?;
         Ok(())
     }
 
-    fn turn(&mut self, path: &str, value: f64) -> bool {
+    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
         let own = path == path_of(&self.name);
         if own {
             self.celsius = value;

@@ -4,7 +4,7 @@
 //! patches to the [`Exchange`] of a sheet; `surroundings` adds the losses of the sheet. Sources are
 //! evaluated once per thermal step, at its start.
 
-pub mod gun;
+pub mod heat_gun;
 pub mod heater;
 pub mod hot_body;
 pub mod oven;
@@ -15,27 +15,27 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{Placement, Scene};
-use crate::serialize::{Keeper, Taken, Taker};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::sheet::temperature::conduction::Exchange;
-use crate::sheet::temperature::patches::{Faces, Patch};
+use crate::sheet::temperature::patches::{Patch, SheetPatches};
 use crate::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
 /// Kind of source.
-pub struct Kind {
+pub struct SourceKind {
     /// Name, as in a scene.
     pub name: &'static str,
     /// Description in one line.
     pub about: &'static str,
     /// Sources of this kind in a scene.
-    pub(crate) build: fn(&Scene) -> Result<Vec<Box<dyn Source>>, InputError>,
+    pub(crate) build: fn(&Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError>,
 }
 
 /// All kinds, in the order of evaluation: the surroundings first.
-pub const TABLE: &[Kind] = &[surroundings::KIND, oven::KIND, heater::KIND, hot_body::KIND, gun::KIND];
+pub const TABLE: &[SourceKind] = &[surroundings::KIND, oven::KIND, heater::KIND, hot_body::KIND, heat_gun::KIND];
 
 /// Inputs of a source in a step.
-pub struct Moment<'a> {
+pub struct SourceInputs<'a> {
     /// Simulated time of the motion, s.
     pub time: f64,
     /// Temperature of the room.
@@ -69,16 +69,16 @@ pub fn fourth_power(celsius: f64) -> f64 {
 }
 
 /// Sheet as a source sees it.
-pub struct Target<'a> {
+pub struct HeatedSheet<'a> {
     /// The sheet.
     pub sheet: &'a Sheet,
     /// Patches of the sheet.
-    pub faces: &'a Faces,
+    pub faces: &'a SheetPatches,
     /// Exchange of the thermal nodes, to which sources add.
     pub exchange: &'a mut Exchange,
 }
 
-impl Target<'_> {
+impl HeatedSheet<'_> {
     /// Patches with their positions (m) and normals.
     pub fn patches(&self) -> impl Iterator<Item = (Patch, DVec3, DVec3)> + use<'_> {
         let Self { sheet, faces, .. } = self;
@@ -106,7 +106,7 @@ impl Target<'_> {
 }
 
 /// Parameter of a source that can change while the world runs.
-pub struct Dial {
+pub struct SourceParameter {
     /// Path in the world, as `oven.temperature`.
     pub path: String,
     /// Present value.
@@ -118,17 +118,17 @@ pub struct Dial {
 }
 
 /// Heat source.
-pub trait Source: Send + Sync {
+pub trait HeatSource: Send + Sync {
     /// Change the surroundings, as an oven does.
-    fn surround(&self, _time: f64, _room: &mut Surroundings) {}
+    fn modify_surroundings(&self, _time: f64, _room: &mut Surroundings) {}
 
     /// Whether the source exchanges heat with a sheet at the temperature of its surroundings.
-    fn is_at_work(&self) -> bool {
+    fn is_active(&self) -> bool {
         true
     }
 
     /// Add the heat exchange of the sheet `index`.
-    fn give(&mut self, index: usize, moment: &Moment, target: &mut Target);
+    fn add_exchange(&mut self, index: usize, moment: &SourceInputs, target: &mut HeatedSheet);
 
     /// Path of the source's parameters: `oven`, `heaters.lamp`. Empty for the room.
     fn path(&self) -> String {
@@ -141,32 +141,32 @@ pub trait Source: Send + Sync {
     }
 
     /// Parameters of the source.
-    fn dials(&self) -> Vec<Dial> {
+    fn parameters(&self) -> Vec<SourceParameter> {
         Vec::new()
     }
 
     /// Set the parameter at `path` to `value`, which has been checked. Returns `false` when the
     /// source has no such parameter.
-    fn turn(&mut self, _path: &str, _value: f64) -> bool {
+    fn set_parameter(&mut self, _path: &str, _value: f64) -> bool {
         false
     }
 
     /// Serialise the settings for a snapshot.
-    fn keep_settings(&self, _to: &mut Keeper) {}
+    fn serialise_settings(&self, _to: &mut StateWriter) {}
 
     /// Deserialise the settings.
-    fn take_settings(&mut self, _from: &mut Taker) -> Taken {
+    fn deserialise_settings(&mut self, _from: &mut StateReader) -> ReadResult {
         Ok(())
     }
 
     /// Serialise the state that steps depend on.
-    fn keep(&self, _to: &mut Keeper) {}
+    fn serialise(&self, _to: &mut StateWriter) {}
 
     /// Deserialise the state, for these sheets.
-    fn take(&mut self, _from: &mut Taker, _sheets: &[Sheet]) -> Taken {
+    fn deserialise(&mut self, _from: &mut StateReader, _sheets: &[Sheet]) -> ReadResult {
         Ok(())
     }
 
     /// Discard the state of each sheet, after sheets were added or removed.
-    fn forget(&mut self) {}
+    fn discard_views(&mut self) {}
 }

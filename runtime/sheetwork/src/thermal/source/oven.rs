@@ -3,18 +3,18 @@
 
 use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
-use crate::serialize::{Keeper, Taken, Taker};
-use crate::thermal::source::{Dial, Kind, Moment, Source, Surroundings, Target};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter, Surroundings};
 use crate::units::temperature::{COLDEST, HOTTEST};
 
-pub(crate) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
+pub(crate) const KIND: SourceKind = SourceKind { name: "oven", about: "the whole room at a temperature", build };
 
-fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     Ok(scene.oven.iter().map(of).collect())
 }
 
 /// Oven of `spec`.
-pub(crate) fn of(spec: &OvenSpec) -> Box<dyn Source> {
+pub(crate) fn of(spec: &OvenSpec) -> Box<dyn HeatSource> {
     Box::new(Oven { spec: spec.clone() })
 }
 
@@ -25,38 +25,38 @@ struct Oven {
     spec: OvenSpec,
 }
 
-impl Source for Oven {
-    fn surround(&self, time: f64, room: &mut Surroundings) {
+impl HeatSource for Oven {
+    fn modify_surroundings(&self, time: f64, room: &mut Surroundings) {
         if let Some(celsius) = self.spec.celsius_at(time, room.celsius) {
             room.celsius = celsius;
             room.convection = self.spec.convection.unwrap_or(room.convection);
         }
     }
 
-    fn is_at_work(&self) -> bool {
+    fn is_active(&self) -> bool {
         false
     }
 
-    fn give(&mut self, _index: usize, _moment: &Moment, _target: &mut Target) {}
+    fn add_exchange(&mut self, _index: usize, _moment: &SourceInputs, _target: &mut HeatedSheet) {}
 
     fn path(&self) -> String {
         PATH.into()
     }
 
-    fn dials(&self) -> Vec<Dial> {
+    fn parameters(&self) -> Vec<SourceParameter> {
         let on = if self.spec.on { 1.0 } else { 0.0 };
         vec![
-            Dial {
+            SourceParameter {
                 path: "oven.temperature".into(),
                 value: self.spec.temperature,
                 unit: "°C",
                 range: (COLDEST, HOTTEST),
             },
-            Dial { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
+            SourceParameter { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
         ]
     }
 
-    fn keep_settings(&self, to: &mut Keeper) {
+    fn serialise_settings(&self, to: &mut StateWriter) {
         to.flag(self.spec.on);
         to.number(self.spec.temperature);
         // Setting the temperature clears the schedule.
@@ -67,7 +67,7 @@ impl Source for Oven {
         }
     }
 
-    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+    fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
         self.spec.schedule.clear();
         for _ in 0..from.length(9)? {
@@ -76,7 +76,7 @@ impl Source for Oven {
         Ok(())
     }
 
-    fn turn(&mut self, path: &str, value: f64) -> bool {
+    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
         match path {
             "oven.temperature" => {
                 // A set temperature replaces the schedule.

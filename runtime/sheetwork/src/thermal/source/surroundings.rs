@@ -8,27 +8,27 @@
 
 use crate::error::InputError;
 use crate::scene::Scene;
-use crate::thermal::source::{Kind, Moment, STEFAN_BOLTZMANN, Source, Target};
+use crate::thermal::source::{HeatSource, HeatedSheet, STEFAN_BOLTZMANN, SourceInputs, SourceKind};
 
-pub(crate) const KIND: Kind = Kind {
+pub(crate) const KIND: SourceKind = SourceKind {
     name: "ambient_temperature",
     about: "the room: convection to the air and radiation to the walls, on both sides",
     build,
 };
 
-fn build(_scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
-    Ok(vec![Box::new(Room)])
+fn build(_scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
+    Ok(vec![Box::new(SurroundingsSource)])
 }
 
 /// Source of the room.
-struct Room;
+struct SurroundingsSource;
 
-impl Source for Room {
-    fn is_at_work(&self) -> bool {
+impl HeatSource for SurroundingsSource {
+    fn is_active(&self) -> bool {
         false
     }
 
-    fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
+    fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let (walls, half) = (moment.room.fourth_power(), 0.5 * moment.room.convection);
         let radiation = target.emissivity() * STEFAN_BOLTZMANN;
         for i in 0..target.faces.patches.len() {

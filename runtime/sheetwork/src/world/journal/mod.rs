@@ -1,9 +1,9 @@
 //! Journals: the inputs of a run, step by step, with checksums of the results, so that the run can
 //! be repeated, entered at any step, and verified.
 //!
-//! File: the line `sheetwork journal 1`, a line of JSON ([`Header`]), then parts, each after its
+//! File: the line `sheetwork journal 1`, a line of JSON ([`JournalHeader`]), then parts, each after its
 //! length in bytes (u32) and its CRC-32 (u32), little endian. A part begins with a snapshot
-//! ([`World::save`]) before its first step. For every step follow the inputs before it, and a
+//! ([`World::serialise`]) before its first step. For every step follow the inputs before it, and a
 //! checksum of positions and velocities after it of every sheet and of all bodies together.
 
 #[cfg(test)]
@@ -19,15 +19,15 @@ use serde::{Deserialize, Serialize};
 use crate::World;
 use crate::error::{InputError, check_range};
 use crate::scene::Scene;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Maximum length of a header, bytes.
-const LONGEST: usize = 64 << 20;
+const MAX_HEADER_LENGTH: usize = 64 << 20;
 
 /// Header of a journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct JournalHeader {
     /// Name of the scene.
     pub scene: String,
     /// The scene itself (RON).
@@ -40,7 +40,7 @@ pub struct Header {
 
 /// Input to a world between two steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Input {
+pub enum JournalInput {
     /// [`World::set`].
     Set {
         /// Path of the parameter.
@@ -66,7 +66,7 @@ pub enum Input {
         /// Target position, m.
         target: DVec3,
     },
-    /// [`crate::sheet::Sheet::let_go`].
+    /// [`crate::sheet::Sheet::release_grab`].
     LetGo {
         /// Name of the sheet.
         sheet: String,
@@ -93,7 +93,7 @@ pub enum Input {
     },
 }
 
-impl Input {
+impl JournalInput {
     /// Apply the input to `world`.
     ///
     /// # Errors
@@ -115,15 +115,15 @@ impl Input {
             }
             Self::LetGo { sheet, index } => {
                 let at = of(world, sheet)?;
-                let gone = world.sheets_mut()[at].let_go(*index as usize);
+                let gone = world.sheets_mut()[at].release_grab(*index as usize);
                 if gone { Ok(()) } else { Err(InputError::new("pull", "nobody pulls there")) }
             }
             Self::MoveBody { name, position, rotation } => {
-                let done = is_place(*position, *rotation) && world.move_body(name, *position, *rotation);
+                let done = is_valid_pose(*position, *rotation) && world.move_body(name, *position, *rotation);
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
             Self::PlaceBody { name, position, rotation } => {
-                let done = is_place(*position, *rotation) && world.place_body(name, *position, *rotation);
+                let done = is_valid_pose(*position, *rotation) && world.place_body(name, *position, *rotation);
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
         }
@@ -131,20 +131,20 @@ impl Input {
 }
 
 /// Whether position and rotation are a valid pose.
-fn is_place(position: DVec3, rotation: DQuat) -> bool {
+fn is_valid_pose(position: DVec3, rotation: DQuat) -> bool {
     position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0
 }
 
 /// Error for a body that was not moved.
 fn no_such(name: &str, position: DVec3, rotation: DQuat) -> InputError {
-    let there = is_place(position, rotation);
+    let there = is_valid_pose(position, rotation);
     let problem = if there { "is not there, or does not move so" } else { "cannot be sent to what is no place" };
     InputError::new(format!("bodies.{name}"), problem)
 }
 
 /// Checksums of positions and velocities of the sheets of `world`, one per sheet, and last of all
 /// its bodies.
-pub fn sums(world: &World) -> Vec<u32> {
+pub fn state_checksums(world: &World) -> Vec<u32> {
     let mut all = Vec::with_capacity(world.sheets().len() + 1);
     for sheet in world.sheets() {
         let mut sum = crc32fast::Hasher::new();
@@ -153,27 +153,27 @@ pub fn sums(world: &World) -> Vec<u32> {
         }
         all.push(sum.finalize());
     }
-    let mut bodies = Keeper::default();
+    let mut bodies = StateWriter::default();
     if let Some(rigid) = world.rigid() {
-        (0..rigid.bodies().len()).filter_map(|i| rigid.state(i)).for_each(|state| state.keep(&mut bodies));
+        (0..rigid.bodies().len()).filter_map(|i| rigid.state(i)).for_each(|state| state.serialise(&mut bodies));
     }
     all.push(crc32fast::hash(&bodies.bytes));
     all
 }
 
 /// Writer of a journal while a world runs.
-pub struct Writer {
+pub struct JournalWriter {
     file: PathBuf,
     out: BufWriter<File>,
     every: u32,
     /// Unwritten part: its snapshot, its steps, and their number.
     key: Vec<u8>,
-    steps: Keeper,
+    steps: StateWriter,
     count: u32,
-    waiting: Vec<Input>,
+    waiting: Vec<JournalInput>,
 }
 
-impl Writer {
+impl JournalWriter {
     /// Create the file for `world`, with a snapshot every `every` steps, 1 to 1e6.
     ///
     /// # Errors
@@ -181,15 +181,16 @@ impl Writer {
     pub fn create(file: &Path, world: &World, every: u32) -> Result<Self, InputError> {
         check_range("every", f64::from(every), 1.0, 1e6, "steps")?;
         let scene = world.scene();
-        let header = Header { scene: scene.name.clone(), source: scene.to_text()?, base: scene.base.clone(), every };
+        let header =
+            JournalHeader { scene: scene.name.clone(), source: scene.to_text()?, base: scene.base.clone(), every };
         let json = serde_json::to_string(&header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
         let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
         let mut writer = Self {
             file: file.to_path_buf(),
             out,
             every,
-            key: world.save(),
-            steps: Keeper::default(),
+            key: world.serialise(),
+            steps: StateWriter::default(),
             count: 0,
             waiting: Vec::new(),
         };
@@ -200,8 +201,8 @@ impl Writer {
     /// Apply `input` to `world`, and record it.
     ///
     /// # Errors
-    /// As [`Input::apply`]; nothing is recorded then.
-    pub fn input(&mut self, world: &mut World, input: Input) -> Result<(), InputError> {
+    /// As [`JournalInput::apply`]; nothing is recorded then.
+    pub fn input(&mut self, world: &mut World, input: JournalInput) -> Result<(), InputError> {
         input.apply(world)?;
         self.waiting.push(input);
         Ok(())
@@ -216,20 +217,20 @@ impl Writer {
             .map_err(|e| InputError::new("input", e.to_string()))?;
         self.steps.blob(&inputs);
         world.step();
-        let sums = sums(world);
+        let sums = state_checksums(world);
         self.steps.count(sums.len() as u64);
         sums.iter().for_each(|sum| self.steps.bytes.extend_from_slice(&sum.to_le_bytes()));
         self.count += 1;
         if self.count == self.every {
             self.flush()?;
-            world.save_into(&mut self.key);
+            world.serialise_into(&mut self.key);
         }
         Ok(())
     }
 
     /// Write the unwritten part.
     fn flush(&mut self) -> Result<(), InputError> {
-        let mut part = Keeper::default();
+        let mut part = StateWriter::default();
         part.blob(&self.key);
         part.count(u64::from(std::mem::take(&mut self.count)));
         part.bytes.append(&mut self.steps.bytes);
@@ -259,29 +260,29 @@ impl Writer {
 
 /// A step of a journal.
 #[derive(Clone, Debug, PartialEq)]
-struct Step {
-    inputs: Vec<Input>,
+struct JournalStep {
+    inputs: Vec<JournalInput>,
     sums: Vec<u32>,
 }
 
 /// A snapshot and the steps after it.
 #[derive(Clone, Debug, PartialEq)]
-struct Part {
+struct JournalPart {
     key: Vec<u8>,
-    steps: Vec<Step>,
+    steps: Vec<JournalStep>,
 }
 
 /// A journal read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Journal {
     /// Header of the journal.
-    pub header: Header,
-    parts: Vec<Part>,
+    pub header: JournalHeader,
+    parts: Vec<JournalPart>,
 }
 
 /// First difference between a run and its journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Difference {
+pub struct JournalDifference {
     /// Number of the first step after which a state differs, counted from 1.
     pub step: u64,
     /// Simulated time after that step, s.
@@ -333,7 +334,7 @@ impl Journal {
             if crc32fast::hash(body) != sum {
                 return Err(bad(format!("part {at} is damaged: its checksum does not fit")));
             }
-            parts.push(part_of(body).map_err(|Cut| bad(format!("part {at} cannot be read")))?);
+            parts.push(part_of(body).map_err(|CorruptState| bad(format!("part {at} cannot be read")))?);
             rest = next;
         }
         Ok(Self { header, parts })
@@ -359,7 +360,7 @@ impl Journal {
         scene.base = base.map_or_else(|| self.header.base.clone(), Path::to_path_buf);
         let mut world = World::new(&scene)?;
         if let Some(first) = self.parts.first() {
-            world.load(&first.key)?;
+            world.deserialise(&first.key)?;
         }
         Ok(world)
     }
@@ -377,7 +378,7 @@ impl Journal {
         for part in &self.parts {
             let here = part.steps.len() as u64;
             if step <= before + here {
-                world.load(&part.key)?;
+                world.deserialise(&part.key)?;
                 let steps = part.steps.iter().take((step - before) as usize);
                 return steps.into_iter().try_for_each(|s| s.take(world));
             }
@@ -391,19 +392,19 @@ impl Journal {
     ///
     /// # Errors
     /// When a snapshot or an input is refused.
-    pub fn check(&self, world: &mut World) -> Result<Option<Difference>, InputError> {
+    pub fn check(&self, world: &mut World) -> Result<Option<JournalDifference>, InputError> {
         let mut number = 0;
         if let Some(first) = self.parts.first() {
-            world.load(&first.key)?;
+            world.deserialise(&first.key)?;
         }
         for part in &self.parts {
             for step in &part.steps {
                 step.take(world)?;
                 number += 1;
-                let now = sums(world);
+                let now = state_checksums(world);
                 if let Some(at) = (0..now.len().max(step.sums.len())).find(|i| now.get(*i) != step.sums.get(*i)) {
                     let what = world.sheets().get(at).map_or_else(|| "bodies".to_owned(), |s| s.name.clone());
-                    return Ok(Some(Difference { step: number, time_s: world.time(), what }));
+                    return Ok(Some(JournalDifference { step: number, time_s: world.time(), what }));
                 }
             }
         }
@@ -411,7 +412,7 @@ impl Journal {
     }
 }
 
-impl Step {
+impl JournalStep {
     fn take(&self, world: &mut World) -> Result<(), InputError> {
         self.inputs.iter().try_for_each(|input| input.apply(world))?;
         world.step();
@@ -421,21 +422,21 @@ impl Step {
 
 /// The first line of `bytes`, and the bytes after it.
 fn line_of(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let end = bytes.iter().take(LONGEST).position(|b| *b == b'\n')?;
+    let end = bytes.iter().take(MAX_HEADER_LENGTH).position(|b| *b == b'\n')?;
     Some((&bytes[..end], &bytes[end + 1..]))
 }
 
-fn part_of(body: &[u8]) -> Taken<Part> {
-    let mut from = Taker::new(body);
+fn part_of(body: &[u8]) -> ReadResult<JournalPart> {
+    let mut from = StateReader::new(body);
     let key = from.blob()?.to_vec();
     let mut steps = Vec::new();
     for _ in 0..from.length(2)? {
-        let inputs = postcard::from_bytes(from.blob()?).map_err(|_| Cut)?;
+        let inputs = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
         let mut sums = Vec::new();
         for _ in 0..from.length(4)? {
-            sums.push(from.sum()?);
+            sums.push(from.checksum()?);
         }
-        steps.push(Step { inputs, sums });
+        steps.push(JournalStep { inputs, sums });
     }
-    if from.is_empty() { Ok(Part { key, steps }) } else { Err(Cut) }
+    if from.is_empty() { Ok(JournalPart { key, steps }) } else { Err(CorruptState) }
 }

@@ -12,20 +12,20 @@ fn world() -> World {
     World::new(&scene.expect("valid")).expect("valid")
 }
 
-fn inputs(step: u32) -> Vec<Input> {
+fn inputs(step: u32) -> Vec<JournalInput> {
     let sheet = || "leaf".to_owned();
     match step {
-        3 => vec![Input::Grab { sheet: sheet(), uv: (1.0, 0.5), stiffness: 20.0 }],
-        5 => vec![Input::Pull { sheet: sheet(), index: 0, target: DVec3::new(0.1, 0.1, 0.0) }],
-        9 => vec![Input::Set { path: "gravity".into(), value: "(0, -4, 1)".into() }],
-        11 => vec![Input::PlaceBody {
+        3 => vec![JournalInput::Grab { sheet: sheet(), uv: (1.0, 0.5), stiffness: 20.0 }],
+        5 => vec![JournalInput::Pull { sheet: sheet(), index: 0, target: DVec3::new(0.1, 0.1, 0.0) }],
+        9 => vec![JournalInput::Set { path: "gravity".into(), value: "(0, -4, 1)".into() }],
+        11 => vec![JournalInput::PlaceBody {
             name: "ball".into(),
             position: DVec3::new(0.02, 0.09, 0.0),
             rotation: DQuat::from_rotation_x(0.5),
         }],
         14 => vec![
-            Input::LetGo { sheet: sheet(), index: 0 },
-            Input::Set { path: "sheets.leaf.material.young".into(), value: "1e9".into() },
+            JournalInput::LetGo { sheet: sheet(), index: 0 },
+            JournalInput::Set { path: "sheets.leaf.material.young".into(), value: "1e9".into() },
         ],
         _ => Vec::new(),
     }
@@ -34,7 +34,7 @@ fn inputs(step: u32) -> Vec<Input> {
 fn journal(name: &str, steps: u32) -> (PathBuf, World) {
     let file = std::env::temp_dir().join(format!("sheetwork-journal-{name}-{}", std::process::id()));
     let mut world = world();
-    let mut writer = Writer::create(&file, &world, 6).expect("a file");
+    let mut writer = JournalWriter::create(&file, &world, 6).expect("a file");
     for step in 0..steps {
         inputs(step).into_iter().for_each(|i| writer.input(&mut world, i).expect("taken"));
         writer.step(&mut world).expect("written");
@@ -44,17 +44,17 @@ fn journal(name: &str, steps: u32) -> (PathBuf, World) {
 }
 
 #[test]
-fn a_run_is_run_again_to_the_bit_and_gone_to_at_any_step() {
+fn a_run_repeats_bit_for_bit_and_can_be_entered_at_any_step() {
     let (file, end) = journal("again", 20);
     let journal = Journal::read(&file).expect("its own");
     assert_eq!(journal.len(), 20);
     let mut again = journal.world(None).expect("its scene");
     assert_eq!(journal.check(&mut again), Ok(None));
-    assert_eq!(again.save(), end.save());
+    assert_eq!(again.serialise(), end.serialise());
     let mut way = world();
     for step in 0..=20 {
         journal.seek(&mut again, u64::from(step)).expect("there");
-        assert_eq!(sums(&again), sums(&way), "{step}");
+        assert_eq!(state_checksums(&again), state_checksums(&way), "{step}");
         if step < 20 {
             inputs(step).iter().for_each(|i| i.apply(&mut way).expect("taken"));
             way.step();
@@ -84,7 +84,7 @@ fn the_first_step_that_differs_is_named() {
 }
 
 #[test]
-fn what_is_no_journal_is_refused() {
+fn a_file_without_the_journal_format_is_rejected() {
     let (file, _) = journal("bad", 8);
     let bytes = std::fs::read(&file).expect("there");
     std::fs::remove_file(file).expect("there");

@@ -11,7 +11,7 @@ use glam::{Quat, Vec3};
 
 use crate::sheet::temperature::RecordedTemperature;
 use crate::units::temperature::ZERO_CELSIUS;
-use crate::world::recording::frame::{Frame, Header};
+use crate::world::recording::frame::{RecordedFrame, RecordingHeader};
 
 /// Bits of a sheet's first byte: the kind of temperatures, and whether cells follow.
 const WARMTH: u8 = 3;
@@ -35,11 +35,11 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 }
 
 /// Append `frame` to `out`. `open` holds the open cells of the frame before and is updated.
-pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
+pub fn encode(frame: &RecordedFrame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
     out.extend(frame.time.to_le_bytes());
     open.resize_with(frame.sheets.len(), || [].into());
     for (index, (places, open)) in frame.sheets.iter().zip(open).enumerate() {
-        let (warmth, cells) = (frame.warmth_of(index), frame.open_of(index));
+        let (warmth, cells) = (frame.temperatures_of(index), frame.open_of(index));
         let changed = **open != *cells;
         let kind = match warmth {
             RecordedTemperature::Unknown => 0,
@@ -70,9 +70,9 @@ pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
 }
 
 /// Reader of bytes from the front.
-struct Bytes<'a>(&'a [u8]);
+struct ByteReader<'a>(&'a [u8]);
 
-impl<'a> Bytes<'a> {
+impl<'a> ByteReader<'a> {
     fn take(&mut self, n: usize) -> Option<&'a [u8]> {
         let (first, rest) = self.0.split_at_checked(n)?;
         self.0 = rest;
@@ -119,14 +119,14 @@ impl<'a> Bytes<'a> {
 
 /// Decode the frame in `bytes`, of version 2. `open` holds the open cells of the frame before and
 /// is updated. `None` when the bytes are no such frame.
-pub fn decode(header: &Header, bytes: &[u8], open: &mut Vec<Arc<[bool]>>) -> Option<Frame> {
-    let mut bytes = Bytes(bytes);
-    let mut frame = Frame { time: f64::from_le_bytes(bytes.array()?), ..Frame::default() };
+pub fn decode(header: &RecordingHeader, bytes: &[u8], open: &mut Vec<Arc<[bool]>>) -> Option<RecordedFrame> {
+    let mut bytes = ByteReader(bytes);
+    let mut frame = RecordedFrame { time: f64::from_le_bytes(bytes.array()?), ..RecordedFrame::default() };
     open.resize_with(header.masses.len(), || [].into());
     for (masses, open) in header.masses.iter().zip(open.iter_mut()) {
         let [what] = bytes.array()?;
         frame.sheets.push(bytes.places(*masses)?);
-        frame.warmth.push(bytes.warmth(what & WARMTH, *masses)?);
+        frame.temperatures.push(bytes.warmth(what & WARMTH, *masses)?);
         if what & CELLS != 0 {
             *open = bytes.cells()?;
         }
@@ -137,15 +137,15 @@ pub fn decode(header: &Header, bytes: &[u8], open: &mut Vec<Arc<[bool]>>) -> Opt
 }
 
 /// Length of a frame of version 1, bytes; saturates for a damaged header.
-pub fn first_version_bytes(header: &Header) -> usize {
+pub fn first_version_bytes(header: &RecordingHeader) -> usize {
     let masses = header.masses.iter().fold(0_usize, |sum, n| sum.saturating_add(*n));
     masses.saturating_mul(12).saturating_add(header.bodies.saturating_mul(28)).saturating_add(8)
 }
 
 /// Decode the frame in `bytes`, of version 1: time, positions, bodies.
-pub fn decode_first_version(header: &Header, bytes: &[u8]) -> Option<Frame> {
-    let mut bytes = Bytes(bytes);
+pub fn decode_first_version(header: &RecordingHeader, bytes: &[u8]) -> Option<RecordedFrame> {
+    let mut bytes = ByteReader(bytes);
     let time = f64::from_le_bytes(bytes.array()?);
     let sheets = header.masses.iter().map(|masses| bytes.places(*masses)).collect::<Option<_>>()?;
-    Some(Frame { time, sheets, bodies: bytes.bodies(header.bodies)?, ..Frame::default() })
+    Some(RecordedFrame { time, sheets, bodies: bytes.bodies(header.bodies)?, ..RecordedFrame::default() })
 }

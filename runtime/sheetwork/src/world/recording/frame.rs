@@ -12,7 +12,7 @@ use crate::sheet::temperature::RecordedTemperature;
 
 /// Header of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct RecordingHeader {
     /// Name of the scene.
     pub scene: String,
     /// The scene itself (RON), from which a player builds surfaces and bodies.
@@ -27,7 +27,7 @@ pub struct Header {
 
 /// One frame.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Frame {
+pub struct RecordedFrame {
     /// Simulated time, s.
     pub time: f64,
     /// Positions of the nodes of each sheet, m.
@@ -35,33 +35,37 @@ pub struct Frame {
     /// Position (m) and rotation of each body.
     pub bodies: Vec<(Vec3, Quat)>,
     /// Temperatures of each sheet; empty without data.
-    pub warmth: Vec<RecordedTemperature>,
+    pub temperatures: Vec<RecordedTemperature>,
     /// Open state of the cells of each sheet, as in [`Sheet::open_cells`]; empty for a sheet
     /// without open cells. The list is empty when no sheet has data.
     pub open: Vec<Arc<[bool]>>,
 }
 
-impl Frame {
+impl RecordedFrame {
     /// Frame of a world; a sheet on another grid is interpolated at the nodes of its scene's grid.
     pub fn of(world: &World) -> Self {
         let by_thesis = matches!(world.scene().heat_mode, HeatMode::Thesis { .. });
         let sheets = world.sheets();
         let grids = world.scene().sheets.iter().map(|s| (s.grid.0, s.grid.2));
-        let places = |(s, grid): (&Sheet, (u32, u32))| s.places_at(grid).iter().map(|p| p.as_vec3()).collect();
+        let places = |(s, grid): (&Sheet, (u32, u32))| s.positions_at(grid).iter().map(|p| p.as_vec3()).collect();
         let open = |s: &Sheet| s.open_cells().filter(|_| s.open_count() > 0).unwrap_or_default().into();
         let poses = world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.pose(i)));
         Self {
             time: world.time(),
             sheets: sheets.iter().zip(grids.clone()).map(places).collect(),
             bodies: poses.map(|(position, rotation)| (position.as_vec3(), rotation.as_quat())).collect(),
-            warmth: sheets.iter().zip(grids).map(|(s, grid)| RecordedTemperature::of(s, grid, by_thesis)).collect(),
+            temperatures: sheets
+                .iter()
+                .zip(grids)
+                .map(|(s, grid)| RecordedTemperature::of(s, grid, by_thesis))
+                .collect(),
             open: sheets.iter().map(open).collect(),
         }
     }
 
     /// Temperatures of the sheet `index`.
-    pub fn warmth_of(&self, index: usize) -> &RecordedTemperature {
-        self.warmth.get(index).unwrap_or(&RecordedTemperature::Unknown)
+    pub fn temperatures_of(&self, index: usize) -> &RecordedTemperature {
+        self.temperatures.get(index).unwrap_or(&RecordedTemperature::Unknown)
     }
 
     /// Open state of the cells of the sheet `index`; empty for a sheet without open cells.

@@ -1,6 +1,6 @@
 //! Recordings: a run frame by frame, for playback without simulation.
 //!
-//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`Header`]), then frames,
+//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`RecordingHeader`]), then frames,
 //! each after its length in bytes (u32) and its checksum (u32): positions, temperatures and open
 //! cells (`recording/bytes.rs`). Values are rounded; a [`Snapshot`](crate::world::Snapshot) serves
 //! to continue a run. Files of version 1, with positions alone, are read too.
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 pub use crate::sheet::temperature::RecordedTemperature;
 pub use crate::world::recording::bytes::checksum;
-pub use crate::world::recording::frame::{Frame, Header};
+pub use crate::world::recording::frame::{RecordedFrame, RecordingHeader};
 
 use crate::World;
 use crate::error::InputError;
@@ -26,7 +26,7 @@ use crate::error::InputError;
 const MAGIC: [&str; 2] = ["sheetwork recording 1", "sheetwork recording 2"];
 
 /// Writer of a recording.
-pub struct Recorder {
+pub struct RecordingWriter {
     file: PathBuf,
     out: BufWriter<File>,
     frames: u64,
@@ -36,17 +36,17 @@ pub struct Recorder {
     open: Vec<Arc<[bool]>>,
 }
 
-impl Recorder {
+impl RecordingWriter {
     /// Create the file and write the header for `world`.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn create(file: &Path, world: &World, frames_per_second: f64) -> Result<Self, InputError> {
-        let header = Header {
+        let header = RecordingHeader {
             scene: world.scene().name.clone(),
             source: world.scene().to_text()?,
             frames_per_second,
-            masses: Frame::of(world).sheets.iter().map(Vec::len).collect(),
+            masses: RecordedFrame::of(world).sheets.iter().map(Vec::len).collect(),
             bodies: world.rigid().map_or(0, |r| r.bodies().len()),
         };
         Self::begin(file, &header)
@@ -56,7 +56,7 @@ impl Recorder {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn begin(file: &Path, header: &Header) -> Result<Self, InputError> {
+    pub fn begin(file: &Path, header: &RecordingHeader) -> Result<Self, InputError> {
         let json = serde_json::to_string(header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
         let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
         let mut recorder = Self { file: file.to_path_buf(), out, frames: 0, bytes: Vec::new(), open: Vec::new() };
@@ -69,14 +69,14 @@ impl Recorder {
     /// # Errors
     /// When the file cannot be written.
     pub fn frame(&mut self, world: &World) -> Result<(), InputError> {
-        self.append(&Frame::of(world))
+        self.append(&RecordedFrame::of(world))
     }
 
     /// Append a frame, which must have the nodes and bodies of the header.
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn append(&mut self, frame: &Frame) -> Result<(), InputError> {
+    pub fn append(&mut self, frame: &RecordedFrame) -> Result<(), InputError> {
         let mut bytes = std::mem::take(&mut self.bytes);
         bytes.clear();
         bytes::encode(frame, &mut self.open, &mut bytes);
@@ -109,7 +109,7 @@ impl Recorder {
 ///
 /// # Errors
 /// When the file cannot be read, is not a recording, ends within a frame or is damaged.
-pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
+pub fn read(file: &Path) -> Result<(RecordingHeader, Vec<RecordedFrame>), InputError> {
     read_from(&mut BufReader::new(File::open(file).map_err(|e| InputError::io(file, &e))?), file)
 }
 
@@ -117,11 +117,11 @@ pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn from_bytes(mut bytes: &[u8]) -> Result<(Header, Vec<Frame>), InputError> {
+pub fn from_bytes(mut bytes: &[u8]) -> Result<(RecordingHeader, Vec<RecordedFrame>), InputError> {
     read_from(&mut bytes, Path::new("recording"))
 }
 
-fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
+fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(RecordingHeader, Vec<RecordedFrame>), InputError> {
     let bad = |problem: String| InputError::new("", problem).in_file(file);
     let line = |input: &mut dyn BufRead| -> Result<String, InputError> {
         let mut text = String::new();
@@ -140,7 +140,7 @@ fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>
         };
         return Err(bad(about));
     };
-    let header: Header = serde_json::from_str(&line(input)?).map_err(|e| bad(format!("header: {e}")))?;
+    let header: RecordingHeader = serde_json::from_str(&line(input)?).map_err(|e| bad(format!("header: {e}")))?;
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes).map_err(|e| InputError::io(file, &e))?;
     let frames = if version == 0 { first_version(&header, &bytes) } else { second_version(&header, &bytes) };
@@ -148,7 +148,7 @@ fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>
 }
 
 /// Frames of a file of version 1, which have equal length.
-fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
+fn first_version(header: &RecordingHeader, bytes: &[u8]) -> Result<Vec<RecordedFrame>, String> {
     let size = bytes::first_version_bytes(header);
     let whole = bytes.len() / size;
     if !bytes.len().is_multiple_of(size) {
@@ -159,7 +159,7 @@ fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
 }
 
 /// Frames of a file of version 2, each after its length and its checksum.
-fn second_version(header: &Header, mut rest: &[u8]) -> Result<Vec<Frame>, String> {
+fn second_version(header: &RecordingHeader, mut rest: &[u8]) -> Result<Vec<RecordedFrame>, String> {
     let (mut frames, mut open) = (Vec::new(), Vec::new());
     while !rest.is_empty() {
         let at = frames.len();

@@ -5,9 +5,9 @@ use crate::scene::Scene;
 use crate::world::recording::*;
 
 /// File of one test, removed at its end.
-struct Place(PathBuf);
+struct RecordingFile(PathBuf);
 
-impl Place {
+impl RecordingFile {
     fn new(test: &str) -> Self {
         Self(std::env::temp_dir().join(format!("sheetwork-recording-{test}-{}.swr", std::process::id())))
     }
@@ -18,7 +18,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for RecordingFile {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
     }
@@ -30,9 +30,9 @@ fn falling() -> World {
 }
 
 #[test]
-fn what_is_recorded_is_read_and_a_cut_or_damaged_file_is_refused() {
-    let (mut world, file) = (falling(), Place::new("read"));
-    let mut recorder = Recorder::create(&file.0, &world, 60.0).expect("writable");
+fn a_recording_is_read_as_written_and_a_truncated_or_damaged_one_is_rejected() {
+    let (mut world, file) = (falling(), RecordingFile::new("read"));
+    let mut recorder = RecordingWriter::create(&file.0, &world, 60.0).expect("writable");
     for _ in 0..3 {
         recorder.frame(&world).expect("writable");
         world.advance(1.0 / 60.0);
@@ -42,7 +42,7 @@ fn what_is_recorded_is_read_and_a_cut_or_damaged_file_is_refused() {
     assert_eq!((frames.len(), header.masses.as_slice(), header.bodies), (3, &[221][..], 2));
     assert!((frames[2].time - 2.0 / 60.0).abs() < 1e-12);
     assert!(frames[2].sheets[0][0].y < frames[0].sheets[0][0].y);
-    assert_eq!((frames[0].warmth_of(0), frames[0].open_of(0)), (&RecordedTemperature::Unknown, &[][..]));
+    assert_eq!((frames[0].temperatures_of(0), frames[0].open_of(0)), (&RecordedTemperature::Unknown, &[][..]));
     let bytes = std::fs::read(&file.0).expect("readable");
     assert!(file.refusal(&bytes[..bytes.len() - 5]).contains("ends within frame 2"));
     let start = bytes.len() - 3 * (8 + 8 + 1 + 12 * 221 + 28 * 2);
@@ -61,10 +61,15 @@ fn what_is_recorded_is_read_and_a_cut_or_damaged_file_is_refused() {
 
 #[test]
 fn a_file_of_the_first_version_is_read() {
-    let (world, file) = (falling(), Place::new("first"));
-    let frame = Frame::of(&world);
-    let header =
-        Header { scene: "old".into(), source: "()".into(), frames_per_second: 60.0, masses: vec![221], bodies: 2 };
+    let (world, file) = (falling(), RecordingFile::new("first"));
+    let frame = RecordedFrame::of(&world);
+    let header = RecordingHeader {
+        scene: "old".into(),
+        source: "()".into(),
+        frames_per_second: 60.0,
+        masses: vec![221],
+        bodies: 2,
+    };
     let mut bytes = format!("sheetwork recording 1\n{}\n", serde_json::to_string(&header).expect("JSON")).into_bytes();
     for _ in 0..2 {
         bytes.extend(frame.time.to_le_bytes());
@@ -98,13 +103,13 @@ fn softened() -> World {
 }
 
 #[test]
-fn warmth_and_holes_come_back_as_they_were() {
-    let (mut world, file) = (hot(), Place::new("warmth"));
-    let mut recorder = Recorder::create(&file.0, &world, 60.0).expect("writable");
+fn temperatures_and_open_cells_are_restored() {
+    let (mut world, file) = (hot(), RecordingFile::new("warmth"));
+    let mut recorder = RecordingWriter::create(&file.0, &world, 60.0).expect("writable");
     let mut kept = Vec::new();
     for step in 0..4 {
         world.sheets_mut()[1].set_temperatures(|i| 20.0 + f64::from(step) * 7.3 + i as f64).expect("in range");
-        let mut frame = Frame::of(&world);
+        let mut frame = RecordedFrame::of(&world);
         // Cells opened by hand: one from the second frame on, another in the fourth.
         let open = |cells: &[usize]| (0..20).map(|c| cells.contains(&c)).collect::<Vec<_>>();
         frame.open[1] = [open(&[]), open(&[3]), open(&[3]), open(&[3, 19])][step as usize].as_slice().into();
@@ -118,7 +123,7 @@ fn warmth_and_holes_come_back_as_they_were() {
     let (_, frames) = read(&file.0).expect("a recording");
     for (read, kept) in frames.iter().zip(&kept) {
         assert_eq!((&read.open, &read.sheets), (&kept.open, &kept.sheets));
-        for (read, kept) in read.warmth.iter().zip(&kept.warmth) {
+        for (read, kept) in read.temperatures.iter().zip(&kept.temperatures) {
             assert_eq!(std::mem::discriminant(read), std::mem::discriminant(kept));
             let apart = read.values().iter().zip(kept.values()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(read.values().len() == kept.values().len() && apart < 0.0501, "{apart} °C");
@@ -130,25 +135,25 @@ fn warmth_and_holes_come_back_as_they_were() {
     let celsius = shown.sheets()[1].temperatures().expect("heated");
     assert!(celsius.iter().enumerate().all(|(i, t)| (t - (41.9 + i as f64)).abs() < 0.06), "{celsius:?}");
     let mut foreign = frames[3].clone();
-    foreign.warmth[0] = RecordedTemperature::Mean(vec![9e9; 20]);
+    foreign.temperatures[0] = RecordedTemperature::Mean(vec![9e9; 20]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("°C"));
-    foreign.warmth[0] = RecordedTemperature::Mean(vec![20.0; 3]);
+    foreign.temperatures[0] = RecordedTemperature::Mean(vec![20.0; 3]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("other sheets"));
 }
 
 #[test]
-fn stiffness_by_the_thesis_comes_back() {
-    let (mut world, file) = (softened(), Place::new("thesis"));
+fn remaining_stiffness_of_the_thesis_model_is_restored() {
+    let (mut world, file) = (softened(), RecordingFile::new("thesis"));
     world.advance(0.05);
     let left = |world: &World| {
         let heat = world.sheets()[0].heat().expect("heated");
         (0..20).map(|i| 1.0 / heat.compliance(i)).collect::<Vec<_>>()
     };
-    let mut recorder = Recorder::create(&file.0, &world, 60.0).expect("writable");
+    let mut recorder = RecordingWriter::create(&file.0, &world, 60.0).expect("writable");
     recorder.frame(&world).expect("writable");
     recorder.finish().expect("writable");
     let (_, frames) = read(&file.0).expect("a recording");
-    assert!(matches!(frames[0].warmth_of(0), RecordedTemperature::Stiffness(_)) && left(&world)[7] < 0.9);
+    assert!(matches!(frames[0].temperatures_of(0), RecordedTemperature::Stiffness(_)) && left(&world)[7] < 0.9);
     let mut shown = softened();
     shown.show(&frames[0]).expect("of this scene");
     for (seen, was) in left(&shown).iter().zip(left(&world)) {

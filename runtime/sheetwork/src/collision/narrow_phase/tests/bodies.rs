@@ -3,11 +3,11 @@
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::SharedShape;
 
-use crate::collision::features::Solid;
+use crate::collision::features::ColliderPart;
 use crate::collision::narrow_phase::tests::*;
 
 /// A box with these half sides (m) and its top at y = 0.
-fn cuboid(x: f64, y: f64, z: f64) -> Features {
+fn cuboid(x: f64, y: f64, z: f64) -> ColliderFeatures {
     let corners: Vec<DVec3> = (0..8)
         .map(|i| {
             DVec3::new(
@@ -19,7 +19,7 @@ fn cuboid(x: f64, y: f64, z: f64) -> Features {
         .collect();
     let sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
     let triangles: Vec<[u32; 3]> = sides.iter().flat_map(|[a, b, c, d]| [[*a, *c, *b], [*a, *d, *c]]).collect();
-    Features::from_solid(Solid::from_triangles(&corners, &triangles).expect("a box"))
+    ColliderFeatures::from_solid(ColliderPart::from_triangles(&corners, &triangles).expect("a box"))
 }
 
 const HERE: [RigidFrame; 1] = [RigidFrame::IDENTITY];
@@ -29,10 +29,10 @@ fn up(by: f64) -> DVec3 {
 }
 
 #[test]
-fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_rim() {
+fn a_sheet_on_a_box_has_node_constraints_on_the_top_and_edge_constraints_on_the_rim() {
     // 21 nodes 12.5 mm apart and a box whose rim lies between nodes: 7 by 7 of them are above it.
     let flat = square(21, 0.25);
-    let skin = skin(21, &flat);
+    let skin = ensure_collision_surface(21, &flat);
     let features = cuboid(0.042, 0.05, 0.041);
     let start = shifted(&flat, up(HALF + 1e-6));
     let end = shifted(&flat, up(HALF - 1e-4));
@@ -51,20 +51,20 @@ fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_ri
 }
 
 #[test]
-fn rows_of_a_resting_sheet_do_not_flicker() {
+fn constraints_of_a_resting_sheet_persist() {
     let flat = square(21, 0.25);
-    let skin = skin(21, &flat);
+    let skin = ensure_collision_surface(21, &flat);
     // The rim lies exactly below a line of nodes.
     let features = cuboid(0.05, 0.05, 0.05);
     let wave = |phase: f64| {
         mapped(&flat, move |p| p + up(HALF + 2e-6 * (300.0 * p.x + phase).sin() * (200.0 * p.z - phase).cos()))
     };
     let end = shifted(&flat, up(HALF - 3e-5));
-    let mut keys: Vec<Vec<Key>> = Vec::new();
+    let mut keys: Vec<Vec<ContactKey>> = Vec::new();
     for phase in 0..8 {
         let start = wave(f64::from(phase));
         let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &features)]);
-        let falls = |r: &&Contact| r.normal.y < 0.999;
+        let falls = |r: &&ContactConstraint| r.normal.y < 0.999;
         assert_eq!(found.iter().find(falls), None);
         keys.push(found.iter().map(|r| r.key).collect());
     }
@@ -76,7 +76,7 @@ fn rows_of_a_resting_sheet_do_not_flicker() {
 #[test]
 fn a_sheet_that_hangs_beside_a_box_is_not_lifted_to_its_top() {
     let flat = square(11, 0.2);
-    let skin = skin(11, &flat);
+    let skin = ensure_collision_surface(11, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
     // The sheet is upright; its plane touches the side x = 0.05, and half of it is above the top.
     let upright = mapped(&flat, |p| DVec3::new(0.05 + HALF + 1e-6, p.x, p.z));
@@ -94,7 +94,7 @@ fn a_sheet_that_hangs_beside_a_box_is_not_lifted_to_its_top() {
 #[test]
 fn a_sheet_that_slides_over_a_rim_stays_on_the_top() {
     let flat = square(11, 0.2);
-    let skin = skin(11, &flat);
+    let skin = ensure_collision_surface(11, &flat);
     let features = cuboid(0.05, 0.05, 0.05);
     for (x, z) in [(0.0, 0.0), (0.011, 0.0), (0.0491, 0.0499), (-0.031, 0.07)] {
         let start = shifted(&flat, DVec3::new(x, HALF + 1e-6, z));
@@ -110,15 +110,15 @@ fn a_sheet_that_slides_over_a_rim_stays_on_the_top() {
 }
 
 #[test]
-fn a_needle_and_a_ridge_are_felt_between_masses() {
+fn a_needle_and_a_ridge_are_detected_between_nodes() {
     let flat = square(5, 0.1);
-    let skin = skin(5, &flat);
+    let skin = ensure_collision_surface(5, &flat);
     // A pyramid with its apex at the origin, 2 mm wide and 40 mm high.
     let base = [(-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3)];
     let mut corners: Vec<DVec3> = base.iter().map(|(x, z)| DVec3::new(*x, -0.04, *z)).collect();
     corners.push(DVec3::ZERO);
     let triangles = [[0, 1, 2], [0, 2, 3], [0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]];
-    let needle = Features::from_solid(Solid::from_triangles(&corners, &triangles).expect("a pyramid"));
+    let needle = ColliderFeatures::from_solid(ColliderPart::from_triangles(&corners, &triangles).expect("a pyramid"));
     let start = shifted(&flat, DVec3::new(0.008, HALF + 1e-5, 0.004));
     for fall in [1e-4, 1e-2, 0.3] {
         let end = shifted(&start, up(-fall));
@@ -133,7 +133,7 @@ fn a_needle_and_a_ridge_are_felt_between_masses() {
     let ends = [-0.05, 0.05].map(|z| section.map(|p| p + DVec3::Z * z));
     let corners: Vec<DVec3> = ends.into_iter().flatten().collect();
     let triangles = [[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
-    let wedge = Features::from_solid(Solid::from_triangles(&corners, &triangles).expect("a wedge"));
+    let wedge = ColliderFeatures::from_solid(ColliderPart::from_triangles(&corners, &triangles).expect("a wedge"));
     let start = shifted(&flat, DVec3::new(0.01, HALF + 1e-5, 0.001));
     let end = shifted(&start, up(-1e-3));
     let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &wedge)]);
@@ -144,7 +144,7 @@ fn a_needle_and_a_ridge_are_felt_between_masses() {
 #[test]
 fn a_corner_is_felt_where_a_sheet_slides_and_turns_over_it() {
     let flat = square(5, 0.1);
-    let skin = skin(5, &flat);
+    let skin = ensure_collision_surface(5, &flat);
     let features = cuboid(0.05, 0.05, 0.05);
     let corner = DVec3::new(0.05, 0.0, 0.05);
     let normal = DVec3::new(1.0, 1.0, 1.0).normalize();
@@ -158,7 +158,7 @@ fn a_corner_is_felt_where_a_sheet_slides_and_turns_over_it() {
         };
         let start = placed(0.0, 0.0, HALF + 1e-6);
         let (base, end) = (placed(slide, turn, HALF), placed(slide, turn, HALF - 1e-3));
-        let sheet = SheetMotion { base: &base, ..moved(0, &skin, &start, &end) };
+        let sheet = SheetStageMotion { base: &base, ..moved(0, &skin, &start, &end) };
         let found = rows(&[sheet], &[still(0, &features)]);
         let row = found.iter().find(|r| carriers(r) == 3).expect("the corner is felt");
         let wanted = DQuat::from_axis_angle(leant * DVec3::Z, turn) * normal;
@@ -169,7 +169,7 @@ fn a_corner_is_felt_where_a_sheet_slides_and_turns_over_it() {
 #[test]
 fn a_sharp_fold_is_felt_on_a_rim() {
     let flat = square(5, 0.1);
-    let skin = skin(5, &flat);
+    let skin = ensure_collision_surface(5, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
     // The sheet is folded along its middle line, which crosses the rim at x = 0.05 obliquely, from
     // both halves upright to both halves inclined.
@@ -194,9 +194,9 @@ fn a_sharp_fold_is_felt_on_a_rim() {
 }
 
 #[test]
-fn what_cuts_off_a_rim_is_held_by_it() {
+fn a_sheet_that_cuts_across_a_rim_gets_edge_constraints() {
     let flat = square(5, 0.1);
-    let skin = skin(5, &flat);
+    let skin = ensure_collision_surface(5, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
     // The last line of nodes moves over the rim and down, less than 1 mm inside the box on its way.
     let start = shifted(&flat, DVec3::new(-0.0009, HALF + 1e-6, 0.0));
@@ -214,9 +214,9 @@ fn what_cuts_off_a_rim_is_held_by_it() {
 #[test]
 fn a_ball_is_met_where_it_is_round() {
     let flat = square(9, 0.2);
-    let skin = skin(9, &flat);
+    let skin = ensure_collision_surface(9, &flat);
     let radius = 0.03;
-    let ball = Features::of(SharedShape::ball(0.03).0.as_ref());
+    let ball = ColliderFeatures::from_shape(SharedShape::ball(0.03).0.as_ref());
     let start = shifted(&flat, DVec3::new(0.004, 0.03 + HALF + 1e-6, 0.009));
     let end = shifted(&start, up(-1e-3));
     let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &ball)]);
@@ -242,7 +242,7 @@ fn a_ball_is_met_where_it_is_round() {
 #[test]
 fn nothing_passes_a_thin_plate_at_20_m_per_s() {
     let flat = square(11, 0.1);
-    let skin = skin(11, &flat);
+    let skin = ensure_collision_surface(11, &flat);
     let plate = cuboid(0.2, 5e-4, 0.2);
     let step = 20.0 / 60.0;
     for side in [1.0, -1.0] {
@@ -272,14 +272,14 @@ fn nothing_passes_a_thin_plate_at_20_m_per_s() {
 #[test]
 fn a_floor_and_a_cylinder_hold_from_above() {
     let flat = square(11, 0.1);
-    let skin = skin(11, &flat);
-    let floor = Features::of(SharedShape::halfspace(glam::Vec3::Y).0.as_ref());
+    let skin = ensure_collision_surface(11, &flat);
+    let floor = ColliderFeatures::from_shape(SharedShape::halfspace(glam::Vec3::Y).0.as_ref());
     let end = shifted(&flat, up(-0.2));
     let found = rows(&[moved(0, &skin, &shifted(&flat, up(HALF)), &end)], &[still(0, &floor)]);
     assert_eq!(found.len(), 121);
     assert!(found.iter().all(|r| (gap(r, &[&end], &HERE) + 0.2 + HALF).abs() < 1e-12));
     // A cylinder along z; its surface has many faces.
-    let cylinder = Features::of(SharedShape::cylinder(0.1, 0.03).0.as_ref());
+    let cylinder = ColliderFeatures::from_shape(SharedShape::cylinder(0.1, 0.03).0.as_ref());
     let mut body = still(0, &cylinder);
     body.start = RigidFrame::from_parts(up(-0.03), DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
     (body.base, body.end) = (body.start, body.start);
@@ -293,29 +293,29 @@ fn a_floor_and_a_cylinder_hold_from_above() {
 }
 
 #[test]
-fn what_is_far_or_asleep_costs_nothing() {
+fn distant_or_sleeping_pairs_are_not_tested() {
     let flat = square(11, 0.1);
-    let skin = skin(11, &flat);
+    let skin = ensure_collision_surface(11, &flat);
     let features = cuboid(0.05, 0.05, 0.05);
     let count = |height: f64, awake: bool| {
         let start = shifted(&flat, up(height));
-        let sheet = SheetMotion { awake, ..moved(0, &skin, &start, &start) };
+        let sheet = SheetStageMotion { awake, ..moved(0, &skin, &start, &start) };
         let (sheets, bodies) = ([sheet], [still(0, &features)]);
-        let problem = Problem {
+        let problem = DetectionInput {
             sheets: &sheets,
             bodies: &bodies,
             margin: MARGIN,
             between: Some(MARGIN),
             surfaces: &|_| (0.0, 0.0),
         };
-        let mut finder = Finder::default();
+        let mut finder = CollisionDetector::default();
         let mut out = Vec::new();
-        finder.begin(&problem, 0.1);
-        finder.find(&problem, &mut out);
+        finder.run_broad_phase(&problem, 0.1);
+        finder.detect_contacts(&problem, &mut out);
         finder.counters()
     };
     let far = count(1.0, true);
-    assert_eq!(far, FindCounters { boxes: 1, ..FindCounters::default() });
-    assert_eq!(count(HALF, false), FindCounters::default());
+    assert_eq!(far, DetectionCounters { boxes: 1, ..DetectionCounters::default() });
+    assert_eq!(count(HALF, false), DetectionCounters::default());
     assert!(count(HALF, true).mass_body_tests > 0);
 }

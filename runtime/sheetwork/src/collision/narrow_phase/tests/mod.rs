@@ -6,8 +6,8 @@ pub(crate) mod sheets;
 
 use glam::DVec3;
 
-use crate::collision::constraint::{SheetPoint, Side};
-use crate::collision::features::Features;
+use crate::collision::constraint::{ContactSide, SheetPoint};
+use crate::collision::features::ColliderFeatures;
 use crate::collision::narrow_phase::*;
 
 /// Half thickness of the test sheets, m.
@@ -30,7 +30,7 @@ pub fn square(n: u32, size: f64) -> Vectors {
 }
 
 /// Collision surface of such a grid, with alternating diagonals.
-pub fn skin(n: u32, rest: &Vectors) -> Skin {
+pub fn ensure_collision_surface(n: u32, rest: &Vectors) -> CollisionSurface {
     let mut triangles = Vec::new();
     for j in 0..n - 1 {
         for i in 0..n - 1 {
@@ -40,7 +40,7 @@ pub fn skin(n: u32, rest: &Vectors) -> Skin {
             triangles.extend(halves);
         }
     }
-    Skin::new(&triangles, rest, HALF, true)
+    CollisionSurface::new(&triangles, rest, HALF, true)
 }
 
 /// Positions mapped by a function.
@@ -54,25 +54,25 @@ pub fn shifted(x: &Vectors, by: DVec3) -> Vectors {
     mapped(x, |p| p + by)
 }
 
-pub fn still(id: u32, features: &Features) -> BodyMotion<'_> {
+pub fn still(id: u32, features: &ColliderFeatures) -> BodyStageMotion<'_> {
     let here = RigidFrame::IDENTITY;
-    BodyMotion { id, features, start: here, base: here, end: here, awake: false }
+    BodyStageMotion { id, features, start: here, base: here, end: here, awake: false }
 }
 
-pub fn moved<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) -> SheetMotion<'a> {
-    SheetMotion { id, skin, start, base: start, end, awake: true }
+pub fn moved<'a>(id: u32, skin: &'a CollisionSurface, start: &'a Vectors, end: &'a Vectors) -> SheetStageMotion<'a> {
+    SheetStageMotion { id, skin, start, base: start, end, awake: true }
 }
 
 /// All constraints of some sheets and bodies.
-pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
-    let problem = Problem { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
-    let mut finder = Finder::default();
-    finder.begin(&problem, 10.0);
+pub fn rows(sheets: &[SheetStageMotion], bodies: &[BodyStageMotion]) -> Vec<ContactConstraint> {
+    let problem = DetectionInput { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
+    let mut finder = CollisionDetector::default();
+    finder.run_broad_phase(&problem, 10.0);
     let mut out = Vec::new();
-    finder.find(&problem, &mut out);
+    finder.detect_contacts(&problem, &mut out);
     for row in &out {
         assert!((row.normal.length() - 1.0).abs() < 1e-9, "{row:?}");
-        let Side::Sheet { point, .. } = row.a else { panic!("a sheet is always the first side") };
+        let ContactSide::Sheet { point, .. } = row.a else { panic!("a sheet is always the first side") };
         assert!((point.weights.iter().sum::<f64>() - 1.0).abs() < 1e-9 && point.weights.iter().all(|w| *w >= 0.0));
     }
     assert!(out.windows(2).all(|w| w[0].key < w[1].key), "doubled or out of order");
@@ -81,19 +81,19 @@ pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
 
 /// World position of one side of a constraint, with the sheets at `x` and the bodies at `frames`,
 /// m.
-pub fn place(side: &Side, x: &[&Vectors], frames: &[RigidFrame]) -> DVec3 {
+pub fn place(side: &ContactSide, x: &[&Vectors], frames: &[RigidFrame]) -> DVec3 {
     match side {
-        Side::Sheet { sheet, point } => point.of(x[*sheet as usize]),
-        Side::Body { body, local } => frames[*body as usize].world(*local),
+        ContactSide::Sheet { sheet, point } => point.position(x[*sheet as usize]),
+        ContactSide::Body { body, local } => frames[*body as usize].world(*local),
     }
 }
 
-pub fn gap(row: &Contact, x: &[&Vectors], frames: &[RigidFrame]) -> f64 {
+pub fn gap(row: &ContactConstraint, x: &[&Vectors], frames: &[RigidFrame]) -> f64 {
     row.normal.dot(place(&row.a, x, frames) - place(&row.b, x, frames)) - row.offset
 }
 
 /// Number of nodes on the first side of a constraint.
-pub fn carriers(row: &Contact) -> usize {
-    let Side::Sheet { point, .. } = row.a else { return 0 };
+pub fn carriers(row: &ContactConstraint) -> usize {
+    let ContactSide::Sheet { point, .. } = row.a else { return 0 };
     point.terms().count()
 }

@@ -31,10 +31,10 @@ fn distance(p: DVec3) -> f64 {
 }
 
 /// Signed distance of a sheet from the box by sampling its triangles, m.
-fn clearance(skin: &Skin, x: &Vectors) -> f64 {
+fn clearance(skin: &CollisionSurface, x: &Vectors) -> f64 {
     let mut least = f64::INFINITY;
     for t in skin.triangles() {
-        let [a, b, c] = t.masses.map(|i| x.get(i as usize));
+        let [a, b, c] = t.nodes.map(|i| x.get(i as usize));
         for i in 0..=8_u32 {
             for j in 0..=8 - i {
                 let (v, w) = (f64::from(i) / 8.0, f64::from(j) / 8.0);
@@ -58,14 +58,14 @@ proptest! {
     /// constraint, a sheet that ends in the box has at least one, and a sheet that stays away has
     /// none.
     #[test]
-    fn a_box_is_felt_exactly_where_it_is(angles in vector(1.6), bend in -6.0..6.0, place in vector(0.1),
+    fn constraints_with_a_box_agree_with_sampling(angles in vector(1.6), bend in -6.0..6.0, place in vector(0.1),
                                          way in vector(0.2), twist in vector(0.3), unbend in -3.0..3.0) {
         let flat = square(5, 0.08);
-        let own = skin(5, &flat);
+        let own = ensure_collision_surface(5, &flat);
         let start = posed(&flat, angles, bend, place);
         prop_assume!(clearance(&own, &start) > 2e-3);
         let end = posed(&flat, angles + twist, bend + unbend, place + way);
-        let features = Features::of(SharedShape::cuboid(0.03, 0.02, 0.025).0.as_ref());
+        let features = ColliderFeatures::from_shape(SharedShape::cuboid(0.03, 0.02, 0.025).0.as_ref());
         let found = rows(&[moved(0, &own, &start, &end)], &[still(0, &features)]);
         let here = [RigidFrame::IDENTITY];
         let least = (0..=40).map(|k| clearance(&own, &between(&start, &end, f64::from(k) / 40.0)));
@@ -81,10 +81,10 @@ proptest! {
             let deepest = (0..=times).map(|k| distance(p.lerp(q, f64::from(k) / f64::from(times))));
             if deepest.fold(f64::INFINITY, f64::min) < -2e-3 {
                 let held = found.iter().any(|r| match r.a {
-                    Side::Sheet { point, .. } => {
+                    ContactSide::Sheet { point, .. } => {
                         point.terms().any(|(m, _)| m as usize == i) && gap(r, &[&end], &here) < 0.0
                     }
-                    Side::Body { .. } => false,
+                    ContactSide::Body { .. } => false,
                 });
                 prop_assert!(held, "mass {i} came through");
             }
@@ -98,10 +98,10 @@ proptest! {
 
     /// Each node of one sheet that crosses a triangle of another has a constraint.
     #[test]
-    fn no_mass_passes_a_sheet(angles in vector(0.7), bend in -4.0..4.0, place in vector(0.02), way in vector(0.01),
+    fn every_node_that_crosses_a_sheet_has_a_constraint(angles in vector(0.7), bend in -4.0..4.0, place in vector(0.02), way in vector(0.01),
                               fall in 0.05..0.3, shake in vector(0.2)) {
         let flat = square(4, 0.06);
-        let own = skin(4, &flat);
+        let own = ensure_collision_surface(4, &flat);
         let lying = posed(&flat, shake, 0.3 * bend, DVec3::ZERO);
         let start = posed(&flat, angles, bend, place + DVec3::Y * 0.12);
         let end = posed(&flat, angles + shake, bend, place + way + DVec3::Y * (0.12 - fall));
@@ -111,7 +111,7 @@ proptest! {
         }
         for i in 0..flat.len() {
             let crossed = own.triangles().iter().any(|t| {
-                let [a, b, c] = t.masses.map(|m| lying.get(m as usize));
+                let [a, b, c] = t.nodes.map(|m| lying.get(m as usize));
                 let n = (b - a).cross(c - a);
                 let (p, q) = (start.get(i), end.get(i));
                 let (before, after) = (n.dot(p - a), n.dot(q - a));
@@ -120,12 +120,12 @@ proptest! {
             });
             // For two coincident nodes one constraint remains (`prune`), which may belong to the
             // other node.
-            let own = |side: &Side| matches!(side, Side::Sheet { sheet: 1, point } if *point == SheetPoint::mass(i as u32));
-            let there = |side: &Side| match side {
-                Side::Sheet { sheet: 1, point } => point.terms().any(|(m, w)| m as usize == i && w > 0.98),
+            let own = |side: &ContactSide| matches!(side, ContactSide::Sheet { sheet: 1, point } if *point == SheetPoint::node(i as u32));
+            let there = |side: &ContactSide| match side {
+                ContactSide::Sheet { sheet: 1, point } => point.terms().any(|(m, w)| m as usize == i && w > 0.98),
                 _ => false,
             };
-            let of_mass = |side: &Side| matches!(side, Side::Sheet { sheet: 0, point } if point.weights[0] == 1.0);
+            let of_mass = |side: &ContactSide| matches!(side, ContactSide::Sheet { sheet: 0, point } if point.weights[0] == 1.0);
             let held = found.iter().any(|r| own(&r.a) || of_mass(&r.a) && there(&r.b));
             prop_assert!(!crossed || held, "mass {i} came through");
         }

@@ -7,44 +7,45 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::contact::coulomb::Law;
-use crate::contact::solver::augmented_lagrangian::Row;
+use crate::contact::coulomb::ContactLaw;
+use crate::contact::solver::augmented_lagrangian::SolverConstraint;
 
 /// Friction of a contact: none, stick or slip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rubs {
+pub(crate) enum FrictionState {
     /// No friction.
-    No,
+    None,
     /// Stick: friction below the bound.
-    Sticks,
+    Stick,
     /// Slip: friction on the bound.
-    Slides,
+    Slip,
 }
 
 /// State of a contact in the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct State {
+pub(crate) struct ContactState {
     /// Whether the contact is closed.
-    pub pushes: bool,
+    pub is_closed: bool,
     /// Friction state.
-    pub rubs: Rubs,
+    pub friction: FrictionState,
     /// Direction of friction in slip, and D across it divided by ρ.
     pub along: DVec2,
     pub across: f64,
 }
 
-impl State {
+impl ContactState {
     /// State of an open contact.
-    pub(crate) const OPEN: Self = Self { pushes: false, rubs: Rubs::No, along: DVec2::ZERO, across: 0.0 };
+    pub(crate) const OPEN: Self =
+        Self { is_closed: false, friction: FrictionState::None, along: DVec2::ZERO, across: 0.0 };
 
     /// Whether the contact has an entry in the matrix.
-    pub(crate) fn acts(&self) -> bool {
-        self.pushes || self.rubs != Rubs::No
+    pub(crate) fn is_active(&self) -> bool {
+        self.is_closed || self.friction != FrictionState::None
     }
 
     /// Whether both states are open, stick or slip alike.
-    pub(crate) fn is_like(&self, other: &Self) -> bool {
-        self.pushes == other.pushes && self.rubs == other.rubs
+    pub(crate) fn has_same_kind(&self, other: &Self) -> bool {
+        self.is_closed == other.is_closed && self.friction == other.friction
     }
 
     /// Whether a factor with the state `other` can be used. A small difference only costs another
@@ -54,16 +55,16 @@ impl State {
             (self.along - other.along).abs().max_element() < 0.02
                 && (self.across - other.across).abs() <= 0.1 * self.across.max(other.across)
         };
-        self.is_like(other) && (self.rubs != Rubs::Slides || alike())
+        self.has_same_kind(other) && (self.friction != FrictionState::Slip || alike())
     }
 }
 
 /// Projection P of the force `p` on the admissible forces with friction bound `limit` (N).
-pub(crate) fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
-    if row.law == Law::Glue {
+pub(crate) fn project_force(row: &SolverConstraint, p: DVec3, limit: f64) -> DVec3 {
+    if row.law == ContactLaw::Attachment {
         return p;
     }
-    if row.idle {
+    if row.is_disabled {
         return DVec3::ZERO;
     }
     let tangential = DVec2::new(p.y, p.z).clamp_length_max(limit);
@@ -71,32 +72,37 @@ pub(crate) fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
 }
 
 /// State of a contact with trial force `p` and friction bound `limit` (N).
-pub(crate) fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
-    if row.law == Law::Glue {
-        return State { pushes: true, rubs: Rubs::Sticks, ..State::OPEN };
+pub(crate) fn state_of(row: &SolverConstraint, p: DVec3, limit: f64) -> ContactState {
+    if row.law == ContactLaw::Attachment {
+        return ContactState { is_closed: true, friction: FrictionState::Stick, ..ContactState::OPEN };
     }
-    if row.idle {
-        return State::OPEN;
+    if row.is_disabled {
+        return ContactState::OPEN;
     }
     let pushes = p.x > 0.0;
     let tangential = DVec2::new(p.y, p.z);
     let length = tangential.length();
     if limit <= 0.0 {
-        State { pushes, ..State::OPEN }
+        ContactState { is_closed: pushes, ..ContactState::OPEN }
     } else if length <= limit {
-        State { pushes, rubs: Rubs::Sticks, ..State::OPEN }
+        ContactState { is_closed: pushes, friction: FrictionState::Stick, ..ContactState::OPEN }
     } else {
-        State { pushes, rubs: Rubs::Slides, along: tangential / length, across: limit / length }
+        ContactState {
+            is_closed: pushes,
+            friction: FrictionState::Slip,
+            along: tangential / length,
+            across: limit / length,
+        }
     }
 }
 
 /// D of a contact with weights `rho` (N/m); `braced` selects the regularised form, isotropic in
 /// slip.
-pub(crate) fn stiffness(rho: DVec3, state: &State, braced: bool) -> DMat3 {
-    let [yy, yz, zz] = match state.rubs {
-        Rubs::No => [0.0; 3],
-        Rubs::Sticks => [rho.y, 0.0, rho.z],
-        Rubs::Slides => {
+pub(crate) fn derivative(rho: DVec3, state: &ContactState, braced: bool) -> DMat3 {
+    let [yy, yz, zz] = match state.friction {
+        FrictionState::None => [0.0; 3],
+        FrictionState::Stick => [rho.y, 0.0, rho.z],
+        FrictionState::Slip => {
             let (across, DVec2 { x: y, y: z }) = (rho.y * state.across, state.along);
             match braced {
                 true => [across, 0.0, across],
@@ -105,7 +111,7 @@ pub(crate) fn stiffness(rho: DVec3, state: &State, braced: bool) -> DMat3 {
         }
     };
     DMat3::from_cols(
-        DVec3::new(if state.pushes { rho.x } else { 0.0 }, 0.0, 0.0),
+        DVec3::new(if state.is_closed { rho.x } else { 0.0 }, 0.0, 0.0),
         DVec3::new(0.0, yy, yz),
         DVec3::new(0.0, yz, zz),
     )

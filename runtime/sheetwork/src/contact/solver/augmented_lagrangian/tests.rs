@@ -8,13 +8,16 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
-use crate::contact::coulomb::Law;
-use crate::contact::solver::augmented_lagrangian::{Accuracy, OnForces, OnMasses, Primal, Row, Space, Tangent};
+use crate::contact::coulomb::ContactLaw;
+use crate::contact::solver::augmented_lagrangian::{
+    AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace, PrimalSpace, SolverConstraint, TangentMatrix,
+    UnknownSpace,
+};
 use crate::contact::solver::delassus::frame_of;
 use crate::linear::{Backend, Factor, Pattern, analyse};
 
 /// Tangent matrix of a chain of nodes.
-struct Chain {
+struct NodeChain {
     pattern: Pattern,
     values: Vec<f64>,
     with: Vec<f64>,
@@ -23,9 +26,9 @@ struct Chain {
 
 const BLOCKS: u32 = 6;
 
-type Drawn = ([f64; 6], [[f64; 3]; 6], [[f64; 3]; 5], [[f64; 3]; 5], f64);
+type DrawnProblem = ([f64; 6], [[f64; 3]; 6], [[f64; 3]; 5], [[f64; 3]; 5], f64);
 
-impl Chain {
+impl NodeChain {
     /// A chain of nodes of mass 1, each joined to the next by a spring with stiffness `along` in
     /// its direction and a tenth of it across.
     fn new(along: [f64; BLOCKS as usize], directions: [[f64; 3]; BLOCKS as usize]) -> Self {
@@ -57,7 +60,7 @@ impl Chain {
     }
 }
 
-impl Tangent for Chain {
+impl TangentMatrix for NodeChain {
     fn pattern(&self) -> &Pattern {
         &self.pattern
     }
@@ -74,16 +77,16 @@ impl Tangent for Chain {
 }
 
 /// Contacts of the first nodes with walls, and of the last two nodes with each other.
-fn rows(chain: &Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Vec<Row> {
+fn rows(chain: &NodeChain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Vec<SolverConstraint> {
     let make = |(i, (normal, gap)): (usize, (&[f64; 3], &[f64; 3]))| {
         let normal = DVec3::from(*normal).try_normalize().unwrap_or(DVec3::Y);
-        let mut row = Row::new(frame_of(normal), Law::Coulomb(friction));
+        let mut row = SolverConstraint::new(frame_of(normal), ContactLaw::Coulomb(friction));
         row.add(i as u32, DMat3::IDENTITY);
         if i == 4 {
             row.add(5, -DMat3::IDENTITY);
         }
         row.b = 0.01 * DVec3::from(*gap);
-        row.weigh(|block| {
+        row.compute_stiffness(|block| {
             let at = 9 * chain.pattern.starts[block as usize] as usize;
             DMat3::from_cols_slice(&chain.values[at..at + 9])
         });
@@ -93,36 +96,42 @@ fn rows(chain: &Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -
 }
 
 /// Dual form of the constraints.
-fn on_forces(chain: &mut Chain, rows: &[Row]) -> OnForces {
-    let mut space = OnForces::default();
+fn dual_space(chain: &mut NodeChain, rows: &[SolverConstraint]) -> DualSpace {
+    let mut space = DualSpace::default();
     chain.factorize_with(&mut |_| {});
     rows.iter().for_each(|row| space.delassus.problem.push(row.law, DVec3::ZERO));
     for (j, row) in rows.iter().enumerate() {
         let columns = DVec3::AXES.map(|axis| {
             let mut x = vec![0.0; 3 * BLOCKS as usize];
-            row.push(axis, &mut x);
+            row.add_force(axis, &mut x);
             chain.solve(&mut x);
             x
         });
         for (i, other) in rows.iter().enumerate().skip(j) {
-            let [x, y, z] = columns.each_ref().map(|x| other.moved(x));
+            let [x, y, z] = columns.each_ref().map(|x| other.displacement(x));
             space.delassus.problem.couple(i, j, DMat3::from_cols(x, y, z));
         }
     }
     space
 }
 
-fn solve(space: &mut dyn Space, rows: &[Row]) -> Option<(Vec<DVec3>, Vec<DVec3>)> {
-    let mut primal = Primal::default();
-    primal.rows.extend_from_slice(rows);
+fn solve(space: &mut dyn UnknownSpace, rows: &[SolverConstraint]) -> Option<(Vec<DVec3>, Vec<DVec3>)> {
+    let mut primal = AugmentedLagrangian::default();
+    primal.constraints.extend_from_slice(rows);
     primal.force.resize(rows.len(), DVec3::ZERO);
-    let accuracy = Accuracy { gap: 1e-10, balance: 1e-10, updates: 60, patience: 200, ..Accuracy::FINE };
+    let accuracy = AugmentedLagrangianTolerances {
+        gap: 1e-10,
+        balance: 1e-10,
+        maximum_bound_updates: 60,
+        interior_point_iteration: 200,
+        ..AugmentedLagrangianTolerances::SINGLE_SHEET
+    };
     primal.solve(space, &accuracy).then_some((primal.force, primal.u))
 }
 
 /// Violation of Coulomb's law by forces `p` and relative displacements `u`, as a fraction of the
 /// total normal force: friction above the bound, and friction below the bound in slip.
-fn off_the_law(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
+fn law_violation(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
     let all: f64 = p.iter().map(|p| p.x).sum();
     let off = |(p, u): (&DVec3, &DVec3)| {
         let (force, slip) = (DVec2::new(p.y, p.z).length(), DVec2::new(u.y, u.z).length());
@@ -134,12 +143,17 @@ fn off_the_law(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
 
 /// Check that both forms give the same solution, which obeys Coulomb's law within the tolerance of
 /// the friction bounds.
-fn agrees(mut chain: Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Result<(), TestCaseError> {
+fn check_agreement(
+    mut chain: NodeChain,
+    normals: &[[f64; 3]],
+    gaps: &[[f64; 3]],
+    friction: f64,
+) -> Result<(), TestCaseError> {
     let mut rows = rows(&chain, normals, gaps, friction);
-    let by_forces = solve(&mut on_forces(&mut chain, &rows), &rows);
+    let by_forces = solve(&mut dual_space(&mut chain, &rows), &rows);
     let mut slots = Vec::new();
-    rows.iter_mut().for_each(|row| row.bind(&chain.pattern, &mut slots));
-    let by_masses = solve(&mut OnMasses { tangent: &mut chain, slots: &slots }, &rows);
+    rows.iter_mut().for_each(|row| row.look_up_slots(&chain.pattern, &mut slots));
+    let by_masses = solve(&mut PrimalSpace { tangent: &mut chain, slots: &slots }, &rows);
     // The fixed-point iteration on friction bounds need not converge from every initial value;
     // converged solutions agree.
     prop_assume!(by_forces.is_some() && by_masses.is_some());
@@ -157,7 +171,7 @@ fn agrees(mut chain: Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f
 }
 
 /// Strategy for springs, directions, normals, gaps and friction, with a fixed seed.
-fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = Drawn>) {
+fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = DrawnProblem>) {
     let config = ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() };
     let runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let vector = || prop::array::uniform3(-1.0..1.0_f64);
@@ -172,31 +186,41 @@ fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = Drawn>) {
 }
 
 #[test]
-fn masses_and_forces_give_one_answer_and_coulombs_law() {
+fn primal_and_dual_agree_and_obey_coulombs_law() {
     let (mut runner, draws) = draws(0.0..0.4);
     let done = runner.run(&draws, |(along, directions, normals, gaps, friction)| {
-        agrees(Chain::new(along, directions), &normals, &gaps, friction)
+        check_agreement(NodeChain::new(along, directions), &normals, &gaps, friction)
     });
     done.unwrap_or_else(|e| panic!("{e}"));
 }
 
 /// With friction this large, unrelaxed friction bounds oscillate in some problems.
 #[test]
-fn limits_of_friction_that_overshoot_settle() {
+fn oscillating_friction_bounds_converge() {
     let (mut runner, draws) = draws(0.5..1.0);
-    let accuracy = Accuracy { gap: 1e-10, balance: 1e-10, updates: 12, patience: 60, ..Accuracy::FINE };
+    let accuracy = AugmentedLagrangianTolerances {
+        gap: 1e-10,
+        balance: 1e-10,
+        maximum_bound_updates: 12,
+        interior_point_iteration: 60,
+        ..AugmentedLagrangianTolerances::SINGLE_SHEET
+    };
     let (mut settled, mut kept) = (0, 0);
     for _ in 0..300 {
         let tree = draws.new_tree(&mut runner).expect("no filter");
         let (along, directions, normals, gaps, friction) = tree.current();
-        let mut chain = Chain::new(along, directions);
+        let mut chain = NodeChain::new(along, directions);
         let mut rows = rows(&chain, &normals, &gaps, friction);
         let mut slots = Vec::new();
-        rows.iter_mut().for_each(|row| row.bind(&chain.pattern, &mut slots));
-        let mut primal = Primal { rows: rows.clone(), force: vec![DVec3::ZERO; rows.len()], ..Primal::default() };
-        if primal.solve(&mut OnMasses { tangent: &mut chain, slots: &slots }, &accuracy) {
+        rows.iter_mut().for_each(|row| row.look_up_slots(&chain.pattern, &mut slots));
+        let mut primal = AugmentedLagrangian {
+            constraints: rows.clone(),
+            force: vec![DVec3::ZERO; rows.len()],
+            ..AugmentedLagrangian::default()
+        };
+        if primal.solve(&mut PrimalSpace { tangent: &mut chain, slots: &slots }, &accuracy) {
             settled += 1;
-            kept += u32::from(off_the_law(&primal.force, &primal.u, friction) < 5e-3);
+            kept += u32::from(law_violation(&primal.force, &primal.u, friction) < 5e-3);
         }
     }
     println!("{settled} settled, {kept} by the law");

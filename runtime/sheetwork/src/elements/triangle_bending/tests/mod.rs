@@ -8,10 +8,10 @@ use std::path::Path;
 
 use crate::elements::curvature::relaxation;
 use crate::elements::triangle_bending::triangle_curvatures;
-use crate::mesh::outline::{HoleSpec, Mesh, Outline, OutlineSpec, mesh};
+use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, TriangleMesh, mesh};
 
 /// The mesh of an outline given as RON; a rectangle of `size` (m) if `spec` is empty.
-pub fn meshed(spec: &str, holes: &str, cuts: &str, size: (f64, f64), grid: (u32, u32)) -> Mesh {
+pub fn meshed(spec: &str, holes: &str, cuts: &str, size: (f64, f64), grid: (u32, u32)) -> TriangleMesh {
     let spec: Option<OutlineSpec> = (!spec.is_empty()).then(|| ron::from_str(spec).expect("an outline"));
     let holes: Vec<HoleSpec> = ron::from_str(if holes.is_empty() { "[]" } else { holes }).expect("holes");
     let cuts: Vec<Vec<(f64, f64)>> = ron::from_str(if cuts.is_empty() { "[]" } else { cuts }).expect("cuts");
@@ -20,7 +20,7 @@ pub fn meshed(spec: &str, holes: &str, cuts: &str, size: (f64, f64), grid: (u32,
 }
 
 /// The mesh with its inner nodes moved at random by up to `by` m.
-pub fn shaken(mesh: &Mesh, by: f64) -> Mesh {
+pub fn shaken(mesh: &TriangleMesh, by: f64) -> TriangleMesh {
     let mut seed = 7_u64;
     let mut random = || {
         seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -30,11 +30,11 @@ pub fn shaken(mesh: &Mesh, by: f64) -> Mesh {
     for (p, _) in positions.iter_mut().zip(&mesh.border).filter(|(_, border)| !**border) {
         *p = [p[0] + random(), p[1] + random()];
     }
-    Mesh::new(positions, mesh.triangles.clone()).expect("still a mesh")
+    TriangleMesh::new(positions, mesh.triangles.clone()).expect("still a mesh")
 }
 
 /// Meshes of all kinds.
-pub fn meshes() -> Vec<Mesh> {
+pub fn meshes() -> Vec<TriangleMesh> {
     let rectangle = meshed("", "", "", (0.25, 0.1), (11, 5));
     let torn = meshed(
         "Disc(radius: 0.1)",
@@ -62,7 +62,7 @@ fn quadratics_are_exact_on_any_mesh() {
     let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for mesh in meshes() {
         for clamp in [false, true] {
-            let clamped = |e: &crate::mesh::outline::Edge| clamp && mesh.middle(e)[0] < 0.0;
+            let clamped = |e: &crate::mesh::outline::MeshEdge| clamp && mesh.middle(e)[0] < 0.0;
             let (groups, directions) = triangle_curvatures(&mesh, &clamped);
             let edges: Vec<_> = mesh.edges.iter().filter(|e| e.is_boundary() && clamped(e)).collect();
             assert_eq!(edges.len(), directions.len());

@@ -76,14 +76,14 @@ impl Skyline {
 }
 
 /// A plate: stiffness and mass of its free deflections.
-pub struct Plate {
+pub struct PlateModel {
     pub number: Vec<Option<usize>>,
     pub mass: Vec<f64>,
     pattern: Vec<Vec<usize>>,
     blocks: Vec<Vec<f64>>,
 }
 
-impl Plate {
+impl PlateModel {
     /// From curvatures, bending stiffness and nodal areas (unit mass per area); `held` deflections
     /// are zero.
     pub fn new(groups: &[CurvatureGroup], d: &[[f64; 3]; 3], areas: &[f64], held: impl Fn(usize) -> bool) -> Self {

@@ -5,9 +5,9 @@
 //! sections 16, 30 and 44.
 
 use crate::elements::triangle_bending::tests::meshed;
-use crate::elements::triangle_bending::tests::modes::Plate;
+use crate::elements::triangle_bending::tests::modes::PlateModel;
 use crate::elements::triangle_bending::triangle_curvatures;
-use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::outline::{MeshEdge, TriangleMesh};
 
 const NU: f64 = 0.3;
 
@@ -15,9 +15,14 @@ fn law(nu: f64) -> [[f64; 3]; 3] {
     [[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]]
 }
 
-fn plate(mesh: &Mesh, nu: f64, clamped: &dyn Fn(&Edge) -> bool, held: &dyn Fn(usize) -> bool) -> Plate {
+fn plate(
+    mesh: &TriangleMesh,
+    nu: f64,
+    clamped: &dyn Fn(&MeshEdge) -> bool,
+    held: &dyn Fn(usize) -> bool,
+) -> PlateModel {
     let (groups, _) = triangle_curvatures(mesh, clamped);
-    Plate::new(&groups, &law(nu), &mesh.lumped, held)
+    PlateModel::new(&groups, &law(nu), &mesh.lumped, held)
 }
 
 /// Asserts a relative error (%) and prints it.
@@ -28,7 +33,7 @@ fn within(what: &str, found: f64, wanted: f64, percent: f64) {
 }
 
 #[test]
-fn a_clamped_disc_sounds_as_it_should() {
+fn clamped_disc_frequencies_match_the_literature() {
     for (across, percent) in [(11, 1.6), (21, 0.5), (41, 0.1)] {
         let mesh = meshed("Disc(radius: 1)", "", "", (2.0, 2.0), (across, across));
         let plate = plate(&mesh, NU, &|_| true, &|i| mesh.border[i]);
@@ -41,7 +46,7 @@ fn a_clamped_disc_sounds_as_it_should() {
 }
 
 #[test]
-fn a_free_disc_sounds_as_it_should() {
+fn free_disc_frequencies_match_the_literature() {
     for (across, percent) in [(11, 3.2), (21, 0.8), (41, 0.2)] {
         let mesh = meshed("Disc(radius: 1)", "", "", (2.0, 2.0), (across, across));
         let squares = plate(&mesh, NU, &|_| false, &|_| false).squares(20.0);
@@ -53,7 +58,7 @@ fn a_free_disc_sounds_as_it_should() {
 }
 
 #[test]
-fn square_plates_sound_and_sag_as_they_should() {
+fn square_plate_frequencies_and_deflections_match_the_literature() {
     let supported = [19.739, 49.348, 49.348, 78.957];
     let clamped = [35.985, 73.394, 73.394, 108.217];
     for (across, percent) in [(11, 2.0), (21, 0.4), (41, 0.11)] {
@@ -74,7 +79,7 @@ fn square_plates_sound_and_sag_as_they_should() {
 }
 
 #[test]
-fn a_cantilever_sounds_as_a_beam_at_any_angle_to_the_grid() {
+fn cantilever_frequency_matches_a_beam_at_any_grid_angle() {
     let first = 1.875_104_068_711_961_f64.powi(2);
     for (across, percent) in [(11, 0.3), (21, 0.08), (41, 0.03)] {
         for degrees in [0.0_f64, 30.0, 45.0] {
@@ -86,7 +91,7 @@ fn a_cantilever_sounds_as_a_beam_at_any_angle_to_the_grid() {
             let mesh =
                 meshed(&format!("Polygon([{corners}])"), "", "", (1.0, 1.0), (box_of(1.0, 0.4), box_of(0.4, 1.0)));
             let at_wall = |p: [f64; 2]| c * p[0] + s * p[1] < -0.5 + 1e-9;
-            let clamped = |e: &Edge| at_wall(mesh.middle(e));
+            let clamped = |e: &MeshEdge| at_wall(mesh.middle(e));
             let plate = plate(&mesh, 0.0, &clamped, &|i| at_wall(mesh.positions[i]));
             let name = format!("cantilever, {across} long, {degrees}°");
             within(&name, plate.squares(10.0)[0].sqrt(), first, percent);
@@ -99,11 +104,12 @@ fn a_cantilever_sounds_as_a_beam_at_any_angle_to_the_grid() {
 #[test]
 fn a_plate_with_a_round_hole_converges() {
     let hole = "[Disc(centre: (0, 0), radius: 0.2)]";
-    let outer = |mesh: &Mesh, p: [f64; 2]| p[0].abs().max(p[1].abs()) > 0.5 - 1e-9 && !mesh.positions.is_empty();
+    let outer =
+        |mesh: &TriangleMesh, p: [f64; 2]| p[0].abs().max(p[1].abs()) > 0.5 - 1e-9 && !mesh.positions.is_empty();
     for (name, clamp) in [("supported", false), ("clamped", true)] {
         let first = |across: u32| {
             let mesh = meshed("", hole, "", (1.0, 1.0), (across, across));
-            let clamped = |e: &Edge| clamp && outer(&mesh, mesh.middle(e));
+            let clamped = |e: &MeshEdge| clamp && outer(&mesh, mesh.middle(e));
             plate(&mesh, NU, &clamped, &|i| outer(&mesh, mesh.positions[i])).squares(400.0)[0].sqrt()
         };
         let finest = first(101);

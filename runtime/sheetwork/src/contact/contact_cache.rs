@@ -1,0 +1,97 @@
+//! Contact cache: contact forces from one solve to the next, by contact key, for the warm start of
+//! the solvers.
+
+use glam::DVec3;
+
+use crate::collision::constraint::ContactKey;
+use crate::collision::narrow_phase::feature_owner;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+
+/// Cached forces of one contact, in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct CachedForces {
+    /// Force of the position solve, N.
+    pub position: DVec3,
+    /// Force of the velocity solve, N.
+    pub velocity: DVec3,
+    /// Whether the contact slipped in the position solve and in the velocity solve. A force on the
+    /// friction bound alone does not tell.
+    pub slipped: [bool; 2],
+}
+
+/// Contact cache, sorted by key.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactCache {
+    entries: Vec<(ContactKey, CachedForces)>,
+    next: Vec<(ContactKey, CachedForces)>,
+}
+
+impl ContactCache {
+    /// Cached forces of the contact `key`.
+    pub fn of(&self, key: &ContactKey) -> Option<CachedForces> {
+        let found = self.entries.binary_search_by(|(k, _)| k.cmp(key));
+        found.ok().map(|i| self.entries[i].1)
+    }
+
+    /// Cached forces of the contact `key`, or, if absent, of a contact between the same feature and
+    /// another place of the same sheet or body. A contact that slips or oscillates moves from
+    /// triangle to triangle.
+    pub fn of_feature(&self, key: &ContactKey) -> Option<CachedForces> {
+        let other = |key: &ContactKey| feature_owner(key[1]);
+        self.of(key).or_else(|| {
+            let from = self.entries.partition_point(|(k, _)| k[0] < key[0]);
+            let same = self.entries[from..].iter().take_while(|(k, _)| k[0] == key[0]);
+            same.filter(|(k, _)| other(k) == other(key)).map(|(_, f)| *f).next()
+        })
+    }
+
+    /// Replace all entries; contacts without force are dropped.
+    pub fn replace(&mut self, mut entries: impl FnMut(&Self, &mut Vec<(ContactKey, CachedForces)>)) {
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        entries(self, &mut next);
+        next.retain(|(_, f)| f.position != DVec3::ZERO || f.velocity != DVec3::ZERO);
+        next.sort_by_key(|(key, _)| *key);
+        self.next = std::mem::replace(&mut self.entries, next);
+    }
+
+    /// Copy from `other`, reusing the allocation.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.clone_from(&other.entries);
+    }
+
+    /// Serialise the cache.
+    pub fn serialise(&self, to: &mut StateWriter) {
+        to.count(self.entries.len() as u64);
+        for (key, of) in &self.entries {
+            key.iter().for_each(|name| to.count(name.rotate_left(8)));
+            let (p, v) = (of.position, of.velocity);
+            to.sparse(&[p.x, p.y, p.z, v.x, v.y, v.z]);
+            to.byte(u8::from(of.slipped[0]) | u8::from(of.slipped[1]) << 1);
+        }
+    }
+
+    /// Deserialise the cache.
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.entries.clear();
+        for _ in 0..from.length(4)? {
+            let key = [from.count()?.rotate_right(8), from.count()?.rotate_right(8)];
+            let mut both = [0.0; 6];
+            from.sparse(&mut both)?;
+            let slides = from.byte()?;
+            let (position, velocity) = (DVec3::from_slice(&both), DVec3::from_slice(&both[3..]));
+            self.entries.push((key, CachedForces { position, velocity, slipped: [slides & 1 == 1, slides & 2 == 2] }));
+        }
+        Ok(())
+    }
+
+    /// Whether the cache is empty.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Remove all entries.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+    }
+}

@@ -1,0 +1,110 @@
+//! PGS contact solver with a working set, for explicit integrators and as the last fallback of a
+//! single sheet.
+//!
+//! A few contacts are added at a time (`working_set`); PGS sweeps over the Delassus operator find
+//! their forces (`pgs`); then the contacts that are still violated join.
+
+use glam::DVec3;
+
+use crate::contact::settings::{ContactSettings, NodeSweepSettings, PgsSettings, WorkingSetSettings};
+use crate::contact::solver::delassus::{DelassusOperator, IslandView, frame_of};
+use crate::contact::solver::pgs::PgsStats;
+use crate::contact::solver::working_set::WorkingSet;
+use crate::contact::workspace::ContactWorkspace;
+
+const SETTINGS: NodeSweepSettings = ContactSettings::DEFAULT.node_sweeps;
+const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
+const WORKING_SET: WorkingSetSettings = ContactSettings::DEFAULT.working_set;
+
+/// PGS solver with its working set.
+#[derive(Default)]
+pub(crate) struct PgsContactSolver {
+    pub delassus: DelassusOperator,
+    /// Relative position or velocity without contact, of every contact in the problem.
+    pub b: Vec<DVec3>,
+    working_set: WorkingSet,
+    passes: u32,
+}
+
+/// Maximum size of the working set of `group`.
+fn working_set_capacity(group: &IslandView) -> usize {
+    SETTINGS.maximum_contacts + SETTINGS.maximum_contacts_per_object * (group.members.len() + group.solver_bodies.len())
+}
+
+impl PgsContactSolver {
+    /// Start with attachments and with contacts that have a cached force and penetrate, or else
+    /// with the deepest ones.
+    pub fn begin(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+        self.passes = 0;
+        self.delassus.clear(group);
+        self.working_set.begin(scratch.detected.contacts.len());
+        self.working_set.add_cached(scratch);
+        self.activate(scratch, group, h);
+        self.add_violated(scratch);
+        if self.delassus.problem.is_empty() && self.working_set.new.is_empty() {
+            self.working_set.add_deepest(&scratch.gaps.now);
+        }
+        self.activate(scratch, group, h);
+    }
+
+    /// Start with all closed contacts, for the velocity solve.
+    pub fn begin_closed(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+        self.passes = 0;
+        self.delassus.clear_for_velocities(group);
+        self.working_set.begin(scratch.detected.contacts.len());
+        self.working_set.new.extend(
+            (0..scratch.detected.contacts.len() as u32)
+                .filter(|i| scratch.gaps.now[*i as usize] < SETTINGS.penetration),
+        );
+        self.working_set.new.truncate(2 * working_set_capacity(group));
+        self.activate(scratch, group, h);
+    }
+
+    /// Add contacts that are still violated. Returns false if there are none or a limit is reached.
+    pub fn extend(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) -> bool {
+        self.passes += 1;
+        self.add_violated(scratch);
+        if self.working_set.new.is_empty()
+            || self.passes >= WORKING_SET.maximum_extensions
+            || self.delassus.problem.len() >= working_set_capacity(group)
+        {
+            return false;
+        }
+        self.activate(scratch, group, h);
+        true
+    }
+
+    /// Solve the forces for the right-hand side `b`.
+    pub fn sweep(&mut self) -> PgsStats {
+        self.delassus.problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps)
+    }
+
+    /// Solve the forces for the right-hand side `b` to a tenth of the penetration tolerance.
+    pub fn sweep_roughly(&mut self) -> PgsStats {
+        self.delassus.problem.solve(&self.b, 0.1 * SETTINGS.penetration, SETTINGS.rough_sweeps)
+    }
+
+    /// Active contacts, as indices into the detected contacts, and their forces in world axes, N.
+    pub fn forces(&self) -> impl Iterator<Item = (usize, DVec3)> + '_ {
+        let all = self.delassus.contacts().enumerate();
+        all.map(|(k, i)| (i, self.delassus.frame(k) * self.delassus.problem.force[k]))
+    }
+
+    /// Add the new contacts of the working set to the problem.
+    fn activate(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+        for number in &self.working_set.new {
+            let i = *number as usize;
+            let contact = &scratch.detected.contacts[i];
+            let force = scratch.cached_forces(&contact.key).map_or(DVec3::ZERO, |f| f.position);
+            self.delassus.problem.push(scratch.law(i), frame_of(contact.normal).transpose() * force);
+        }
+        self.delassus.add(group, &scratch.detected.contacts, &self.working_set.new, h);
+        self.working_set.activate();
+    }
+
+    /// Select contacts outside the problem that penetrate by more than the tolerance.
+    fn add_violated(&mut self, scratch: &ContactWorkspace) {
+        let depth = if scratch.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
+        self.working_set.add_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());
+    }
+}

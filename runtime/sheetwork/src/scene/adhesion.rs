@@ -1,0 +1,51 @@
+//! Checks of adhesion in a scene.
+
+use crate::error::{InputError, check_range};
+use crate::scene::IntegratorKind;
+use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
+use crate::units::temperature::{COLDEST, HOTTEST};
+
+/// Check the adhesion settings of a sheet.
+///
+/// # Errors
+/// When its material has no adhesion constants.
+pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
+    match &s.material {
+        MaterialChoice::Named(name) if s.sticky => check_material(&material::by_name(name)?),
+        MaterialChoice::Inline(constants) if s.sticky => check_material(constants),
+        _ => Ok(()),
+    }
+}
+
+/// Check the adhesion constants of a material; fields are below its `tack`.
+///
+/// # Errors
+/// When a value is out of range.
+pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
+    check_range("strength", tack.strength, 1e-3, 1e9, "Pa")?;
+    check_range("above", tack.above, COLDEST, HOTTEST, "°C")?;
+    tack.lets_go_below.map_or(Ok(()), |limit| check_range("lets_go_below", limit, COLDEST, tack.above, "°C"))
+}
+
+/// Check that the material has adhesion constants.
+///
+/// # Errors
+/// When it has none.
+pub fn check_material(material: &Material) -> Result<(), InputError> {
+    if material.tack.is_none() {
+        return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
+    }
+    Ok(())
+}
+
+/// Check that the integrator supports adhesion.
+///
+/// # Errors
+/// When it is explicit.
+pub fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
+    if !engine.info().implicit {
+        let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());
+        return Err(InputError::new("sticky", problem));
+    }
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! Specification of rest shape and permanent deformation of a sheet: creases, curl, plasticity,
+//! creep.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{InputError, check_range};
+use crate::mesh::structure::StructureKind;
+use crate::scene::{MaterialChoice, SheetSpec, material};
+
+/// Crease: line along which the rest shape of the sheet is folded by `angle`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CreaseSpec {
+    /// Start of the line, (u, v), each 0 to 1.
+    pub from: (f64, f64),
+    /// End of the line, (u, v).
+    pub to: (f64, f64),
+    /// Rest angle across the line, degrees, -175 to 175: 0 is flat; with a positive angle the sides
+    /// rise towards the upper side.
+    pub angle: f64,
+}
+
+/// Check creases, curl, plasticity and creep of a sheet.
+///
+/// # Errors
+/// When a value is out of range, or requires a property that the structure or the material lacks.
+pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
+    for (i, crease) in s.creases.iter().enumerate() {
+        let at = |name: &str| format!("creases.{i}.{name}");
+        for (name, (u, v)) in [("from", crease.from), ("to", crease.to)] {
+            check_range(&at(&format!("{name}.0")), u, 0.0, 1.0, "")?;
+            check_range(&at(&format!("{name}.1")), v, 0.0, 1.0, "")?;
+        }
+        check_range(&at("angle"), crease.angle, -175.0, 175.0, "degrees")?;
+        if crease.from == crease.to {
+            return Err(InputError::new(at("to"), "is where the crease begins"));
+        }
+    }
+    check_range("curl.0", s.curl.0, -1e5, 1e5, "1/m")?;
+    check_range("curl.1", s.curl.1, -1e5, 1e5, "1/m")?;
+    let given = [("plastic", s.plastic), ("creases", !s.creases.is_empty()), ("curl", s.curl != (0.0, 0.0))];
+    let is_shell = s.file.is_none() && s.structure == StructureKind::Shell;
+    if let Some((field, _)) = given.into_iter().find(|g| g.1 && !is_shell) {
+        let what = if s.file.is_some() { "a sheet from a file".to_owned() } else { s.structure.to_string() };
+        return Err(InputError::new(field, format!("is for the shell only, not for {what}")));
+    }
+    match &s.material {
+        MaterialChoice::Named(name) => check_material(s, &material::by_name(name)?),
+        MaterialChoice::Inline(constants) => check_material(s, constants),
+        MaterialChoice::File(_) => Ok(()),
+    }
+}
+
+/// Check that the material has the constants that the sheet requires.
+///
+/// # Errors
+/// When it lacks one.
+pub fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
+    if s.plastic && material.yield_stress.is_none() {
+        return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
+    }
+    if s.creep && material.burgers.is_none() {
+        return Err(InputError::new("creep", "asks for burgers, which the material does not have"));
+    }
+    Ok(())
+}

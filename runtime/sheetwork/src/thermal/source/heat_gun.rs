@@ -1,0 +1,163 @@
+//! Heat gun: a jet of hot air in a cone, moved along a path or by the program.
+//!
+//! A patch that faces the nozzle, at a distance d from it and at an angle θ from the axis of the
+//! jet, is in air of the gun's temperature with
+//!
+//!   h = h₀ cos φ e^(-(θ/θ₀)²) r/(r + d),
+//!
+//! θ₀ the half angle, r the reach (at which h falls to a half) and φ the angle between the normal
+//! of the patch and the direction to the nozzle. The model is generic: h₀ (W/(m² K)) and r (m) are
+//! to be set from a measurement.
+
+use glam::DVec3;
+
+use crate::error::InputError;
+use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter};
+use crate::units::temperature::{COLDEST, HOTTEST};
+
+/// Angle from the axis, in half angles, beyond which the jet ends.
+const MAX_HALF_ANGLES: f64 = 3.0;
+
+pub(crate) const KIND: SourceKind =
+    SourceKind { name: "heat_gun", about: "a jet of hot air in a cone that moves", build };
+
+fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
+    Ok(scene.heat_gun.iter().map(of).collect())
+}
+
+/// Heat gun of `spec`.
+pub(crate) fn of(spec: &HeatGunSpec) -> Box<dyn HeatSource> {
+    Box::new(HeatGun { spec: spec.clone() })
+}
+
+/// Parameter path of the heat gun.
+pub(crate) const PATH: &str = "heat_gun";
+
+struct HeatGun {
+    spec: HeatGunSpec,
+}
+
+impl HeatGun {
+    /// Position of the nozzle (m) and direction of the jet at `time` (s).
+    fn aim(&self, time: f64) -> (DVec3, DVec3) {
+        let (offset, turn) = path_at(&self.spec.path, time);
+        let turn = Placement { position: DVec3::ZERO, rotation: turn }.quaternion();
+        (self.spec.position + offset, (turn * self.spec.direction).normalize_or_zero())
+    }
+
+    /// Convection coefficient h at a patch, W/(m² K).
+    fn convection(&self, nozzle: DVec3, axis: DVec3, place: DVec3, normal: DVec3) -> f64 {
+        let way = place - nozzle;
+        let distance = way.length();
+        let facing = if distance > 0.0 { -normal.dot(way) / distance } else { 0.0 };
+        if facing <= 0.0 {
+            return 0.0;
+        }
+        let angle = axis.cross(way).length().atan2(axis.dot(way)) / self.spec.half_angle.to_radians();
+        if angle > MAX_HALF_ANGLES {
+            return 0.0;
+        }
+        let reach = self.spec.reach / (self.spec.reach + distance);
+        self.spec.convection * facing * (-angle * angle).exp() * reach
+    }
+}
+
+impl HeatSource for HeatGun {
+    fn is_active(&self) -> bool {
+        self.spec.on
+    }
+
+    fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
+        if !self.spec.on {
+            return;
+        }
+        let (nozzle, axis) = self.aim(moment.time);
+        for i in 0..target.faces.patches.len() {
+            let (patch, normal) = (target.faces.patches[i], target.faces.normals[i]);
+            let place = target.sheet.x.get(patch.mass as usize);
+            let h = self.convection(nozzle, axis, place, normal);
+            if h > 0.0 {
+                target.couple(patch, self.spec.temperature, h * patch.area);
+            }
+        }
+    }
+
+    fn path(&self) -> String {
+        PATH.into()
+    }
+
+    fn place(&mut self, placement: &Placement) -> bool {
+        self.spec.position = placement.position;
+        self.spec.direction = placement.quaternion() * DVec3::NEG_Z;
+        true
+    }
+
+    fn parameters(&self) -> Vec<SourceParameter> {
+        let dial =
+            |name: &str, value, unit, range| SourceParameter { path: format!("heat_gun.{name}"), value, unit, range };
+        let (p, d) = (self.spec.position, self.spec.direction);
+        let place = (-1e4, 1e4);
+        vec![
+            dial("on", if self.spec.on { 1.0 } else { 0.0 }, "", (0.0, 1.0)),
+            dial("temperature", self.spec.temperature, "°C", (COLDEST, HOTTEST)),
+            dial("position.0", p.x, "m", place),
+            dial("position.1", p.y, "m", place),
+            dial("position.2", p.z, "m", place),
+            dial("direction.0", d.x, "", place),
+            dial("direction.1", d.y, "", place),
+            dial("direction.2", d.z, "", place),
+        ]
+    }
+
+    fn serialise_settings(&self, to: &mut StateWriter) {
+        to.flag(self.spec.on);
+        to.number(self.spec.temperature);
+        to.vector(self.spec.position);
+        to.vector(self.spec.direction);
+    }
+
+    fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
+        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
+        (self.spec.position, self.spec.direction) = (from.vector()?, from.vector()?);
+        Ok(())
+    }
+
+    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
+        let Some(name) = path.strip_prefix("heat_gun.") else { return false };
+        match name {
+            "on" => self.spec.on = value >= 0.5,
+            "temperature" => self.spec.temperature = value,
+            "position.0" => self.spec.position.x = value,
+            "position.1" => self.spec.position.y = value,
+            "position.2" => self.spec.position.z = value,
+            "direction.0" => self.spec.direction.x = value,
+            "direction.1" => self.spec.direction.y = value,
+            "direction.2" => self.spec.direction.z = value,
+            _ => return false,
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_jet_is_strongest_on_its_axis_and_reaches_only_what_faces_it() {
+        let spec =
+            HeatGunSpec { position: DVec3::new(0.0, 0.3, 0.0), reach: 0.1, half_angle: 10.0, ..Default::default() };
+        let gun = HeatGun { spec };
+        let (nozzle, axis) = gun.aim(0.0);
+        let at = |x: f64, n: DVec3| gun.convection(nozzle, axis, DVec3::new(x, 0.0, 0.0), n);
+        assert!((at(0.0, DVec3::Y) / (gun.spec.convection * 0.25) - 1.0).abs() < 1e-12);
+        assert_eq!(at(0.0, DVec3::NEG_Y), 0.0);
+        let aside = 0.3 * 10_f64.to_radians().tan();
+        let distance = 0.3_f64.hypot(aside);
+        let wanted = gun.spec.convection * (0.3 / distance) * (-1.0_f64).exp() * 0.1 / (0.1 + distance);
+        assert!((at(aside, DVec3::Y) / wanted - 1.0).abs() < 1e-12);
+        assert_eq!(at(1.0, DVec3::Y), 0.0);
+    }
+}
