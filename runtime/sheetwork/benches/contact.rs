@@ -1,7 +1,7 @@
 //! Cost of collision detection per call, for a sheet of 21 by 21 nodes (0.25 m, 0.5 mm thick).
 //!
-//! `cargo bench -p sheetwork --bench contact`. `run_broad_phase` is the cost once per step; the others are
-//! single calls of `find`, of which a stage makes a few.
+//! `cargo bench -p sheetwork --bench contact`. `run_broad_phase` is the cost once per step; the
+//! others are single calls of `find`, of which a stage makes a few.
 
 use divan::Bencher;
 use glam::{DQuat, DVec3};

@@ -1,8 +1,8 @@
 //! Phases of a step, for the measurement of their durations.
 //!
-//! The library has no clock: it notifies a [`StepObserver`] at the start and at the end of each phase, and
-//! the observer may read one. Without an observer, the default, a notification is a test of an
-//! empty option in about ten places of a step. An observer does not affect results.
+//! The library has no clock: it notifies a [`StepObserver`] at the start and at the end of each
+//! phase, and the observer may read one. Without an observer, the default, a notification is a test
+//! of an empty option in about ten places of a step. An observer does not affect results.
 
 use std::sync::Arc;
 

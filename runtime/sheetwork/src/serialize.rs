@@ -1,4 +1,5 @@
-//! Serialisation of state to bytes ([`StateWriter`]) and from bytes ([`StateReader`]), for snapshots.
+//! Serialisation of state to bytes ([`StateWriter`]) and from bytes ([`StateReader`]), for
+//! snapshots.
 //!
 //! Little endian; numbers keep all bits. Each type whose state carries over between steps has a
 //! function that writes it and one that reads it in the same order. The bytes come from a file with

@@ -123,9 +123,9 @@ impl SheetWorld {
         Ok(())
     }
 
-    /// Restore the state saved as `bytes` by [`World::serialise`](sheetwork::World::serialise), for rollback.
-    /// With equal inputs the following ticks repeat the original ones bit for bit, and their events
-    /// are sent again. Sheets and bodies must be those of the saved state.
+    /// Restore the state saved as `bytes` by [`World::serialise`](sheetwork::World::serialise), for
+    /// rollback. With equal inputs the following ticks repeat the original ones bit for bit, and
+    /// their events are sent again. Sheets and bodies must be those of the saved state.
     ///
     /// # Errors
     /// When `bytes` is not a snapshot of this world; the world is unchanged then.

@@ -1,9 +1,9 @@
 //! Mesh of a sheet, updated from its nodes.
 //!
-//! One layer is displayed, smoothed by splines through its nodes ([`DrawingSurface`]). The topology is
-//! built once. Positions and normals are then written in place, only for a visible sheet that has
-//! moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist only
-//! where they are requested.
+//! One layer is displayed, smoothed by splines through its nodes ([`DrawingSurface`]). The topology
+//! is built once. Positions and normals are then written in place, only for a visible sheet that
+//! has moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist
+//! only where they are requested.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;

@@ -177,8 +177,8 @@ impl Scenes {
 }
 
 /// Kinetic plus elastic energy of a sheet that counts as an energy error, as a factor on
-/// [`available_energy`]. Random scenes may start with interpenetration, whose depenetration releases up
-/// to this energy.
+/// [`available_energy`]. Random scenes may start with interpenetration, whose depenetration
+/// releases up to this energy.
 const ENERGY_ERROR_FACTOR: f64 = 100.0;
 /// Assumed speed of kinematic bodies and nodes, m/s.
 const KINEMATIC_SPEED: f64 = 3.0;

@@ -1,6 +1,6 @@
 //! Playing cards: a dropped pack that must come to rest without overlap, and a house of cards that
-//! must stand until a ball hits it. The scenes are those of `scene::card_scenes`; integrator, step and
-//! threads come from the set-up.
+//! must stand until a ball hits it. The scenes are those of `scene::card_scenes`; integrator, step
+//! and threads come from the set-up.
 
 use std::time::Instant;
 

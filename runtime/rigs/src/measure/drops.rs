@@ -2,8 +2,9 @@
 //! and passage through bodies.
 //!
 //! A sheet has passed through a body when its solid overlaps the body by more than 1 mm after a
-//! step, or when a node or triangle centre crosses the core of a body within a step (`crossing_detector`). The
-//! reference energy is the kinetic energy of the throw plus the fall to the floor.
+//! step, or when a node or triangle centre crosses the core of a body within a step
+//! (`crossing_detector`). The reference energy is the kinetic energy of the throw plus the fall to
+//! the floor.
 
 use glam::DVec3;
 

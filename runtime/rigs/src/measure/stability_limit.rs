@@ -11,10 +11,11 @@
 //! The measurement bisects over whole worlds: a free sheet with a random motion in the linear
 //! range, or a sheet thrown at a ridge.
 //!
-//! The Newton method of implicit integrators tolerates motion slower than 1 mm/s ([`NewtonSettings::reference_speed`]). The
-//! remaining motion is not growth of the scheme, so instability requires more energy than nodes at
-//! this speed have. Runs that start faster end in a slow rotation or bend of up to two hundred
-//! times that energy, which does not grow without bound: `docs/stability.md`.
+//! The Newton method of implicit integrators tolerates motion slower than 1 mm/s
+//! ([`NewtonSettings::reference_speed`]). The remaining motion is not growth of the scheme, so
+//! instability requires more energy than nodes at this speed have. Runs that start faster end in a
+//! slow rotation or bend of up to two hundred times that energy, which does not grow without bound:
+//! `docs/stability.md`.
 
 use glam::{DMat3, DVec3};
 

@@ -24,8 +24,8 @@
 //! If the outer iteration fails, `islands/implicit_step` bisects the step, and at the shortest
 //! substep falls back to rigid motion or freezes the island.
 //!
-//! All data of these phases is in one struct, `workspace::ContactWorkspace`. Its `solve_positions` chooses the
-//! contact solver:
+//! All data of these phases is in one struct, `workspace::ContactWorkspace`. Its `solve_positions`
+//! chooses the contact solver:
 //!
 //! | solver | unknowns | used when |
 //! |---|---|---|
@@ -37,8 +37,8 @@
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
 //! contacts change state. `solver/node_sweeps` is projected Gauss-Seidel (PGS). Every solver starts
-//! from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in the sheets
-//! and in the solver bodies (`solver_body`).
+//! from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in the
+//! sheets and in the solver bodies (`solver_body`).
 //!
 //! To add a friction law, extend `coulomb::Law` and follow its uses: `coulomb` solves one
 //! contact, `solver/augmented_lagrangian/contact_state` projects a force and differentiates the
@@ -48,9 +48,9 @@
 //! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
 //! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h².
 //!
-//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment_spin` corrects the
-//! spin of bodies with attached sheets. Contact knows positions, velocities, masses and the tangent
-//! matrix of a sheet, not its elements.
+//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment_spin` corrects
+//! the spin of bodies with attached sheets. Contact knows positions, velocities, masses and the
+//! tangent matrix of a sheet, not its elements.
 //!
 //! Rapier works in `f32` in the frame of each body. Positions are transformed to that frame in
 //! `f64`, so that distance from the origin costs no accuracy.

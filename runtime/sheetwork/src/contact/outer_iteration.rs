@@ -123,8 +123,8 @@ fn largest_displacements(group: &IslandView) -> ContactMargins {
 }
 
 /// Run the outer iteration of one stage for all sheets of `group`. `h` is the weight of the stage
-/// (s). `detect` writes the contacts for a detection mode and margins, given the free motions stored
-/// in the group.
+/// (s). `detect` writes the contacts for a detection mode and margins, given the free motions
+/// stored in the group.
 pub(crate) fn solve_stage(
     group: &mut IslandView,
     scratch: &mut ContactWorkspace,

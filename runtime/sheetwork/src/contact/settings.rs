@@ -333,7 +333,7 @@ pub struct AugmentedLagrangianSettings {
     /// Minimum relaxation factor of the friction bounds.
     pub minimum_relaxation: f64,
     /// Iterations after which the tolerance of the force balance is
-    /// [`AugmentedLagrangianTolerances::balance_late`](super::solver::augmented_lagrangian::AugmentedLagrangianTolerances::balance_late).
+    /// `AugmentedLagrangianTolerances::balance_late`.
     pub iterations_before_late_balance: u32,
     /// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a micrometre
     /// between two attached rows of nodes means a force of newtons.

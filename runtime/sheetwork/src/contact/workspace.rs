@@ -1,11 +1,11 @@
 //! Contact solve of one stage of an implicit integrator: position solve, velocity solve, choice of
 //! the solver.
 //!
-//! The outer iteration (`outer_iteration`) calls [`ContactWorkspace::solve_positions`] once per iteration.
-//! The position solve finds forces that remove all penetration of the linearised free motion, with
-//! friction against the tangential displacement. After the outer iteration,
-//! [`ContactWorkspace::solve_velocities`] finds the velocity jumps of the contacts that are closed, with
-//! restitution. Positions and velocities need separate solves: with a single one, a sheet that
+//! The outer iteration (`outer_iteration`) calls [`ContactWorkspace::solve_positions`] once per
+//! iteration. The position solve finds forces that remove all penetration of the linearised free
+//! motion, with friction against the tangential displacement. After the outer iteration,
+//! [`ContactWorkspace::solve_velocities`] finds the velocity jumps of the contacts that are closed,
+//! with restitution. Positions and velocities need separate solves: with a single one, a sheet that
 //! should not rebound separates with two thirds of its approach speed.
 //!
 //! With α the fraction of the stage before a pair closes, friction acts against (1-α) times the

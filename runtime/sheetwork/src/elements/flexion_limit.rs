@@ -2,8 +2,8 @@
 //!
 //! A triple of nodes (a, b, c) bends at b by θ, the angle between b - a and c - b: cos θ = u₁·u₂
 //! with their unit vectors. Where θ exceeds the limit, equal and opposite impulses along the
-//! gradient of cos θ stop its growth and return the excess in about 1/`RECOVERY_FRACTION` steps. The
-//! gradient sums to zero and has no moment, so linear and angular momentum are conserved to
+//! gradient of cos θ stop its growth and return the excess in about 1/`RECOVERY_FRACTION` steps.
+//! The gradient sums to zero and has no moment, so linear and angular momentum are conserved to
 //! rounding. (The thesis moves the nodes, which does not conserve them.)
 
 use glam::DVec3;

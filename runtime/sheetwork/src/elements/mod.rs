@@ -5,11 +5,11 @@
 //! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇).
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
-//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way,
-//! ε̇ = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
+//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
+//! = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
 //! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
-//! stress σ* in the geometric stiffness is an unknown that [`Element::predict_stress`] takes from the last
-//! linear solution.
+//! stress σ* in the geometric stiffness is an unknown that [`Element::predict_stress`] takes from
+//! the last linear solution.
 //!
 //! Source: Magisano, Leonetti, Garcea, "How to improve efficiency and robustness of the Newton
 //! method in geometrically non-linear structural problem discretized via displacement-based finite
@@ -149,8 +149,8 @@ pub trait Element: std::any::Any + Send + Sync {
     /// fracture.
     fn serialise_changes(&self, _to: &mut StateWriter) {}
 
-    /// Deserialises the values that [`Element::serialise_changes`] writes. The open cells must be set
-    /// before.
+    /// Deserialises the values that [`Element::serialise_changes`] writes. The open cells must be
+    /// set before.
     fn deserialise_changes(&mut self, _from: &mut StateReader) -> ReadResult {
         Ok(())
     }

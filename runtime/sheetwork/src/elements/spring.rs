@@ -198,8 +198,8 @@ impl SpringSlots {
         slots
     }
 
-    /// Appends a slot that joins a to b: to the last run if a is at most [`MAXIMUM_EMPTY_SLOTS`] empty slots away,
-    /// else to a new run.
+    /// Appends a slot that joins a to b: to the last run if a is at most [`MAXIMUM_EMPTY_SLOTS`]
+    /// empty slots away, else to a new run.
     fn place(&mut self, a: u32, b: u32) {
         let first = self.rest.len() as u32;
         let mut open = 1;

@@ -105,8 +105,8 @@ impl WallSprings {
         })
     }
 
-    /// Sets the state of each spring from `held`, in the order of [`WallSprings::stored_state`]; springs
-    /// with `None` do not change.
+    /// Sets the state of each spring from `held`, in the order of [`WallSprings::stored_state`];
+    /// springs with `None` do not change.
     pub(crate) fn set_stored_state(&mut self, held: &[Option<WallSpringState>]) {
         for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
             let Some(held) = held else { continue };

@@ -64,7 +64,8 @@ pub trait Integrator: Send + Sync {
         None
     }
 
-    /// The value of [`IntegratorInfo::drift`] for the next step of `dt` s; `None` if it is constant.
+    /// The value of [`IntegratorInfo::drift`] for the next step of `dt` s; `None` if it is
+    /// constant.
     fn drift(&self, _dt: f64) -> Option<f64> {
         None
     }
@@ -75,7 +76,8 @@ pub trait Integrator: Send + Sync {
     /// Visits the values that persist from step to step, in one order, once a step has been taken.
     fn visit_history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
 
-    /// Serialises the values of [`Integrator::visit_history`] and the step size of an adaptive integrator.
+    /// Serialises the values of [`Integrator::visit_history`] and the step size of an adaptive
+    /// integrator.
     fn serialise(&self, _to: &mut StateWriter) {}
 
     /// Deserialises the values of [`Integrator::serialise`], for the given number of nodes.

@@ -98,9 +98,9 @@ impl EnergyBudget {
 
     /// Compare with the present energies. With `last`, the step is scaled to fit the budget or
     /// fails. Without contact (`met`) a slight gain belongs to the integrator and is accepted. For
-    /// `has_no_fixed_body` sheets only the velocities relative to the rigid motion are scaled, which conserves
-    /// momentum. Near rest the gain is removed from the kinetic energy, and the remainder is `owed`
-    /// (J) by the following steps.
+    /// `has_no_fixed_body` sheets only the velocities relative to the rigid motion are scaled,
+    /// which conserves momentum. Near rest the gain is removed from the kinetic energy, and the
+    /// remainder is `owed` (J) by the following steps.
     pub fn check(
         &self,
         group: &mut IslandView,

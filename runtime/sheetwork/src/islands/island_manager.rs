@@ -322,8 +322,8 @@ impl IslandManager {
         }
     }
 
-    /// Deserialise the output of [`IslandManager::serialise`]; the contact states `contacts` have their
-    /// collision surfaces.
+    /// Deserialise the output of [`IslandManager::serialise`]; the contact states `contacts` have
+    /// their collision surfaces.
     pub fn deserialise(&mut self, contacts: &mut [SheetContact], from: &mut StateReader) -> ReadResult {
         self.states.resize_with(contacts.len(), || None);
         for (index, state) in self.states.iter_mut().enumerate() {

@@ -48,8 +48,8 @@ pub(crate) struct StepContext<'a> {
 }
 
 /// Advance one sheet through `stage.dt` with contact of its nodes with static and kinematic bodies
-/// only. Used for sheets of explicit integrators and for sheets in their islands. [`finish_step`] ends the
-/// step.
+/// only. Used for sheets of explicit integrators and for sheets in their islands. [`finish_step`]
+/// ends the step.
 ///
 /// Returns the length of the last substep, s.
 pub(crate) fn advance_free(

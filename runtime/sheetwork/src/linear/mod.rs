@@ -7,8 +7,8 @@
 //! allocation. Units are those of the caller: values of A in N/m give displacements in m for forces
 //! in N.
 //!
-//! The bits of a result depend on the backend and on its instruction set ([`InstructionSet`]; faer chooses
-//! its own), and on nothing else of the machine.
+//! The bits of a result depend on the backend and on its instruction set ([`InstructionSet`]; faer
+//! chooses its own), and on nothing else of the machine.
 //!
 //! Source: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
 

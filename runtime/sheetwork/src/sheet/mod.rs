@@ -163,8 +163,8 @@ pub struct Sheet {
     /// Triangles of a sheet with an outline, counter-clockwise seen from the upper side; such a
     /// sheet has one layer without a grid.
     pub triangles: Option<Vec<[u32; 3]>>,
-    /// Mesh of an outlined sheet; `described_mesh` is the mesh of the grid in the scene after a change
-    /// of grid.
+    /// Mesh of an outlined sheet; `described_mesh` is the mesh of the grid in the scene after a
+    /// change of grid.
     mesh: Option<Arc<TriangleMesh>>,
     described_mesh: Option<((u32, u32), Arc<TriangleMesh>)>,
     /// Material coordinates (u, v) of each node, 0 to 1 over the bottom layer.

@@ -2,8 +2,8 @@
 //!
 //! [`crate::contact`] drives the stage: [`Sheet::prepare_stage`], then outer iterations of
 //! [`Sheet::solve_free_motion`] (positions without contact, linearised at the last iterate) and
-//! [`Sheet::update_iterate`] (positions with contact), then [`Sheet::finish_stage`]. In between, the factor
-//! of the tangent gives the displacement of the nodes by contact forces.
+//! [`Sheet::update_iterate`] (positions with contact), then [`Sheet::finish_stage`]. In between,
+//! the factor of the tangent gives the displacement of the nodes by contact forces.
 
 use glam::DVec3;
 

@@ -73,8 +73,8 @@ impl DrawingSurface {
         Self::with_creases(layer, uv, parts, &CreaseLines::default())
     }
 
-    /// Surface of `layer` as [`DrawingSurface::new`], with splines that end on both sides of `folds`, so
-    /// that a crease is equally sharp on every grid.
+    /// Surface of `layer` as [`DrawingSurface::new`], with splines that end on both sides of
+    /// `folds`, so that a crease is equally sharp on every grid.
     pub fn with_creases(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32, folds: &CreaseLines) -> Self {
         let parts = parts.clamp(1, 16);
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {

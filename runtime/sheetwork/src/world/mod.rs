@@ -222,8 +222,8 @@ impl World {
         self.sheets.iter_mut().map(|s| s.find_equilibrium(field, tolerance)).collect()
     }
 
-    /// Creep of every sheet over `dt` (s), in equilibrium throughout; see [`Sheet::creep_in_equilibrium`].
-    /// The world's time does not advance.
+    /// Creep of every sheet over `dt` (s), in equilibrium throughout; see
+    /// [`Sheet::creep_in_equilibrium`]. The world's time does not advance.
     #[doc(hidden)]
     pub fn creep_in_equilibrium(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();

@@ -1,10 +1,10 @@
 //! Snapshots: stored states of a world for rollback.
 //!
-//! In the world of the snapshot, restoring is bit-exact (`serialise`). Parameters keep their present
-//! values, so that a snapshot is a start for trying others. A world of another structure with the
-//! same sheets and bodies (after an edit of the scene) takes over time, positions, velocities,
-//! temperatures, the state of heat, creep and plasticity, and sleeping; its integrators restart, as
-//! after a change of integrator.
+//! In the world of the snapshot, restoring is bit-exact (`serialise`). Parameters keep their
+//! present values, so that a snapshot is a start for trying others. A world of another structure
+//! with the same sheets and bodies (after an edit of the scene) takes over time, positions,
+//! velocities, temperatures, the state of heat, creep and plasticity, and sleeping; its integrators
+//! restart, as after a change of integrator.
 
 use crate::error::InputError;
 use crate::islands::event::ContactLog;

@@ -13,8 +13,8 @@ use crate::collision::settings::{DetectionSettings, DuplicateSettings};
 
 const SETTINGS: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;
 
-/// Remove from `constraints` those equivalent to an earlier one. `constraints` is sorted by unique keys; `keep`
-/// is a buffer.
+/// Remove from `constraints` those equivalent to an earlier one. `constraints` is sorted by unique
+/// keys; `keep` is a buffer.
 pub(crate) fn prune(problem: &DetectionInput, constraints: &mut Vec<ContactConstraint>, keep: &mut Vec<bool>) {
     keep.clear();
     keep.resize(constraints.len(), true);

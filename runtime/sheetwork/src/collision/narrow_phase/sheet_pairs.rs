@@ -68,8 +68,8 @@ pub(crate) struct SheetPairDetector {
 
 impl SheetPairDetector {
     /// Add the constraints of all pairs of sheets nearer than contact offset plus `margin` (m) to
-    /// `constraints`, in parallel if the first flag is set. With the second flag, edges that stand out at
-    /// the end are tested too, and interpenetration is detected.
+    /// `constraints`, in parallel if the first flag is set. With the second flag, edges that stand
+    /// out at the end are tested too, and interpenetration is detected.
     pub fn detect_contacts(
         &mut self,
         problem: &DetectionInput,

@@ -14,8 +14,8 @@ use crate::contact::node::response::reduce_speed;
 use crate::sheet::Sheet;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack, NeighbourLists};
 
-/// Propagate the impacts in `sheet.work.layer_impacts` from layer to layer, upwards and then downwards,
-/// after a step of `dt` (s).
+/// Propagate the impacts in `sheet.work.layer_impacts` from layer to layer, upwards and then
+/// downwards, after a step of `dt` (s).
 pub(crate) fn propagate_impacts(sheet: &mut Sheet, dt: f64) {
     for layer in 1..sheet.stack.layers {
         propagate_to_layer(sheet, layer, dt, |stack| &stack.below);

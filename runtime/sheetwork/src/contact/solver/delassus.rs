@@ -90,7 +90,8 @@ pub(crate) struct IslandView<'a> {
     pub sheets: &'a mut [Sheet],
     /// Their contact states.
     pub contacts: &'a mut [SheetContact],
-    /// Indices of the island's sheets, ascending. [`ContactSide::Sheet`] holds a position in this list.
+    /// Indices of the island's sheets, ascending. [`ContactSide::Sheet`] holds a position in this
+    /// list.
     pub members: &'a [u32],
     /// Bodies of the island. [`ContactSide::Body`] holds a position in this list.
     pub solver_bodies: Vec<SolverBody>,

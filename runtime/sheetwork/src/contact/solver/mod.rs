@@ -9,7 +9,8 @@
 //!   method.
 //! - `alart_curnier`: Newton method on normal force and friction bound together.
 //! - `pgs`, `pgs_working_set`: projected Gauss-Seidel, and its working set.
-//! - `delassus`: W; `force_newton`: linear systems in contact forces; `working_set`: choice of contacts.
+//! - `delassus`: W; `force_newton`: linear systems in contact forces; `working_set`: choice of
+//!   contacts.
 
 pub(crate) mod alart_curnier;
 pub(crate) mod augmented_lagrangian;

@@ -16,8 +16,8 @@
 //!
 //! Sweeps find the contact states but propagate a force through a pile one sheet at a time. With
 //! constant friction bounds, the forces minimise the convex function ½ pᵀ W p + bᵀ p. Newton steps
-//! for all contacts together (see `force_newton`), projected on the admissible forces and shortened until
-//! they lower this function, run between the sweeps.
+//! for all contacts together (see `force_newton`), projected on the admissible forces and shortened
+//! until they lower this function, run between the sweeps.
 //!
 //! Sources: Morales, Nocedal, Smelyanskiy, "An algorithm for the fast solution of symmetric linear
 //! complementarity problems", Numer. Math. 111, 2008; Rockafellar, "Monotone operators and the
@@ -85,7 +85,8 @@ impl DualProblem {
         self.count == 0
     }
 
-    /// Add a contact with initial force `force` (N); [`DualProblem::couple`] then sets its blocks of W.
+    /// Add a contact with initial force `force` (N); [`DualProblem::couple`] then sets its blocks
+    /// of W.
     pub fn push(&mut self, law: ContactLaw, force: DVec3) {
         if self.columns.len() == self.count {
             self.columns.push(Vec::new());

@@ -1,5 +1,5 @@
-//! Creep of the membrane of a grid. [`PacketRestState`] holds the elastic law of the step; the strains of
-//! the creep arms are here. [`crate::elements::creep`] has the equations.
+//! Creep of the membrane of a grid. [`PacketRestState`] holds the elastic law of the step; the
+//! strains of the creep arms are here. [`crate::elements::creep`] has the equations.
 
 use crate::elements::ThermalFields;
 use crate::elements::creep::{ArmDecay, CreepStrain, InelasticElement, InelasticStep};
@@ -104,7 +104,8 @@ impl CellMembrane {
         Some(sum)
     }
 
-    /// Applies temperature, as [`crate::elements::Element::apply_temperature`]; returns false without creep.
+    /// Applies temperature, as [`crate::elements::Element::apply_temperature`]; returns false
+    /// without creep.
     pub(crate) fn apply_temperature_to_creep(&mut self, x: &Vectors, warmth: &ThermalFields) -> bool {
         let Some(creeping) = &mut self.creep else { return false };
         let (cell, share) = (self.cell, creeping.share);

@@ -17,8 +17,8 @@
 //! and A₂₆ are zero: the grid is aligned with the material axes.
 //!
 //! After a change of temperature every cell has its own stiffness and rest strains, stored in
-//! `PacketRestState`; the kernels are compiled with and without them. An open cell has zero stiffness at any
-//! temperature.
+//! `PacketRestState`; the kernels are compiled with and without them. An open cell has zero
+//! stiffness at any temperature.
 
 pub(crate) mod creep;
 pub(crate) mod kernels;

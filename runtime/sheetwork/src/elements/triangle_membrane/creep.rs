@@ -92,8 +92,8 @@ impl EdgeMembrane {
         strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
     }
 
-    /// Applies temperature to the edges, as [`crate::elements::Element::apply_temperature`]; returns false
-    /// without creep.
+    /// Applies temperature to the edges, as [`crate::elements::Element::apply_temperature`];
+    /// returns false without creep.
     pub(crate) fn apply_temperature_to_creep(&mut self, x: &Vectors, warmth: &ThermalFields) -> bool {
         let Some(mut creeping) = self.creep.take() else { return false };
         for e in 0..self.strains.len() {

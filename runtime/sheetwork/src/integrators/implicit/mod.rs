@@ -34,8 +34,8 @@ pub struct StageProblem<'a> {
 /// A sheet as implicit integrators see it. Fixed and kinematic nodes keep the given positions.
 pub trait ImplicitProblem {
     /// Begins a stage: sets the reference of the strain rates (see
-    /// [`crate::elements::Element::begin_stage`]), and the positions (m) and velocities (m/s) at which
-    /// air drag is evaluated.
+    /// [`crate::elements::Element::begin_stage`]), and the positions (m) and velocities (m/s) at
+    /// which air drag is evaluated.
     fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors);
 
     /// Ends a stage at `x` (m) and stores its strain rates.

@@ -1,9 +1,10 @@
 //! Implicit integrators stage by stage, so that sheets and bodies in contact solve each stage
 //! together.
 //!
-//! A stage takes a sheet from (x, v) over the time [`StagedIntegrator::length`]. The integrator defines the
-//! stage problem ([`StagedIntegrator::prepare`]); the caller solves it, with or without contact, and returns
-//! the solution ([`StagedIntegrator::finish`]) with the effect of contact as a [`ContactJump`].
+//! A stage takes a sheet from (x, v) over the time [`StagedIntegrator::length`]. The integrator
+//! defines the stage problem ([`StagedIntegrator::prepare`]); the caller solves it, with or without
+//! contact, and returns the solution ([`StagedIntegrator::finish`]) with the effect of contact as a
+//! [`ContactJump`].
 //!
 //! Contact acts instantaneously at the end of the stage: the displacement Δ_c x on positions and
 //! the jump Δ_c v on velocities are independent (on landing, the former puts the sheet on the

@@ -2,8 +2,8 @@
 //!
 //! The discretisation error of a clamped or free edge depends on the row next to it. With the row
 //! one cell away, as on a grid that fits, an edge at an angle to the grid is as accurate as one
-//! along it. Points closer than [`ROW_CLEARANCE`] to another boundary, or closer than [`MIN_POINT_DISTANCE`] to each
-//! other, are omitted.
+//! along it. Points closer than [`ROW_CLEARANCE`] to another boundary, or closer than
+//! [`MIN_POINT_DISTANCE`] to each other, are omitted.
 
 use std::collections::BTreeMap;
 

@@ -5,8 +5,8 @@
 //! [`FLATNESS`] of the outline's size; all distances are exact on these polylines. [`mesh()`]
 //! covers the outline with triangles:
 //!
-//! - `boundary_nodes`: nodes on the boundary and the cuts, a cell apart, with corners, and `inner_row`: a row a
-//!   cell beside them;
+//! - `boundary_nodes`: nodes on the boundary and the cuts, a cell apart, with corners, and
+//!   `inner_row`: a row a cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells
 //!   where there is room;
 //! - `split`: nodes doubled along cuts;

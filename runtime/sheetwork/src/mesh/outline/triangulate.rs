@@ -3,8 +3,8 @@
 //!
 //! The grid has `grid.0` by `grid.1` points over the outline's box. Nodes are its points at least
 //! [`CLEARANCE`] cells from every boundary and cut, points about a cell apart along these, and a
-//! row beside them (`inner_row`). A constrained Delaunay triangulation (Chew 1989; crate spade) of all
-//! in units of cells contains the sides of the boundary and of the cuts; triangles outside are
+//! row beside them (`inner_row`). A constrained Delaunay triangulation (Chew 1989; crate spade) of
+//! all in units of cells contains the sides of the boundary and of the cuts; triangles outside are
 //! removed. Whole cells are halved by parallel diagonals.
 
 use std::collections::BTreeMap;

@@ -228,7 +228,8 @@ impl StrainGrid {
         self.least_projected_motion(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
     }
 
-    /// Least motion as in [`StrainGrid::least_motion`], with the motion of each node projected by `allowed`.
+    /// Least motion as in [`StrainGrid::least_motion`], with the motion of each node projected by
+    /// `allowed`.
     pub fn least_projected_motion(
         &self,
         x: &[DVec3],

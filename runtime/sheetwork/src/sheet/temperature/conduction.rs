@@ -3,16 +3,18 @@
 //!
 //!   C dT/dt = -K T + S - H T - R (T + 273.15)⁴,
 //!
-//! T in °C; K is the matrix of the [`ThermalNetwork`], the other terms are an [`Exchange`], constant over
-//! the step. TR-BDF2 with γ = 2 - √2: a trapezoidal stage of γ h, then BDF2 over the whole step,
+//! T in °C; K is the matrix of the [`ThermalNetwork`], the other terms are an [`Exchange`],
+//! constant over the step. TR-BDF2 with γ = 2 - √2: a trapezoidal stage of γ h, then BDF2 over the
+//! whole step,
 //!
 //!   C (T₁ - T₀) = d h (F₀ + F₁), C (T₂ - T₀) = h (w (F₀ + F₁) + d F₂), d = 1 - √½, w = √2/4.
 //!
 //! The scheme is of second order and L-stable. Both stages have the matrix C/(d h) + K + J, J the
 //! slope of the exchange, which is factorised when h or J has changed. Newton's iteration ends when
-//! the remaining change is below `NEWTON_TOLERANCE`. The residual of the heat balance, from iteration and
-//! rounding, is distributed over all nodes, so that heat is conserved to the rounding of a sum.
-//! Steps in which the surroundings would change a temperature by more than `MAX_TEMPERATURE_CHANGE` are divided.
+//! the remaining change is below `NEWTON_TOLERANCE`. The residual of the heat balance, from
+//! iteration and rounding, is distributed over all nodes, so that heat is conserved to the rounding
+//! of a sum. Steps in which the surroundings would change a temperature by more than
+//! `MAX_TEMPERATURE_CHANGE` are divided.
 
 use crate::linear::{Backend, Factor, Pattern, analyse};
 use crate::serialize::{ReadResult, StateReader, StateWriter};

@@ -5,10 +5,10 @@
 //! [`Sheet::heat`] is then `None`, and the sheet has the temperature of the surroundings and the
 //! stiffness of its material.
 //!
-//! Stiffness is updated when the temperature of a node has changed by `TEMPERATURE_THRESHOLD` since the last update,
-//! or its E by the fraction `STIFFNESS_THRESHOLD`. E, expansion and curl are then updated for every node;
-//! elements keep their strain where they soften and their stress where they stiffen
-//! ([`crate::elements::Element::apply_temperature`]).
+//! Stiffness is updated when the temperature of a node has changed by `TEMPERATURE_THRESHOLD` since
+//! the last update, or its E by the fraction `STIFFNESS_THRESHOLD`. E, expansion and curl are then
+//! updated for every node; elements keep their strain where they soften and their stress where they
+//! stiffen ([`crate::elements::Element::apply_temperature`]).
 
 use crate::elements::{ThermalFields, rest_strain_after_softening};
 use crate::error::{InputError, check_range};

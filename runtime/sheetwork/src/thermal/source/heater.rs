@@ -7,12 +7,13 @@
 //!
 //! where V is the unobstructed fraction of the face. The walls' radiation that the face hides or
 //! reflects is counted with the room. F is exact ([`crate::thermal::view_factor`]); a face radiates
-//! from its outer side only. V is computed by rays to `RAYS_PER_CORNER` points of the face, weighted by their
-//! view; bodies and the sheet itself block rays.
+//! from its outer side only. V is computed by rays to `RAYS_PER_CORNER` points of the face,
+//! weighted by their view; bodies and the sheet itself block rays.
 //!
-//! F is updated for a patch that has moved by `VIEW_TOLERANCE` of its distance or turned by `VIEW_TOLERANCE` (rad),
-//! with one patch in `VIEW_UPDATE_STEPS` tested per step. V is updated for one patch in `SHADOW_UPDATE_STEPS` per step,
-//! self-shadowing as often. Pairs that face away are skipped.
+//! F is updated for a patch that has moved by `VIEW_TOLERANCE` of its distance or turned by
+//! `VIEW_TOLERANCE` (rad), with one patch in `VIEW_UPDATE_STEPS` tested per step. V is updated for
+//! one patch in `SHADOW_UPDATE_STEPS` per step, self-shadowing as often. Pairs that face away are
+//! skipped.
 
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! Hot bodies: heat exchange between a body with a temperature and a sheet near it.
 //!
 //! A patch at a gap g (m) from the surface of the body exchanges q = (T_body - T)/(1/h_c + g/k_air)
-//! per area, through the contact and the air in the gap, where it faces the surface. Beyond `MAX_GAP`
-//! the exchange is neglected: the convection of the room is larger. The temperature of the body is
-//! constant.
+//! per area, through the contact and the air in the gap, where it faces the surface. Beyond
+//! `MAX_GAP` the exchange is neglected: the convection of the room is larger. The temperature of
+//! the body is constant.
 
 use glam::DVec3;
 use rapier3d::math::Real;

@@ -1,8 +1,8 @@
 //! Journals: the inputs of a run, step by step, with checksums of the results, so that the run can
 //! be repeated, entered at any step, and verified.
 //!
-//! File: the line `sheetwork journal 1`, a line of JSON ([`JournalHeader`]), then parts, each after its
-//! length in bytes (u32) and its CRC-32 (u32), little endian. A part begins with a snapshot
+//! File: the line `sheetwork journal 1`, a line of JSON ([`JournalHeader`]), then parts, each after
+//! its length in bytes (u32) and its CRC-32 (u32), little endian. A part begins with a snapshot
 //! ([`World::serialise`]) before its first step. For every step follow the inputs before it, and a
 //! checksum of positions and velocities after it of every sheet and of all bodies together.
 

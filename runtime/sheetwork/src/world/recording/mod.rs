@@ -1,9 +1,10 @@
 //! Recordings: a run frame by frame, for playback without simulation.
 //!
-//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`RecordingHeader`]), then frames,
-//! each after its length in bytes (u32) and its checksum (u32): positions, temperatures and open
-//! cells (`recording/bytes.rs`). Values are rounded; a [`Snapshot`](crate::world::Snapshot) serves
-//! to continue a run. Files of version 1, with positions alone, are read too.
+//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`RecordingHeader`]),
+//! then frames, each after its length in bytes (u32) and its checksum (u32): positions,
+//! temperatures and open cells (`recording/bytes.rs`). Values are rounded; a
+//! [`Snapshot`](crate::world::Snapshot) serves to continue a run. Files of version 1, with
+//! positions alone, are read too.
 
 pub(crate) mod bytes;
 pub(crate) mod frame;

@@ -15,7 +15,8 @@
 //! are those for which D was computed, the step is exact and the forces are updated to p⁺. Once
 //! gaps and slips are within tolerance, the friction bounds follow the normal forces (fixed-point
 //! iteration), and the solve continues. A new factorisation is needed only after a change of state:
-//! of the displacement matrix (`island_tangent`), or of the matrix of contact forces (`unknown_space`).
+//! of the displacement matrix (`island_tangent`), or of the matrix of contact forces
+//! (`unknown_space`).
 //!
 //! Two measures keep the iteration from cycling when many contacts change state: regularised steps,
 //! whose D bounds the curvature of friction from above, and the interior point method
@@ -120,8 +121,8 @@ impl AugmentedLagrangianTolerances {
         regularised: true,
     };
     /// Settings for several sheets without bisection. The acceleration of a sliding sheet is within
-    /// 2 % of the exact one (0.5 to 7 % with `maximum_bound_updates: 0`). [`Self::FEW_SHEETS`] takes 1.2 to 1.6
-    /// times as long for a falling house of cards.
+    /// 2 % of the exact one (0.5 to 7 % with `maximum_bound_updates: 0`). [`Self::FEW_SHEETS`]
+    /// takes 1.2 to 1.6 times as long for a falling house of cards.
     pub const SEVERAL_SHEETS: Self = Self { balance_late: 1e-2, maximum_bound_updates: 1, ..Self::IMPACT };
     /// Settings for a few sheets without bisection. The acceleration of a sliding sheet is within
     /// 1e-4 of the exact one. With ten times the tolerance of the balance, steps of a sheet that
