@@ -103,7 +103,7 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
     }
     let (session, _) = harness.state();
     let told: Vec<(&str, bool)> = session.messages().iter().map(|m| (m.text.as_str(), m.error)).collect();
-    assert_eq!(told, [("slamm_5x2x5 is of index_card.ron now", false)]);
+    assert_eq!(told, [("the material of slamm_5x2x5 is now index_card.ron", false)]);
     let scene = session.scene();
     assert_eq!((scene.sheets.len(), scene.bodies.len(), scene.heaters.len()), (2, 2, 1));
     assert_eq!(scene.sheets[1].material.name(), "index_card", "of the sheet that was added, and so chosen");
