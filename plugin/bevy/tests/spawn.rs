@@ -178,7 +178,7 @@ fn components_are_reflected_field_by_field() {
     let registry = app.world().resource::<AppTypeRegistry>().read();
     let has = |registry: &TypeRegistry, path: &str| registry.get_with_type_path(path).is_some();
     for name in
-        ["core::sheet::Sheet", "core::body::SheetBody", "core::motion::SheetState", "render::sheet::SheetDisplay"]
+        ["core::sheet::Sheet", "core::body::SheetBody", "core::state::SheetState", "render::sheet::SheetDisplay"]
     {
         assert!(has(&registry, &format!("bevy_sheetwork::{name}")), "{name}");
     }

@@ -61,8 +61,8 @@ impl World {
         Ok(())
     }
 
-    /// Set positions of nodes (m) and bodies and the time (s) to the interpolation at `part` (0 to
-    /// 1) from `before` to the present state; other state is unchanged. For display only, as
+    /// Set positions of nodes (m) and bodies and the time (s) to the interpolation from `before` to
+    /// the present state at `part`, which is between 0 and 1; other state is unchanged. For display only, as
     /// [`World::show`].
     ///
     /// # Errors

@@ -6,7 +6,7 @@
 //!
 //! 1. `cell` extracts one period of the generated lattice;
 //! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness
-//! tensors, `nnls`);
+//!    tensors, `nnls`);
 //! 3. `free_edge` finds factors for springs beside free edges, `clamp` cuts springs at clamps,
 //!    `mass` distributes the area, `brace` supports loose corners;
 //! 4. `delivered` compares the result with the request.

@@ -58,7 +58,7 @@ impl MembraneStrain {
     /// Change of the strains of `mesh`, the bottom layer of `layout`, from the mean `own` to this
     /// one.
     pub fn change(&self, mesh: &StrainGrid, layout: &LatticeLayout, own: &Self) -> GridStrains {
-        mesh.from_field(|masses| {
+        mesh.strains_of_field(|masses| {
             let part = 1.0 / masses.len() as f64;
             let places = masses.iter().map(|m| layout.uv[*m]);
             let at = places.fold((0.0, 0.0), |(u, v), p| (u + part * p.0, v + part * p.1));

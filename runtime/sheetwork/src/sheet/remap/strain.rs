@@ -176,7 +176,7 @@ impl StrainGrid {
 
     /// Strains from the tensor `field` (uu, vv, uv), evaluated at the mean position of the nodes of
     /// an edge or cell.
-    pub fn from_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> GridStrains {
+    pub fn strains_of_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> GridStrains {
         let u = self.edges_u().map(|e| field(&e)[0]).collect();
         if self.triangular {
             let slants = |forward: bool| {
@@ -346,7 +346,7 @@ mod tests {
         assert!(mesh.strains(&x).largest() < 1e-12);
         let (uu, vv, uv) = (0.3, -0.2, 0.15);
         let d: Vec<DVec3> = x.iter().map(|p| DVec3::new(uu * p.x + uv * p.z, 1.0, uv * p.x + vv * p.z)).collect();
-        let wanted = mesh.from_field(|_| [uu, vv, uv]);
+        let wanted = mesh.strains_of_field(|_| [uu, vv, uv]);
         assert!(mesh.rates(&x, &d).minus(&wanted).largest() < 1e-12);
         // The transpose of the rates.
         let mut back = vec![DVec3::ZERO; 30];
