@@ -1,7 +1,7 @@
 //! Virtual test rigs and campaigns behind `sheetwork measure`, `sheetwork bench` and `sheetwork
 //! study`.
 //!
-//! [`measure`] has one file and one table row per rig. [`bench`] has the long campaigns with their
+//! [`measure`] has one file and one table row per rig. [`mod@bench`] has the long campaigns with their
 //! tables and plots. [`study`] evaluates the answers of a user study.
 
 pub mod bench;

@@ -3,7 +3,7 @@
 //! By the correspondence principle a small deflection under a constant load is the elastic one
 //! times E J(t), for any shape:
 //!
-//!     w(t)/w(0) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)),
+//!   w(t)/w(0) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)),
 //!
 //! with times shifted by temperature. Gravity is chosen for an initial deflection of at most 1e-4
 //! of the length and a final one of at most a tenth of the thickness, so that deflection is

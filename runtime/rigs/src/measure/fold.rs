@@ -4,7 +4,7 @@
 //! of angle θ with curvature κ = θ/length. Then the end is released. For D κ > M_y, return mapping
 //! gives κ_p = (D κ - M_y)/(D + H) and the angle
 //!
-//!     θ_p = length κ_p, M_y = σ_y t²/4,
+//!   θ_p = length κ_p, M_y = σ_y t²/4,
 //!
 //! and otherwise zero. The whole section yields at once; D is the stiffness of cylindrical bending,
 //! which applies to a card wider than its bending part. The card is in equilibrium throughout,

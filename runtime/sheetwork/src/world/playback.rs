@@ -62,8 +62,8 @@ impl World {
     }
 
     /// Set positions of nodes (m) and bodies and the time (s) to the interpolation from `before` to
-    /// the present state at `part`, which is between 0 and 1; other state is unchanged. For display only, as
-    /// [`World::show`].
+    /// the present state at `part`, which is between 0 and 1; other state is unchanged. For display
+    /// only, as [`World::show`].
     ///
     /// # Errors
     /// As [`World::can_show`]; nothing changes then.

@@ -5,7 +5,7 @@
 //!
 //!   v_n' = -e v_n,  |v_t'| = max(0, |v_t| - μ (1 + e) |v_n|),
 //!
-//! with e = 0 below [`NodeContactSettings::restitution_speed`]. A tangential velocity of 0 after
+//! with e = 0 below `NodeContactSettings::restitution_speed`. A tangential velocity of 0 after
 //! the impact is sticking.
 //!
 //! In a step that moves a node from x₀ to x₁ and its velocity from v₀ to v₁ through the surface,
