@@ -1,8 +1,8 @@
 //! Virtual test rigs and campaigns behind `sheetwork measure`, `sheetwork bench` and `sheetwork
 //! study`.
 //!
-//! [`measure`] has one file and one table row per rig. [`mod@bench`] has the long campaigns with their
-//! tables and plots. [`study`] evaluates the answers of a user study.
+//! [`measure`] has one file and one table row per rig. [`mod@bench`] has the long campaigns with
+//! their tables and plots. [`study`] evaluates the answers of a user study.
 
 pub mod bench;
 pub mod measure;
