@@ -33,7 +33,7 @@ use crate::contact::workspace::ContactCounters;
 use crate::error::{InputError, check_range};
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
-use crate::islands::island_manager::{IslandManager, SteppedSheets};
+use crate::islands::island_manager::IslandManager;
 use crate::parallel::Pool;
 use crate::profiler::{Phase, Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
@@ -298,8 +298,7 @@ impl World {
         let many = self.sheets.len() > 1;
         let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
-            let all = SteppedSheets { sheets, contacts, touches };
-            stage.watch.measure(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
+            stage.watch.measure(Phase::Motion, || groups.step((sheets, contacts, touches), &stage, rigid, parallel))
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
