@@ -47,8 +47,8 @@ pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3
     }
 }
 
-/// Update the bonds of the sheets of an island after a step. `bodies` maps the island's body indices
-/// to indices in `around`.
+/// Update the bonds of the sheets of an island after a step. `bodies` maps the island's body
+/// indices to indices in `around`.
 pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
     if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;

@@ -1,12 +1,12 @@
 //! Islands of a step: the sets of awake sheets and dynamic bodies that may meet.
 //!
 //! Two objects belong to one island when their swept boxes overlap, when one is attached to the
-//! other, or when they are dynamic bodies in contact. The speed that bounds the sweep is the largest
-//! of the island, since one object can hit another: islands grow until their reach suffices. A
-//! sleeping sheet wakes when a moving object may meet it.
+//! other, or when they are dynamic bodies in contact. The speed that bounds the sweep is the
+//! largest of the island, since one object can hit another: islands grow until their reach
+//! suffices. A sleeping sheet wakes when a moving object may meet it.
 //!
-//! Objects are numbered: all sheets, then all bodies. The islands are the same whatever the order in
-//! which pairs are found.
+//! Objects are numbered: all sheets, then all bodies. The islands are the same whatever the order
+//! in which pairs are found.
 
 use crate::contact::step_bodies::StepBodies;
 use crate::islands::StepContext;
