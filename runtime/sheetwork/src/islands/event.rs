@@ -235,7 +235,7 @@ impl ContactLog {
     }
 
     /// Reset the counts of the last step before a step that begins at `time` (s). A contact of the
-    /// last step lasts until now, sleep included.
+    /// last step lasts up to `time`, sleep included.
     pub fn begin(&mut self, time: f64) {
         for t in &mut self.list {
             if std::mem::take(&mut t.masses) > 0 {

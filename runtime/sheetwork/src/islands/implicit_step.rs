@@ -222,7 +222,7 @@ fn roll_back_diverged(
     }
 }
 
-/// Finish a substep whose further bisection is no longer allowed, because self-contact was found or
+/// Finish a substep whose further bisection is not allowed, because self-contact was found or
 /// the work budget of the step is spent: take its stages once more, or apply the fallback.
 fn finish_without_bisection(
     group: &mut IslandView,

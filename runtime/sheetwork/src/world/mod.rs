@@ -155,7 +155,7 @@ impl World {
     /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set.
     ///
     /// # Errors
-    /// When a file that the scene names can no longer be read; the world is then unchanged.
+    /// When a file that the scene names cannot be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), InputError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let fresh = Self::build(&self.scene, rigid)?;

@@ -162,7 +162,7 @@ impl ContactWorkspace {
         settled
     }
 
-    /// Clear the solution of contacts that no longer exist.
+    /// Clear the solution of contacts that have ended.
     pub(crate) fn forget_solution(&mut self, group: &mut IslandView) {
         group.each_unit(|_, unit| unit.remove_contacts());
         self.augmented_lagrangian.clear();
