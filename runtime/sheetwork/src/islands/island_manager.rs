@@ -11,10 +11,11 @@ use glam::DVec3;
 
 use crate::collision::constraint::ContactSide;
 use crate::collision::narrow_phase::DetectionCounters;
+use crate::contact::ContactCounters;
 use crate::contact::adhesion::update_bonds;
 use crate::contact::solver_body::SolverBody;
 use crate::contact::step_bodies::StepBodies;
-use crate::contact::workspace::{ContactCounters, ContactWorkspace};
+use crate::contact::workspace::ContactWorkspace;
 use crate::contact::{IslandView, SheetContact};
 use crate::islands::event::{ContactLog, ContactRecorder, EventKind};
 use crate::islands::implicit_step::{Substep, advance};

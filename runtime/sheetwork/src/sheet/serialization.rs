@@ -145,20 +145,9 @@ impl Sheet {
         clearance: impl FnOnce(&mut StateReader, usize) -> ReadResult,
     ) -> ReadResult {
         let masses = self.node_count();
-        let mut pins = std::mem::take(&mut self.pins);
-        let others = pins.deserialise(from, masses);
-        self.pins = pins;
-        if others? {
-            self.fix_pinned_nodes();
-        }
+        self.deserialise_pins(from)?;
         let status = deserialise_status(from)?;
-        let crossing = match from.byte()? {
-            0 => Interpenetration::Unknown,
-            1 => Interpenetration::None,
-            2 => Interpenetration::Detected,
-            3 => Interpenetration::Reported,
-            _ => return Err(CorruptState),
-        };
+        let crossing = deserialise_interpenetration(from)?;
         (self.rest_time, self.drag.pressure) = (from.number()?, from.number()?);
         let c = &mut self.counters;
         let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
@@ -179,26 +168,47 @@ impl Sheet {
             self.restore_recovery_state(Some(state));
         }
         self.deserialise_history(from)?;
-        let mut touching = Vec::new();
-        from.flags(&mut touching)?;
-        if touching.len() == masses {
-            self.resize_workspace();
-            self.work.touching = touching;
-        } else if !touching.is_empty() {
-            return Err(CorruptState);
-        }
+        self.deserialise_touching(from)?;
         self.work.stage.has_diverged = from.flag()?;
         clearance(from, masses)?;
         self.displaced = false;
         self.work.adhesion =
             if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
-        if from.flag()? {
-            let mut watch = crate::sheet::buckling::BuckleDetector::default();
-            watch.deserialise(from, masses, self.opening_revision())?;
-            self.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
-        }
+        self.deserialise_buckle_detector(from)?;
         // Deserialising the other state may have woken the sheet.
         (self.status, self.interpenetration, self.rest_time) = (status, crossing, quiet);
+        Ok(())
+    }
+
+    fn deserialise_pins(&mut self, from: &mut StateReader) -> ReadResult {
+        let mut pins = std::mem::take(&mut self.pins);
+        let others = pins.deserialise(from, self.node_count());
+        self.pins = pins;
+        if others? {
+            self.fix_pinned_nodes();
+        }
+        Ok(())
+    }
+
+    /// Deserialise which nodes touch something; an empty list leaves them as they are.
+    fn deserialise_touching(&mut self, from: &mut StateReader) -> ReadResult {
+        let mut touching = Vec::new();
+        from.flags(&mut touching)?;
+        if touching.len() == self.node_count() {
+            self.resize_workspace();
+            self.work.touching = touching;
+        } else if !touching.is_empty() {
+            return Err(CorruptState);
+        }
+        Ok(())
+    }
+
+    fn deserialise_buckle_detector(&mut self, from: &mut StateReader) -> ReadResult {
+        if from.flag()? {
+            let mut watch = crate::sheet::buckling::BuckleDetector::default();
+            watch.deserialise(from, self.node_count(), self.opening_revision())?;
+            self.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
+        }
         Ok(())
     }
 
@@ -335,6 +345,16 @@ fn serialise_status(status: &Status, to: &mut StateWriter) {
             to.number(*time);
         }
     }
+}
+
+fn deserialise_interpenetration(from: &mut StateReader) -> ReadResult<Interpenetration> {
+    Ok(match from.byte()? {
+        0 => Interpenetration::Unknown,
+        1 => Interpenetration::None,
+        2 => Interpenetration::Detected,
+        3 => Interpenetration::Reported,
+        _ => return Err(CorruptState),
+    })
 }
 
 fn deserialise_status(from: &mut StateReader) -> ReadResult<Status> {
