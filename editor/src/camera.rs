@@ -171,7 +171,7 @@ impl Camera {
 fn content(world: &World) -> Option<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for sheet in world.sheets() {
-        points.extend(sheet.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
+        points.extend(sheet.state.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
     }
     points.extend(body_boxes(world).into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
     let low = points.iter().copied().reduce(Vec3::min)?;

@@ -22,8 +22,8 @@ pub fn largest(world: &World, layer: Layer) -> Option<f64> {
 /// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
 /// a sheet without such a layer.
 pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> {
-    let index = if layer == Layer::Top { sheet.layers.len().saturating_sub(1) } else { 0 };
-    let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.x);
+    let index = if layer == Layer::Top { sheet.model.layers.len().saturating_sub(1) } else { 0 };
+    let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.state.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
         let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
@@ -36,18 +36,18 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
         // The surface consists of the sheet's own triangles.
         return Some(0.0);
     }
-    let index = if layer == Layer::Top { sheet.layers.len().checked_sub(1)? } else { 0 };
-    let grid = sheet.layers.get(index)?;
+    let index = if layer == Layer::Top { sheet.model.layers.len().checked_sub(1)? } else { 0 };
+    let grid = sheet.model.layers.get(index)?;
     let mesh = drawn(world, sheet, layer)?;
-    let corner = |m: u32| sheet.uv.get(m as usize).copied().unwrap_or_default();
+    let corner = |m: u32| sheet.model.uv.get(m as usize).copied().unwrap_or_default();
     let (low, high) = grid.range().map(|m| corner(m as u32)).fold(
         ((1.0, 1.0), (0.0, 0.0)),
         |(low, high): ((f64, f64), (f64, f64)), p| {
             ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1)))
         },
     );
-    let (triangles, size) = match &sheet.triangles {
-        Some(triangles) => (triangles.clone(), (sheet.grid.0, sheet.grid.2)),
+    let (triangles, size) = match &sheet.model.triangles {
+        Some(triangles) => (triangles.clone(), (sheet.model.grid.0, sheet.model.grid.2)),
         None => (grid.triangles(), (grid.nx, grid.nz)),
     };
     let cells = Cells::new(sheet, &triangles, size, (low, high));
@@ -71,7 +71,7 @@ impl Cells {
         let size = ((high.0 - low.0).max(1e-12), (high.1 - low.1).max(1e-12));
         let mut cells = Self { columns, rows, low, size, triangles: vec![Vec::new(); columns * rows] };
         for triangle in all {
-            let uv = triangle.map(|m| sheet.uv[m as usize]);
+            let uv = triangle.map(|m| sheet.model.uv[m as usize]);
             let middle = ((uv[0].0 + uv[1].0 + uv[2].0) / 3.0, (uv[0].1 + uv[1].1 + uv[2].1) / 3.0);
             let (i, j) = cells.at(middle);
             cells.triangles[j * columns + i].push(*triangle);
@@ -92,7 +92,7 @@ impl Cells {
             (j.saturating_sub(1)..=(j + 1).min(self.rows - 1), i.saturating_sub(1)..=(i + 1).min(self.columns - 1));
         let near = rows.flat_map(|j| columns.clone().map(move |i| (i, j)));
         let triangles = near.flat_map(|(i, j)| &self.triangles[j * self.columns + i]);
-        triangles.map(|t| to_triangle(p, t.map(|m| sheet.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
+        triangles.map(|t| to_triangle(p, t.map(|m| sheet.state.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -130,9 +130,9 @@ mod tests {
         // m.
         let (radius, sheet) = (0.1, &mut world.sheets_mut()[0]);
         for i in 0..sheet.node_count() {
-            let place = sheet.x.get(i);
+            let place = sheet.state.x.get(i);
             let (sin, cos) = (place.x / radius).sin_cos();
-            sheet.x.set(i, DVec3::new(radius * sin, radius * cos, place.z));
+            sheet.state.x.set(i, DVec3::new(radius * sin, radius * cos, place.z));
         }
         let gap = largest(&world, Layer::Top).expect("a sheet");
         let rise = radius * (1.0 - (0.01_f64 / radius).cos());

@@ -64,8 +64,8 @@ impl Ray {
 
 /// Triangles of the displayed layer of `sheet`.
 fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
-    let layer = if upper { sheet.layers.last() } else { sheet.layers.first() };
-    match (&sheet.triangles, layer) {
+    let layer = if upper { sheet.model.layers.last() } else { sheet.model.layers.first() };
+    match (&sheet.model.triangles, layer) {
         (Some(all), _) => all.clone(),
         (None, Some(layer)) => layer.triangles(),
         (None, None) => Vec::new(),
@@ -76,13 +76,13 @@ fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
 /// the sheet.
 pub fn place(sheet: &Sheet, (u, v): (f64, f64), upper: bool) -> Option<DVec3> {
     triangles(sheet, upper).into_iter().find_map(|corners| {
-        let [a, b, c] = corners.map(|i| sheet.uv[i as usize]);
+        let [a, b, c] = corners.map(|i| sheet.model.uv[i as usize]);
         let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
         let of = |p: (f64, f64), q: (f64, f64)| ((q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0)) / area;
         let weights = [of(b, c), of(c, a), of(a, b)];
         // Tolerance for rounding between two triangles.
         let within = area != 0.0 && weights.iter().all(|w| *w >= -1e-6);
-        within.then(|| (0..3).map(|k| weights[k] * sheet.x.get(corners[k] as usize)).sum())
+        within.then(|| (0..3).map(|k| weights[k] * sheet.state.x.get(corners[k] as usize)).sum())
     })
 }
 
@@ -91,13 +91,13 @@ pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
     let mut best: Option<SheetHit> = None;
     for (index, sheet) in world.sheets().iter().enumerate() {
         for corners in triangles(sheet, upper) {
-            let at = corners.map(|i| sheet.x.get(i as usize));
+            let at = corners.map(|i| sheet.state.x.get(i as usize));
             let Some((distance, v, w)) = ray.triangle(at) else { continue };
             if best.is_some_and(|b| b.distance <= distance) {
                 continue;
             }
             let weights = [1.0 - v - w, v, w];
-            let uv = corners.map(|i| sheet.uv[i as usize]);
+            let uv = corners.map(|i| sheet.model.uv[i as usize]);
             let sum = |of: fn((f64, f64)) -> f64| (0..3).map(|k| weights[k] * of(uv[k])).sum::<f64>();
             let place = ray.from + ray.to * distance;
             let nearest = (0..3).min_by(|a, b| at[*a].distance(place).total_cmp(&at[*b].distance(place))).unwrap_or(0);
@@ -187,7 +187,7 @@ mod tests {
         let hit = sheet(&world, down(0.1, -0.05), true).expect("over it");
         assert!((hit.uv.0 - 0.75).abs() < 1e-6 && (hit.uv.1 - 0.375).abs() < 1e-6, "{hit:?}");
         assert!((hit.distance - 2.0).abs() < 1e-6 && hit.place.distance(DVec3::new(0.1, 1.0, -0.05)) < 1e-6);
-        let near = world.sheets()[0].x.get(hit.node as usize);
+        let near = world.sheets()[0].state.x.get(hit.node as usize);
         assert!(near.distance(hit.place) < 0.08);
         assert_eq!(sheet(&world, down(0.3, 0.0), true), None);
         let below = Ray::new(Vec3::ZERO, Vec3::Y);

@@ -70,7 +70,7 @@ impl Sample {
 pub fn heights(world: &World) -> impl Iterator<Item = f64> {
     world.sheets().iter().flat_map(|sheet| {
         let middle = sheet.probes.is_empty().then(|| sheet.centre_of_mass().y);
-        middle.into_iter().chain(sheet.probes.iter().map(|p| p.at(&sheet.x).y))
+        middle.into_iter().chain(sheet.probes.iter().map(|p| p.at(&sheet.state.x).y))
     })
 }
 

@@ -64,10 +64,10 @@ fn edits_of_the_scene_are_undone_with_the_world() {
     let mut session = strip();
     session.run(0.3);
     let (time, tip) =
-        (session.world().time(), session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].x));
+        (session.world().time(), session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].state.x));
     assert!(session.edit("new body", "body", |s| s.bodies.push(BodySpec::new(Shape::Ball(0.01)))));
     assert_eq!((session.world().rigid().expect("own").bodies().len(), session.world().time()), (2, time));
-    let there = session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].x);
+    let there = session.world().sheets()[0].probes[0].at(&session.world().sheets()[0].state.x);
     assert_eq!(there, tip, "the sheet goes on from where it was");
     assert!(session.undo());
     assert_eq!(session.world().rigid().expect("own").bodies().len(), 1);
@@ -180,7 +180,7 @@ fn the_contents_of_a_file_are_placed_on_the_floor_beside_the_sheets() {
     // The floor of its file is at -28.1 mm.
     assert!((state.centre().y - 0.0281).abs() < 1e-9, "{}", state.centre());
     assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
-    let lowest = |i: usize| session.world().sheets()[i].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let lowest = |i: usize| session.world().sheets()[i].state.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     assert!(lowest(1) >= 0.0, "{}", lowest(1));
 }
 
@@ -188,7 +188,7 @@ fn the_contents_of_a_file_are_placed_on_the_floor_beside_the_sheets() {
 fn stop_restores_the_state_before_playing() {
     let mut session = wedge();
     session.run(0.1);
-    let (time, x) = (session.world().time(), session.world().sheets()[0].x.clone());
+    let (time, x) = (session.world().time(), session.world().sheets()[0].state.x.clone());
     assert!(!session.can_stop());
     session.play();
     for _ in 0..10 {
@@ -199,25 +199,25 @@ fn stop_restores_the_state_before_playing() {
     session.frame(0.02);
     assert!(session.world().time() > time + 0.1 && session.stop());
     assert_eq!((session.world().time(), session.playing(), session.can_stop()), (time, false, false));
-    assert_eq!(session.world().sheets()[0].x, x);
+    assert_eq!(session.world().sheets()[0].state.x, x);
 }
 
 #[test]
 fn a_step_back_undoes_a_step_and_the_timeline_restores_any_moment() {
     let mut session = wedge();
-    let mut places = vec![session.world().sheets()[0].x.clone()];
+    let mut places = vec![session.world().sheets()[0].state.x.clone()];
     for _ in 0..30 {
         session.step();
-        places.push(session.world().sheets()[0].x.clone());
+        places.push(session.world().sheets()[0].state.x.clone());
     }
     for back in (20..30).rev() {
         assert!(session.step_back());
         assert_eq!(session.world().steps(), back as u64);
-        assert_eq!(session.world().sheets()[0].x, places[back], "an explicit engine keeps nothing else");
+        assert_eq!(session.world().sheets()[0].state.x, places[back], "an explicit engine keeps nothing else");
     }
     assert!(session.scrub(0.0) && session.world().steps() == 0 && !session.step_back());
     assert!(session.scrub(1e9));
-    assert_eq!(session.world().sheets()[0].x, places[30], "what came after stays until time passes");
+    assert_eq!(session.world().sheets()[0].state.x, places[30], "what came after stays until time passes");
     assert!(session.scrub(0.02));
     let steps = session.world().steps();
     session.step();
@@ -297,7 +297,7 @@ fn a_node_is_pinned_at_its_position_and_unpinned() {
     let mut session = strip();
     session.run(0.5);
     let tip = session.world().sheets()[0].node_count() as u32 - 1;
-    let place = |s: &Session| s.world().sheets()[0].x.get(tip as usize);
+    let place = |s: &Session| s.world().sheets()[0].state.x.get(tip as usize);
     let (here, start) = (place(&session), DVec3::new(0.1, 0.0, 0.02));
     assert!(here.distance(start) > 0.01, "it has sagged");
     assert!(session.toggle_pin(0, tip));
@@ -314,10 +314,10 @@ fn a_node_is_pinned_at_its_position_and_unpinned() {
     session.run(0.2);
     assert!(place(&session).distance(start) < 1e-9, "from a reset on it is held where it starts");
     // One node of an edge: the others stay pinned.
-    let edge = session.world().sheets()[0].layers[0].at(0, 1);
+    let edge = session.world().sheets()[0].model.layers[0].at(0, 1);
     assert!(session.toggle_pin(0, edge));
     assert!(!session.world().sheets()[0].is_held(edge as usize));
-    assert!(session.world().sheets()[0].is_held(session.world().sheets()[0].layers[0].at(0, 2) as usize));
+    assert!(session.world().sheets()[0].is_held(session.world().sheets()[0].model.layers[0].at(0, 2) as usize));
 }
 
 #[test]
@@ -351,7 +351,9 @@ fn bodies_and_heaters_are_carried_and_put_down() {
     let (sheet, handle) = (Item::Sheet(0), session.handle_of(Item::Sheet(0)).expect("at its start"));
     session.move_item(sheet, DVec3::new(0.0, 0.02, 0.0));
     assert!(session.handle_of(sheet).expect("on its way").distance(handle + DVec3::new(0.0, 0.02, 0.0)) < 1e-12);
-    assert!(session.release_item() && session.world().sheets()[0].x.bounds().expect("masses").0.y > handle.y + 0.01);
+    assert!(
+        session.release_item() && session.world().sheets()[0].state.x.bounds().expect("masses").0.y > handle.y + 0.01
+    );
     assert!(session.undo() && session.handle_of(sheet) == Some(handle));
     session.step();
     assert!(session.items().len() == 2 && session.handle_of(sheet).is_none());
@@ -401,7 +403,7 @@ fn a_sheet_from_a_file_is_put_above_the_body_that_it_would_be_in() {
         Session::new(&Scene::parse("(bodies: [(name: \"block\", shape: Box((0.2, 0.2, 0.2)))])").expect("valid"))
             .expect("valid");
     assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
-    let lowest = session.world().sheets()[0].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let lowest = session.world().sheets()[0].state.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     assert!((0.1..0.12).contains(&lowest), "{lowest}");
     assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
     let [block, cube] = sheetwork_editor::pick::body_boxes(session.world())[..] else { panic!("two bodies") };
@@ -413,12 +415,12 @@ fn an_oven_is_switched_on_while_it_runs_and_undone() {
     let mut session = strip();
     session.run(0.1);
     assert!(session.edit("oven", "oven", |s| s.oven = Some(OvenSpec { temperature: 150.0, ..OvenSpec::default() })));
-    let (time, y) = (session.world().time(), session.world().sheets()[0].x.get(51).y);
+    let (time, y) = (session.world().time(), session.world().sheets()[0].state.x.get(51).y);
     assert!(time > 0.09 && session.world().room_temperature() == 150.0);
     assert!(session.set("oven.temperature", "90") && session.world().room_temperature() == 90.0);
     session.seal();
     assert!(session.undo() && session.undo());
-    assert_eq!((session.world().room_temperature(), session.world().sheets()[0].x.get(51).y), (20.0, y));
+    assert_eq!((session.world().room_temperature(), session.world().sheets()[0].state.x.get(51).y), (20.0, y));
 }
 
 #[test]
@@ -497,7 +499,7 @@ fn a_variant_that_differs_in_nothing_is_the_same_to_the_bit_however_long_the_fra
         session.frame(0.011 + 0.007 * f64::from(k % 5));
     }
     let bits = |s: &Session| -> Vec<[u64; 3]> {
-        s.world().sheets()[0].x.iter().map(|p| p.to_array().map(f64::to_bits)).collect()
+        s.world().sheets()[0].state.x.iter().map(|p| p.to_array().map(f64::to_bits)).collect()
     };
     let twin = session.shown(1).expect("made");
     assert!(session.world().steps() > 40 && session.world().steps() == twin.world().steps());

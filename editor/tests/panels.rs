@@ -160,7 +160,7 @@ fn the_sheet_and_material_panels_reach_the_sheet() {
     }
     let sheet = &harness.state().0.world().sheets()[0];
     assert_eq!((sheet.material().young, sheet.material().thickness, sheet.damping()), (3000.0, 0.002, 0.3));
-    assert_eq!((sheet.friction, sheet.restitution), (0.7, 0.5));
+    assert_eq!((sheet.parameters.friction, sheet.parameters.restitution), (0.7, 0.5));
     assert!(harness.query_by_label("Bend limit").is_none(), "a trimm has no flexion");
 }
 
@@ -252,7 +252,7 @@ fn a_rejected_value_is_reported_with_its_range_and_changes_nothing() {
     type_number(&mut harness, "Friction", "99");
     type_number(&mut harness, "Length", "3 GPa");
     let (session, _) = harness.state();
-    assert_eq!((session.world().dt(), session.world().sheets()[0].friction), (0.002, 0.3));
+    assert_eq!((session.world().dt(), session.world().sheets()[0].parameters.friction), (0.002, 0.3));
     assert_eq!(session.messages().len(), 3);
     assert!(harness.query_by_label_contains("dt: -0.004 s is outside").is_some());
     assert!(harness.query_by_label_contains("friction: 99 is outside 0 to 10").is_some());

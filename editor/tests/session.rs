@@ -15,7 +15,7 @@ fn session() -> Session {
 
 /// Displayed height of a node.
 fn shown(session: &Session) -> f64 {
-    let (before, after) = (session.before()[0].get(0), session.world().sheets()[0].x.get(0));
+    let (before, after) = (session.before()[0].get(0), session.world().sheets()[0].state.x.get(0));
     before.lerp(after, session.alpha()).y
 }
 
@@ -65,7 +65,7 @@ fn a_single_step_pauses_and_shows_its_result() {
     session.step();
     assert!(!session.playing());
     assert_eq!(session.world().steps(), 1);
-    assert_eq!(shown(&session), session.world().sheets()[0].x.get(0).y);
+    assert_eq!(shown(&session), session.world().sheets()[0].state.x.get(0).y);
     let before = shown(&session);
     session.play();
     session.frame(0.0005);
@@ -256,7 +256,7 @@ fn a_recording_is_played_sought_and_not_changed() {
 
     let mut played = Session::open(&recorded).expect("a recording");
     let apart = |a: &Session, b: &Session| {
-        let (a, b) = (&a.world().sheets()[0].x, &b.world().sheets()[0].x);
+        let (a, b) = (&a.world().sheets()[0].state.x, &b.world().sheets()[0].state.x);
         a.iter().zip(b.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
     };
     let length = played.playback().expect("one is shown").duration();

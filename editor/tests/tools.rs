@@ -143,13 +143,13 @@ fn a_dragged_slider_is_one_undo_step() {
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
     let slider = harness.get_by_role_and_label(Role::Slider, "Friction").rect();
-    let before = harness.state().0.world().sheets()[0].friction;
+    let before = harness.state().0.world().sheets()[0].parameters.friction;
     drag(&mut harness, slider.left_center() + Vec2::new(40.0, 0.0), slider.left_center() + Vec2::new(80.0, 0.0));
     button(&mut harness, slider.left_center() + Vec2::new(80.0, 0.0), false);
     harness.run_steps(2);
-    assert!(harness.state().0.world().sheets()[0].friction > before);
+    assert!(harness.state().0.world().sheets()[0].parameters.friction > before);
     assert!(harness.state_mut().0.undo() && !harness.state_mut().0.undo());
-    assert_eq!(harness.state().0.world().sheets()[0].friction, before);
+    assert_eq!(harness.state().0.world().sheets()[0].parameters.friction, before);
 }
 
 #[test]
@@ -158,14 +158,14 @@ fn a_grid_is_typed_and_a_bad_one_refused() {
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
     type_number(&mut harness, "nx", "7");
-    assert_eq!(harness.state().0.world().sheets()[0].grid, (7, 2, 11));
+    assert_eq!(harness.state().0.world().sheets()[0].model.grid, (7, 2, 11));
     type_number(&mut harness, "nz", "none");
     assert!(harness.state().0.messages()[0].text.contains("does not begin with a number"));
     harness.get_by_role_and_label(Role::ComboBox, "Structure").click();
     harness.run_steps(3);
     harness.get_by_label("shell").click();
     harness.run_steps(3);
-    assert_eq!(harness.state().0.world().sheets()[0].grid, (7, 1, 11), "a shell has one layer");
+    assert_eq!(harness.state().0.world().sheets()[0].model.grid, (7, 1, 11), "a shell has one layer");
     harness.get_by_label("left").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.scene().sheets[0].pins.len(), 1);
@@ -222,8 +222,8 @@ fn the_pin_tool_pins_and_unpins_a_node() {
     harness.key_press(Key::P);
     harness.run_steps(2);
     let sheet = &harness.state().0.world().sheets()[0];
-    let top = sheet.layers.last().expect("layers").at(3, 4);
-    let at = seen(&harness, sheet.x.get(top as usize));
+    let top = sheet.model.layers.last().expect("layers").at(3, 4);
+    let at = seen(&harness, sheet.state.x.get(top as usize));
     click(&mut harness, at);
     assert!(harness.state().0.world().sheets()[0].is_held(top as usize));
     click(&mut harness, at);
@@ -383,13 +383,13 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     harness.get_by_label("Add a variant").click();
     harness.run_steps(3);
     assert!(
-        harness.state().0.shown(1).is_some_and(|s| s.world().sheets()[0].structure.name() == "shell"),
+        harness.state().0.shown(1).is_some_and(|s| s.world().sheets()[0].model.structure.name() == "shell"),
         "{:?}",
         harness.state().0.variants().next().map(|b| b.1.err())
     );
     harness.get_by_label("Add a variant").click();
     harness.run_steps(3);
-    let structure = |which: usize| harness.state().0.shown(which).map(|s| s.world().sheets()[0].structure);
+    let structure = |which: usize| harness.state().0.shown(which).map(|s| s.world().sheets()[0].model.structure);
     let all: std::collections::BTreeSet<_> = (0..3).filter_map(|which| Some(structure(which)?.name())).collect();
     assert_eq!(all.len(), 3, "what is added differs from what is there: {all:?}");
     harness.state_mut().0.step();

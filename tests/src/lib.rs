@@ -162,12 +162,12 @@ impl Random {
 /// nodes move nearly alike. Nodes in `pinned` are unchanged.
 pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u32]) {
     for i in (0..sheet.node_count()).filter(|i| !pinned.contains(&(*i as u32))) {
-        let (u, v) = sheet.uv[i];
+        let (u, v) = sheet.model.uv[i];
         let (p, q) = (std::f64::consts::PI * u, std::f64::consts::PI * v);
         let shape = DVec3::new((2.0 * q).cos(), p.cos() * (q + 0.4).cos(), (2.0 * p).sin());
         let moving = DVec3::new((p + 0.3).cos(), (2.0 * p).cos(), (2.0 * q + 0.7).cos());
-        sheet.x.set(i, sheet.x.get(i) + shape * amplitude);
-        sheet.v.set(i, sheet.v.get(i) + moving * (amplitude * rate));
+        sheet.state.x.set(i, sheet.state.x.get(i) + shape * amplitude);
+        sheet.state.v.set(i, sheet.state.v.get(i) + moving * (amplitude * rate));
     }
 }
 
@@ -175,7 +175,7 @@ pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u
 pub fn excite_randomly(sheet: &mut Sheet, speed: f64, seed: u64) {
     let mut random = Random::new(seed);
     for i in 0..sheet.node_count() {
-        sheet.v.set(i, random.vector() * speed);
+        sheet.state.v.set(i, random.vector() * speed);
     }
 }
 
@@ -212,7 +212,7 @@ fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
     let mut out = Vectors::zeros(d.len());
     for i in 0..springs.len() {
         let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
-        let unit = (sheet.x.get(b) - sheet.x.get(a)).normalize();
+        let unit = (sheet.state.x.get(b) - sheet.state.x.get(a)).normalize();
         let force = unit * (springs.stiffness[i] * unit.dot(d.get(b) - d.get(a)));
         out.set(a, out.get(a) - force / sheet.node_mass(a));
         out.set(b, out.get(b) + force / sheet.node_mass(b));
@@ -225,14 +225,14 @@ fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
 fn hessian(sheet: &mut Sheet) -> Vec<Vec<f64>> {
     let (n, step) = (3 * sheet.node_count(), 1e-6);
     let mut energy = |moves: [(usize, f64); 2]| {
-        let before = moves.map(|(i, _)| sheet.x.get(i / 3));
+        let before = moves.map(|(i, _)| sheet.state.x.get(i / 3));
         for (i, by) in moves {
-            let mut p = sheet.x.get(i / 3);
+            let mut p = sheet.state.x.get(i / 3);
             p[i % 3] += by;
-            sheet.x.set(i / 3, p);
+            sheet.state.x.set(i / 3, p);
         }
         let energy = sheet.energy(DVec3::ZERO).elastic;
-        moves.iter().zip(before).rev().for_each(|((i, _), p)| sheet.x.set(i / 3, p));
+        moves.iter().zip(before).rev().for_each(|((i, _), p)| sheet.state.x.set(i / 3, p));
         energy
     };
     let mut rows = vec![vec![0.0; n]; n];

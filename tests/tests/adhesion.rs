@@ -55,7 +55,7 @@ fn hanging_scene(sheet: SheetSpec) -> Scene {
 }
 
 fn lowest(world: &World) -> f64 {
-    world.sheets()[0].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
+    world.sheets()[0].state.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
 }
 
 /// The world of `scene` after a third of a second with reversed gravity, which presses the sheet
@@ -159,7 +159,7 @@ fn peel(strength: f64) -> f64 {
     for step in 0..3000 {
         let force = 1e-3 * strength * 0.01 * 0.1 * f64::from(step);
         for i in &end {
-            world.sheets_mut()[0].applied.set(*i, DVec3::new(0.0, -force / 5.0, 0.0));
+            world.sheets_mut()[0].parameters.applied.set(*i, DVec3::new(0.0, -force / 5.0, 0.0));
         }
         world.step();
         if world.sheets()[0].bonds() < whole / 2 {
@@ -257,16 +257,16 @@ fn folded(sticky: bool) -> (f64, usize) {
     let sheet = &mut world.sheets_mut()[0];
     let (up, along) = 140.0_f64.to_radians().sin_cos();
     for i in 0..sheet.node_count() {
-        let p = sheet.x.get(i);
+        let p = sheet.state.x.get(i);
         if p.x > 0.0 {
-            sheet.x.set(i, DVec3::new(p.x * along, p.y + p.x * up, p.z));
+            sheet.state.x.set(i, DVec3::new(p.x * along, p.y + p.x * up, p.z));
         }
     }
     let press = |world: &mut World, force: f64| {
         let sheet = &mut world.sheets_mut()[0];
         for i in 0..sheet.node_count() {
-            let loose = sheet.uv[i].0 > 0.55;
-            sheet.applied.set(i, DVec3::new(0.0, if loose { -force } else { 0.0 }, 0.0));
+            let loose = sheet.model.uv[i].0 > 0.55;
+            sheet.parameters.applied.set(i, DVec3::new(0.0, if loose { -force } else { 0.0 }, 0.0));
         }
     };
     press(&mut world, 2e-4);
@@ -275,7 +275,7 @@ fn folded(sticky: bool) -> (f64, usize) {
     (0..120).for_each(|_| _ = world.step());
     assert!(world.unstable().is_none());
     let sheet = &world.sheets()[0];
-    (sheet.x.get(31 * 2 + 30).y + 2.5e-4, sheet.bonds())
+    (sheet.state.x.get(31 * 2 + 30).y + 2.5e-4, sheet.bonds())
 }
 
 #[test]

@@ -36,8 +36,9 @@ fn conserved_quantities(world: &World) -> (DVec3, DVec3, f64) {
     let mut energy = body.kinetic_energy();
     for sheet in world.sheets() {
         momentum += sheet.momentum();
-        about +=
-            (0..sheet.node_count()).map(|i| sheet.x.get(i).cross(sheet.v.get(i)) * sheet.node_mass(i)).sum::<DVec3>();
+        about += (0..sheet.node_count())
+            .map(|i| sheet.state.x.get(i).cross(sheet.state.v.get(i)) * sheet.node_mass(i))
+            .sum::<DVec3>();
         energy += sheet.energy(DVec3::ZERO).total;
     }
     (momentum, about, energy)

@@ -221,7 +221,7 @@ fn setters_of_a_world_reject_non_finite_numbers() {
         assert_eq!(sheet.set_material(material).expect_err("bad").field, "material.young");
     }
     world.step();
-    assert!(world.sheets()[0].x.iter().all(DVec3::is_finite));
+    assert!(world.sheets()[0].state.x.iter().all(DVec3::is_finite));
 }
 
 #[test]
@@ -275,14 +275,14 @@ fn an_unstable_sheet_is_detected_named_and_isolated() {
         let both = run(&scene);
         let mad = both.unstable().expect("caught");
         assert_eq!(mad.name, "mad", "{}", engine.name);
-        assert!(matches!(mad.status, Status::Unstable { time, place, .. } if time < 0.4 && place.is_finite()));
-        assert!(mad.x.iter().chain(mad.v.iter()).all(|p| p.is_finite()), "{}", engine.name);
+        assert!(matches!(mad.state.status, Status::Unstable { time, place, .. } if time < 0.4 && place.is_finite()));
+        assert!(mad.state.x.iter().chain(mad.state.v.iter()).all(|p| p.is_finite()), "{}", engine.name);
         let events: Vec<_> = both.events().iter().filter(|e| e.kind == EventKind::Unstable).collect();
         assert!(events.len() == 1 && events[0].sheet == "mad");
         let report = both.report(0.0, &[]);
         assert!(report.status.contains("unstable: mad"), "{}", report.status);
         // The other sheet continues as if it were alone.
-        assert_eq!(both.sheets()[1].x, run(&alone).sheets()[0].x, "{}", engine.name);
+        assert_eq!(both.sheets()[1].state.x, run(&alone).sheets()[0].state.x, "{}", engine.name);
     }
 }
 
@@ -310,10 +310,10 @@ fn a_non_finite_number_set_by_a_program_is_detected() {
         let scene =
             scene_without_gravity(small_sheet(sheetwork::mesh::structure::StructureKind::Samm, 0.1), engine.kind);
         let mut world = World::new(&scene).expect("valid");
-        world.sheets_mut()[0].v.set(3, DVec3::new(0.0, f64::NAN, 0.0));
+        world.sheets_mut()[0].state.v.set(3, DVec3::new(0.0, f64::NAN, 0.0));
         world.step();
         assert!(world.unstable().is_some(), "{}", engine.name);
-        assert!(world.sheets()[0].x.iter().all(DVec3::is_finite), "{}", engine.name);
+        assert!(world.sheets()[0].state.x.iter().all(DVec3::is_finite), "{}", engine.name);
     }
 }
 
@@ -330,7 +330,7 @@ fn scenes_of_the_corpus_run_without_a_panic() {
         while world.time() < 0.5 {
             world.step();
         }
-        let mut places = world.sheets().iter().flat_map(|s| s.x.iter().chain(s.v.iter()));
+        let mut places = world.sheets().iter().flat_map(|s| s.state.x.iter().chain(s.state.v.iter()));
         assert!(places.all(DVec3::is_finite), "{}", file.display());
         assert!(world.unstable().is_none(), "{}", file.display());
     }

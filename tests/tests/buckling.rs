@@ -47,7 +47,7 @@ fn a_strip_buckles_under_compression_and_in_snap_through() {
             }
             if let Some(start) = start {
                 sheet.pull(0, start + DVec3::Y * 0.5 * (time - 1.0)).expect("there");
-                let middle = sheet.pulls()[0].point(&sheet.x);
+                let middle = sheet.pulls()[0].point(&sheet.state.x);
                 if middle.y > 0.0 {
                     over = over.min(time);
                 }

@@ -54,7 +54,7 @@ fn excited(structure: StructureKind, engine: IntegratorKind, case: ConformanceCa
 fn positions(structure: StructureKind, engine: IntegratorKind, case: ConformanceCase, steps: u32) -> Vectors {
     let (mut world, omega) = excited(structure, engine, case);
     run(&mut world, steps, 4.0 / omega / f64::from(steps));
-    world.sheets()[0].x.clone()
+    world.sheets()[0].state.x.clone()
 }
 
 /// Steps over 4 radians at which the error is asymptotic and far above rounding.
@@ -118,8 +118,8 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
             // own steps.
             run(&mut world, 1, 4.0 / omega);
             let sheet = &world.sheets()[0];
-            let (accepted, rejected) = (sheet.counters.accepted, sheet.counters.rejected);
-            let error = distance(&sheet.x, &reference);
+            let (accepted, rejected) = (sheet.state.counters.accepted, sheet.state.counters.rejected);
+            let error = distance(&sheet.state.x, &reference);
             println!(
                 "{:16} {tolerance:.0e}: error {error:.1e}, {accepted} accepted, {rejected} rejected",
                 structure.name
@@ -128,7 +128,7 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
             assert!(error < 2.0 * tolerance * accepted as f64, "{}: {error}", structure.name);
             assert!(error < last && rejected > 0, "{}", structure.name);
             // Every attempt costs six evaluations, and every accepted step one more.
-            assert_eq!(sheet.counters.evaluations, 7 * accepted + 6 * rejected);
+            assert_eq!(sheet.state.counters.evaluations, 7 * accepted + 6 * rejected);
             last = error;
         }
     }
@@ -137,7 +137,7 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
 /// Sum of m |v|, kg m/s: the scale of rounding errors of momentum.
 fn motion(world: &World) -> f64 {
     let sheet = &world.sheets()[0];
-    (0..sheet.node_count()).map(|i| sheet.node_mass(i) * sheet.v.get(i).length()).sum()
+    (0..sheet.node_count()).map(|i| sheet.node_mass(i) * sheet.state.v.get(i).length()).sum()
 }
 
 #[test]
@@ -215,13 +215,13 @@ fn pinned_nodes_are_exactly_at_their_positions_with_every_integrator() {
             let mut world = world(&scene_without_gravity(spec, engine.kind));
             world.set_gravity(DVec3::new(0.0, -9.81, 0.0)).expect("in range");
             let sheet = &world.sheets()[0];
-            let start = sheet.x.clone();
+            let start = sheet.state.x.clone();
             let [led, held] = [Region::Left, Region::Right].map(|r| select(&r, sheet).expect("an edge"));
             for _ in 0..50 {
                 run(&mut world, 1, 0.002);
                 let offset = sheetwork::scene::path_at(&path, world.time()).0;
                 let sheet = &world.sheets()[0];
-                let at = |i: &u32| (sheet.x.get(*i as usize), start.get(*i as usize));
+                let at = |i: &u32| (sheet.state.x.get(*i as usize), start.get(*i as usize));
                 assert!(led.iter().map(at).all(|(x, s)| x == s + offset), "{} on {}", engine.name, structure.name);
                 assert!(held.iter().map(at).all(|(x, s)| x == s), "{} on {}", engine.name, structure.name);
             }
@@ -239,18 +239,24 @@ fn a_switch_of_integrator_continues_from_the_present_state() {
             for second in TABLE {
                 let (mut switched, omega) = excited(structure.kind, first.kind, ConformanceCase::Damped);
                 run(&mut switched, 10, 0.1 / omega);
-                let (x, v) = (switched.sheets()[0].x.clone(), switched.sheets()[0].v.clone());
+                let (x, v) = (switched.sheets()[0].state.x.clone(), switched.sheets()[0].state.v.clone());
                 switched.set_engine(second.kind);
-                assert!(switched.sheets()[0].x == x && switched.sheets()[0].v == v);
+                assert!(switched.sheets()[0].state.x == x && switched.sheets()[0].state.v == v);
                 let (mut fresh, _) = excited(structure.kind, second.kind, ConformanceCase::Damped);
-                fresh.sheets_mut()[0].x = x;
-                fresh.sheets_mut()[0].v = v;
+                fresh.sheets_mut()[0].state.x = x;
+                fresh.sheets_mut()[0].state.v = v;
                 if first.kind == second.kind && (first.adaptive || first.implicit) {
                     continue;
                 }
                 run(&mut switched, 5, 0.1 / omega);
                 run(&mut fresh, 5, 0.1 / omega);
-                assert_eq!(switched.sheets()[0].x, fresh.sheets()[0].x, "{} to {}", first.name, second.name);
+                assert_eq!(
+                    switched.sheets()[0].state.x,
+                    fresh.sheets()[0].state.x,
+                    "{} to {}",
+                    first.name,
+                    second.name
+                );
             }
         }
     }
@@ -312,8 +318,8 @@ fn the_flexion_limit_bounds_the_angle_and_conserves_momenta() {
             let sheet = &mut world.sheets_mut()[0];
             // An upward velocity at both ends and a downward one in the middle: a fold along z.
             for i in 0..sheet.node_count() {
-                let u = sheet.uv[i].0;
-                sheet.v.set(i, DVec3::new(0.0, 1.5 * (4.0 * (u - 0.5).powi(2) - 0.3), 0.2 * u));
+                let u = sheet.model.uv[i].0;
+                sheet.state.v.set(i, DVec3::new(0.0, 1.5 * (4.0 * (u - 0.5).powi(2) - 0.3), 0.2 * u));
             }
             world
         };

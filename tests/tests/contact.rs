@@ -158,7 +158,7 @@ fn contact_is_invariant_under_translation_and_rotation() {
         run(&mut world, 400, scene.dt);
         assert!(world.penetration() < 2e-6, "{}", world.penetration());
         let back = q.inverse();
-        world.sheets()[0].x.iter().map(|p| back * (p - placement.position)).collect::<Vec<_>>()
+        world.sheets()[0].state.x.iter().map(|p| back * (p - placement.position)).collect::<Vec<_>>()
     };
     let here = rest(Placement::default());
     for (position, rotation) in [
@@ -203,14 +203,14 @@ fn a_turntable_turns_the_sheet_on_it() {
     scene.bodies.push(body("table", Shape::Box(DVec3::new(0.6, 0.04, 0.6)), Placement::default(), path));
     scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + MINIMUM_CONTACT_OFFSET, 0.0);
     let mut world = world(&scene);
-    let start: Vec<DVec3> = world.sheets()[0].x.iter().collect();
+    let start: Vec<DVec3> = world.sheets()[0].state.x.iter().collect();
     run(&mut world, 1200, scene.dt);
     let sheet = &world.sheets()[0];
-    let bottom = sheet.layers[0].range();
+    let bottom = sheet.model.layers[0].range();
     // A quarter turn about y takes (x, z) to (z, -x). Slip at the start, the stop and the rim adds
     // a small error.
     let off = bottom.map(|i| {
-        let (a, b) = (start[i], sheet.x.get(i));
+        let (a, b) = (start[i], sheet.state.x.get(i));
         DVec3::new(a.z, b.y, -a.x).distance(b)
     });
     let off = off.fold(0.0, f64::max);
@@ -243,10 +243,10 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
             fastest = fastest.max(world.sheets()[0].max_speed());
         }
         println!("{deepest:.1e} m deep, {fastest:.2} m/s");
-        assert!(world.sheets()[0].counters.contacts > 100, "it was never met");
+        assert!(world.sheets()[0].state.counters.contacts > 100, "it was never met");
         assert!(deepest < 1e-4, "{deepest}");
         assert!(fastest < bound, "{fastest} m/s with a thickness limit of {limit}");
-        assert!(world.sheets()[0].x.iter().all(DVec3::is_finite));
+        assert!(world.sheets()[0].state.x.iter().all(DVec3::is_finite));
     }
 }
 
@@ -271,9 +271,9 @@ fn the_cache_of_distant_nodes_has_no_effect_on_the_result() {
             kept.step();
             forgetful.step();
             let (a, b) = (&kept.sheets()[0], &forgetful.sheets()[0]);
-            assert!(a.x == b.x && a.v == b.v, "{} differs at step {step}", scene.name);
+            assert!(a.state.x == b.state.x && a.state.v == b.state.v, "{} differs at step {step}", scene.name);
         }
-        assert!(kept.sheets()[0].counters.contacts > 100);
+        assert!(kept.sheets()[0].state.counters.contacts > 100);
     }
 }
 

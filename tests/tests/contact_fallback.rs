@@ -32,7 +32,7 @@ fn struck(shape: &str, speed: f64) -> World {
 /// Positions of the foil's nodes and of the body's centre.
 fn places(world: &World) -> (Vec<DVec3>, DVec3) {
     let body = world.body_state("body").expect("it is there");
-    (world.sheets()[0].x.iter().collect(), body.centre())
+    (world.sheets()[0].state.x.iter().collect(), body.centre())
 }
 
 fn momentum(world: &World) -> DVec3 {
@@ -131,7 +131,7 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
         assert!(world.energy().total < start + 1e-9, "they gain energy");
     }
     assert_eq!((told(&world, EventKind::Crossing), told(&world, EventKind::GivenUp)), (2, 0));
-    assert!(world.unstable().is_none() && world.sheets().iter().all(|s| s.x.iter().all(|p| p.y > 1e-4)));
+    assert!(world.unstable().is_none() && world.sheets().iter().all(|s| s.state.x.iter().all(|p| p.y > 1e-4)));
     // One card is fixed: the other falls out of it, and lands on it when placed above.
     let mut world = crossed("(region: Left, clamp: true)");
     (0..30).for_each(|_| _ = world.step());
@@ -140,9 +140,9 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
     assert_eq!((told(&world, EventKind::Crossing), told(&world, EventKind::GivenUp)), (2, 0));
     let sheet = world.sheet_mut("other").expect("there");
     for i in 0..sheet.node_count() {
-        let p = sheet.x.get(i);
-        sheet.x.set(i, DVec3::new(p.x, 0.12, p.z));
-        sheet.v.set(i, DVec3::ZERO);
+        let p = sheet.state.x.get(i);
+        sheet.state.x.set(i, DVec3::new(p.x, 0.12, p.z));
+        sheet.state.v.set(i, DVec3::ZERO);
     }
     (0..60).for_each(|_| _ = world.step());
     assert!(height(&world, 1) > height(&world, 0), "it has gone through");
@@ -151,9 +151,9 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
     let (masses, middle) = (world.sheets()[0].node_count(), world.sheets()[0].centre_of_mass());
     let sheet = world.sheet_mut("other").expect("there");
     for i in 0..masses {
-        let p = sheet.x.get(i);
-        sheet.x.set(i, DVec3::new(middle.x + p.z, middle.y + p.x, middle.z));
-        sheet.v.set(i, DVec3::ZERO);
+        let p = sheet.state.x.get(i);
+        sheet.state.x.set(i, DVec3::new(middle.x + p.z, middle.y + p.x, middle.z));
+        sheet.state.v.set(i, DVec3::ZERO);
     }
     sheet.wake();
     world.step();

@@ -263,7 +263,7 @@ fn a_box_bends_the_sheet_it_rests_on_as_a_beam_bends() {
     };
     let (beam, plate) =
         (sheet.material().young * thickness.powi(3) / 12.0 * width, sheet.material().plate_stiffness() * width);
-    let middle = sheet.probes.iter().find(|p| p.name == "middle").expect("a probe").at(&sheet.x).y;
+    let middle = sheet.probes.iter().find(|p| p.name == "middle").expect("a probe").at(&sheet.state.x).y;
     println!("sag {} m, a beam's {} and a plate's {}", -middle, sag(beam), sag(plate));
     // Between a narrow beam and one without anticlastic curvature, and a few percent for the rise
     // of the ends.
@@ -378,7 +378,7 @@ fn depenetration_of_a_sheet_under_a_box_adds_no_energy() {
             "(name: \"box\", shape: Box((0.05, 0.05, 0.05)), mass: 0.1, placement: (position: (0.01, 0.0257, 0.01)))";
         let mut world = on_the_floor("hips", height, cube);
         world.advance(2.0);
-        assert!(world.sheets()[0].status == Status::Asleep, "{height}");
+        assert!(world.sheets()[0].state.status == Status::Asleep, "{height}");
         let work = world.contact_counters(0);
         assert!(work.halved < 40 && world.unstable().is_none(), "{height}: {work:?}");
         assert!(place(&world, "box").y > 0.0254, "{height}: {}", place(&world, "box"));
@@ -409,7 +409,7 @@ fn a_ball_and_a_box_on_a_sheet_stay_in_place_and_sleep() {
             let now = place(&world, "ball");
             assert!((now - at).with_y(0.0).length() < 1e-4, "{material}, {other}: {now} at {} s", world.time());
         }
-        assert_eq!(world.sheets()[0].status, Status::Asleep, "{material}, {other}");
+        assert_eq!(world.sheets()[0].state.status, Status::Asleep, "{material}, {other}");
         assert!(world.rigid().is_some_and(|r| r.all_asleep()), "{material}, {other}");
     }
 }
@@ -451,7 +451,7 @@ fn a_step_without_contact_solution_falls_back() {
     let factors: u64 = world.report(0.0, &[]).sheets.iter().map(|s| s.contact_work.factors).sum();
     println!("{factors} factors");
     assert!((100..10_000).contains(&factors), "{factors}");
-    assert!(world.sheets().iter().all(|s| s.x.iter().all(|p| p.is_finite())));
+    assert!(world.sheets().iter().all(|s| s.state.x.iter().all(|p| p.is_finite())));
 }
 
 #[test]
@@ -510,14 +510,14 @@ fn a_pack_of_cards_comes_to_rest_without_overlap() {
 fn a_house_of_cards_stands_until_a_ball_hits_it() {
     let scene = shipped_scene("cards_house");
     let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
-    let top = |world: &World| world.sheets().iter().flat_map(|s| s.x.y.iter().copied()).fold(0.0, f64::max);
+    let top = |world: &World| world.sheets().iter().flat_map(|s| s.state.x.y.iter().copied()).fold(0.0, f64::max);
     let start = top(&world);
     while world.time() < scene.duration {
         world.step();
     }
     assert!(world.unstable().is_none());
     assert!((top(&world) - start).abs() < 1e-4, "{start} m, then {} m", top(&world));
-    assert!(world.sheets().iter().all(|s| s.status == Status::Asleep));
+    assert!(world.sheets().iter().all(|s| s.state.status == Status::Asleep));
     let stood = world.snapshot();
     // The result of an impact is sensitive to rounding; three throws cover more than one.
     for (times, most) in [(1.0, 3e-5), (0.97, 1e-4), (1.03, 1e-4)] {
@@ -556,7 +556,7 @@ fn a_sheet_attached_to_a_dynamic_body_in_contact_hangs_on_it() {
     for density in [100.0, 1000.0, 8000.0] {
         let scene = scene(density);
         let mut world = world(&scene);
-        let edge: Vec<usize> = (0..81).filter(|i| (world.sheets()[0].x.get(*i).x - 0.005).abs() < 1e-9).collect();
+        let edge: Vec<usize> = (0..81).filter(|i| (world.sheets()[0].state.x.get(*i).x - 0.005).abs() < 1e-9).collect();
         assert_eq!(edge.len(), 9);
         while world.time() < scene.duration {
             world.step();
@@ -572,7 +572,8 @@ fn a_sheet_attached_to_a_dynamic_body_in_contact_hangs_on_it() {
         );
         // The whole edge lies on the face that it is attached to.
         for i in edge {
-            let place = state.rotation().conjugate() * (world.sheets()[0].x.get(i) - state.world_point(DVec3::ZERO));
+            let place =
+                state.rotation().conjugate() * (world.sheets()[0].state.x.get(i) - state.world_point(DVec3::ZERO));
             assert!((place.x - 0.005).abs() < 1e-4 && place.y.abs() < 1e-4, "{density}: {place}");
         }
     }

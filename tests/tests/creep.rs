@@ -75,7 +75,7 @@ fn held(engine: IntegratorKind) -> Scene {
 #[test]
 fn a_hot_sag_remains_when_cold() {
     let mut world = world(&held(IntegratorKind::TrBdf2));
-    let sag = |world: &World| -world.sheets()[0].x.get(3 * 11 + 5).y;
+    let sag = |world: &World| -world.sheets()[0].state.x.get(3 * 11 + 5).y;
     let energy = |world: &World| world.sheets()[0].energy(DVec3::new(0.0, -9.81, 0.0)).total;
     world.advance(2.0);
     let mut highest = energy(&world);
@@ -109,13 +109,13 @@ fn a_creeping_sheet_does_not_fall_asleep() {
     scene.sheets[0].damping_ratio = Some(0.5);
     let mut world = World::new(&scene).expect("valid");
     world.advance(3.0);
-    let sag = |world: &World| -world.sheets()[0].x.get(3 * 11 + 5).y;
+    let sag = |world: &World| -world.sheets()[0].state.x.get(3 * 11 + 5).y;
     let before = sag(&world);
     world.advance(3.0);
     assert!(sag(&world) > before + 1e-8, "{} after {before}", sag(&world));
     world.set("sheets.card.temperature", "20").expect("a temperature");
     world.advance(3.0);
-    assert!(world.sheets()[0].status == sheetwork::sheet::Status::Asleep);
+    assert!(world.sheets()[0].state.status == sheetwork::sheet::Status::Asleep);
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn hot_sheets_gain_no_energy_with_any_implicit_integrator_and_structure() {
             let still: Vec<usize> =
                 (0..world.sheets()[0].node_count()).filter(|i| world.sheets()[0].is_held(*i)).collect();
             excite_randomly(&mut world.sheets_mut()[0], 0.5, 5);
-            still.iter().for_each(|i| world.sheets_mut()[0].v.set(*i, DVec3::ZERO));
+            still.iter().for_each(|i| world.sheets_mut()[0].state.v.set(*i, DVec3::ZERO));
             let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
             let mut before = energy(&world);
             let start = before;
@@ -166,7 +166,7 @@ fn a_sheet_formed_hot_over_a_ball_keeps_its_shape_cold() {
     scene.contact.friction = 0.6;
     let mut world = world(&scene);
     let sag = |world: &World| {
-        let x = &world.sheets()[0].x;
+        let x = &world.sheets()[0].state.x;
         let corners = [0, 12, 156, 168].map(|i| x.get(i).y);
         x.get(84).y - 0.25 * corners.iter().sum::<f64>()
     };
@@ -204,14 +204,14 @@ fn a_sheet_creeps_and_softens_where_it_is_hot() {
         scene.sheets[0].damping_ratio = Some(0.2);
         let mut world = world(&scene);
         let sheet = &mut world.sheets_mut()[0];
-        let uv = sheet.uv.clone();
+        let uv = sheet.model.uv.clone();
         sheet.set_temperatures(|i| if hot(uv[i].0) { 125.0 } else { 20.0 }).expect("in range");
         world.advance(2.0);
         world.sheets_mut()[0].set_temperatures(|_| 20.0).expect("in range");
         world.set_gravity(DVec3::ZERO).expect("in range");
         world.advance(3.0);
         assert!(world.unstable().is_none());
-        -world.sheets()[0].x.get(3 * 11 + 5).y
+        -world.sheets()[0].state.x.get(3 * 11 + 5).y
     };
     let (none, tip, root) = (bent(&|_| false), bent(&|u| u > 0.7), bent(&|u| u < 0.4));
     println!("set by heat: {none:.6} nowhere, {tip:.5} at the tip, {root:.5} at the root");

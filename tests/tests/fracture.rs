@@ -99,8 +99,8 @@ fn section(world: &World) -> f64 {
     let mut sum = 0.0;
     for i in 0..springs.len() {
         let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
-        if (sheet.uv[a].0 - 0.663) * (sheet.uv[b].0 - 0.663) < 0.0 {
-            let d = sheet.x.get(b) - sheet.x.get(a);
+        if (sheet.model.uv[a].0 - 0.663) * (sheet.model.uv[b].0 - 0.663) < 0.0 {
+            let d = sheet.state.x.get(b) - sheet.state.x.get(a);
             sum += springs.stiffness[i] * (d.length() - springs.rest[i]) * d.x.abs() / d.length();
         }
     }
@@ -240,7 +240,7 @@ fn a_ball_falls_through_a_hole_and_a_box_is_carried_by_the_rest() {
         scene.bodies = vec![falling("ball", Shape::Ball(0.01), 0.0), falling("box", Shape::Box(half), 0.07)];
         let mut world = world(&scene);
         let hot = {
-            let uv = world.sheets()[0].uv.clone();
+            let uv = world.sheets()[0].model.uv.clone();
             move |i: usize| if (uv[i].0 - 0.5).hypot(uv[i].1 - 0.5) < 0.16 { 200.0 } else { 20.0 }
         };
         world.sheets_mut()[0].set_temperatures(hot).expect("in range");
@@ -290,8 +290,8 @@ fn two_hundred_random_fractures_are_stable_and_add_no_energy() {
         excite_randomly(sheet, draw(0.1, 8.0), trial as u64);
         let stretch = draw(0.9, 2.5) * limit;
         for i in (0..sheet.node_count()).filter(|i| !sheet.is_held(*i)).collect::<Vec<_>>() {
-            let p = sheet.x.get(i);
-            sheet.x.set(i, p + DVec3::new(p.x + 0.1, 0.0, p.z) * stretch);
+            let p = sheet.state.x.get(i);
+            sheet.state.x.set(i, p + DVec3::new(p.x + 0.1, 0.0, p.z) * stretch);
         }
         let first = world.energy();
         let (mut last, mut scale, mut freed) = (first.total, first.kinetic, 0.0);
@@ -375,7 +375,7 @@ fn a_snapshot_restores_closed_cells() {
         (
             open(world),
             state_hash(world),
-            world.sheets()[0].surface(0, 4).map(|s| s.mesh(&world.sheets()[0].x).indices.len()),
+            world.sheets()[0].surface(0, 4).map(|s| s.mesh(&world.sheets()[0].state.x).indices.len()),
         )
     };
     let first = run(&mut world);

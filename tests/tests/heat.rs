@@ -191,7 +191,7 @@ fn a_sheet_that_sags_in_an_oven_keeps_its_shape_and_gains_no_energy() {
         scene.time_lapse = 40.0;
         let mut world = world(&scene);
         let start = world.energy().total;
-        let sag = |w: &World| w.sheets()[0].x.y.iter().fold(0.0, |low: f64, y| low.min(*y));
+        let sag = |w: &World| w.sheets()[0].state.x.y.iter().fold(0.0, |low: f64, y| low.min(*y));
         let mut before = start;
         let mut watch = |world: &mut World, seconds: f64| {
             for _ in 0..(seconds * 60.0) as u32 {
@@ -243,7 +243,7 @@ fn a_sheet_that_is_heated_on_one_side_curls_away() {
     // The two sides are half a thickness apart: κ = α ΔT/(t/2); the tip of a clamped strip then
     // drops by κ L²/2.
     let curvature = 2.0 * thick.expansion * difference / thick.thickness;
-    let tip = sheet.x.get(2 * 9 + 8).y;
+    let tip = sheet.state.x.get(2 * 9 + 8).y;
     let wanted = -0.5 * curvature * 0.16 * 0.16;
     assert!((tip / wanted - 1.0).abs() < 0.08, "{tip}, not {wanted}");
     assert!(upper[middle] < 80.0, "still stiff");
@@ -420,11 +420,11 @@ fn a_vacuum_draws_a_hot_sheet_over_a_mould_and_it_keeps_the_shape() {
     scene.sheets[0].grid = (13, 1, 13);
     let mut world = world(&scene);
     let (frame, ball) = (scene.sheets[0].placement.position.y, 0.05);
-    let low = |w: &World| w.sheets()[0].x.y.iter().fold(frame, |low: f64, y| low.min(*y));
+    let low = |w: &World| w.sheets()[0].state.x.y.iter().fold(frame, |low: f64, y| low.min(*y));
     world.advance(1.9);
     assert!(low(&world) > frame - 0.01, "softened only: {}", low(&world));
     world.advance(4.05);
-    let (drawn, formed) = (low(&world), world.sheets()[0].x.clone());
+    let (drawn, formed) = (low(&world), world.sheets()[0].state.x.clone());
     assert!(drawn < frame - 0.012, "{drawn}");
     let on_mould = formed.iter().filter(|p| p.length() < ball + 2e-3).count();
     assert!(on_mould >= 21, "{on_mould} masses lie on the mould");
@@ -433,7 +433,7 @@ fn a_vacuum_draws_a_hot_sheet_over_a_mould_and_it_keeps_the_shape() {
     let kept = low(&world);
     assert!(((frame - kept) / (frame - drawn) - 1.0).abs() < 0.05, "drawn to {drawn}, kept {kept}");
     // Released from the mould, the sheet springs further: it has shrunk between frame and mould.
-    let most = formed.iter().zip(world.sheets()[0].x.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
+    let most = formed.iter().zip(world.sheets()[0].state.x.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
     assert!(most < 0.1 * (frame - drawn), "sprang back by {most} m of {}", frame - drawn);
     assert!(world.penetration() < 1e-4);
 }

@@ -76,9 +76,9 @@ fn pinned_nodes_keep_their_positions_after_remapping() {
             to(&mut world, n);
             let check = |world: &World| {
                 let sheet = &world.sheets()[0];
-                for i in (0..sheet.node_count()).filter(|i| sheet.uv[*i].0 == 0.0) {
-                    let wanted = DVec3::new(-0.125, 0.0, 0.25 * (sheet.uv[i].1 - 0.5));
-                    assert!(sheet.is_held(i) && sheet.x.get(i).distance(wanted) < 1e-15, "{from} to {n}");
+                for i in (0..sheet.node_count()).filter(|i| sheet.model.uv[*i].0 == 0.0) {
+                    let wanted = DVec3::new(-0.125, 0.0, 0.25 * (sheet.model.uv[i].1 - 0.5));
+                    assert!(sheet.is_held(i) && sheet.state.x.get(i).distance(wanted) < 1e-15, "{from} to {n}");
                 }
             };
             check(&world);
@@ -92,7 +92,7 @@ fn pinned_nodes_keep_their_positions_after_remapping() {
 fn remapping_conserves_mean_and_range_of_temperatures() {
     for (from, n) in [(41, 11), (41, 21), (21, 11), (11, 21), (11, 41), (21, 16)] {
         let mut world = clamped(from, "temperature: 40, temperature_gradient: true");
-        let uv = world.sheets()[0].uv.clone();
+        let uv = world.sheets()[0].model.uv.clone();
         let warm = |i: usize| 40.0 + 60.0 * (-20.0 * ((uv[i].0 - 0.5).powi(2) + (uv[i].1 - 0.4).powi(2))).exp();
         world.sheets_mut()[0].set_temperatures(warm).unwrap_or_else(|e| panic!("{e}"));
         world.advance(0.1);
@@ -119,8 +119,8 @@ fn remapping_conserves_mean_and_range_of_temperatures() {
 /// Angle between the two ends of a sheet, rad.
 fn fold(sheet: &Sheet) -> f64 {
     let at = |u: f64| {
-        let near = |i: &usize| (sheet.uv[*i].0 - u).abs() < 1e-9 && (sheet.uv[*i].1 - 0.5).abs() < 1e-9;
-        sheet.x.get((0..sheet.node_count()).find(near).expect("a mass there"))
+        let near = |i: &usize| (sheet.model.uv[*i].0 - u).abs() < 1e-9 && (sheet.model.uv[*i].1 - 0.5).abs() < 1e-9;
+        sheet.state.x.get((0..sheet.node_count()).find(near).expect("a mass there"))
     };
     (at(0.2) - at(0.0)).angle_between(at(1.0) - at(0.8))
 }
@@ -149,8 +149,8 @@ fn remapping_conserves_creases_and_plastic_folds() {
 /// Angle between the clamp and the free end, rad.
 fn turned(sheet: &Sheet) -> f64 {
     let at = |u: f64| {
-        let near = |i: &usize| (sheet.uv[*i].0 - u).abs() < 1e-9 && (sheet.uv[*i].1 - 0.5).abs() < 1e-9;
-        sheet.x.get((0..sheet.node_count()).find(near).expect("a mass there"))
+        let near = |i: &usize| (sheet.model.uv[*i].0 - u).abs() < 1e-9 && (sheet.model.uv[*i].1 - 0.5).abs() < 1e-9;
+        sheet.state.x.get((0..sheet.node_count()).find(near).expect("a mass there"))
     };
     (at(1.0) - at(0.8)).angle_between(DVec3::X)
 }
@@ -185,7 +185,7 @@ fn remapping_conserves_creep_and_set() {
     for (from, n) in [(21, 11), (11, 21), (21, 41)] {
         let mut sagged = clamped(from, "creep: true, temperature: 115, damping_ratio: 1");
         sagged.advance(3.0);
-        let low = |world: &World| world.sheets()[0].x.iter().map(|p| p.y).fold(0.0, f64::min);
+        let low = |world: &World| world.sheets()[0].state.x.iter().map(|p| p.y).fold(0.0, f64::min);
         // Without load and cold, the remaining deflection is creep.
         sagged.set_gravity(DVec3::ZERO).unwrap_or_else(|e| panic!("{e}"));
         sagged.set("sheets.leaf.temperature", "20").unwrap_or_else(|e| panic!("{e}"));
@@ -213,18 +213,18 @@ fn remapping_conserves_settings_and_grabs() {
     world.sheets_mut()[0].grab((1.0, 0.25), 5.0).unwrap_or_else(|e| panic!("{e}"));
     world.sheets_mut()[0].pull(0, DVec3::new(0.1, 0.1, 0.0)).unwrap_or_else(|e| panic!("{e}"));
     world.advance(0.3);
-    let force = |s: &Sheet| s.applied.iter().sum::<DVec3>();
+    let force = |s: &Sheet| s.parameters.applied.iter().sum::<DVec3>();
     let settings = |w: &World| w.parameters().into_iter().filter(|p| !p.path.ends_with(".grid")).collect::<Vec<_>>();
     let (before, pull, load) = (settings(&world), world.sheets()[0].pulls()[0], force(&world.sheets()[0]));
-    let tip = world.sheets()[0].probes[0].at(&world.sheets()[0].x);
-    let held = pull.point(&world.sheets()[0].x);
+    let tip = world.sheets()[0].probes[0].at(&world.sheets()[0].state.x);
+    let held = pull.point(&world.sheets()[0].state.x);
     assert_eq!(world.set("sheets.leaf.grid", "11x31").unwrap_or_else(|e| panic!("{e}")), "21x21");
     let sheet = &world.sheets()[0];
-    assert_eq!((sheet.grid, settings(&world)), ((11, 1, 31), before));
-    assert!(force(sheet).distance(load) < 1e-12 && sheet.probes[0].at(&sheet.x).distance(tip) < 2e-4);
+    assert_eq!((sheet.model.grid, settings(&world)), ((11, 1, 31), before));
+    assert!(force(sheet).distance(load) < 1e-12 && sheet.probes[0].at(&sheet.state.x).distance(tip) < 2e-4);
     let now = sheet.pulls()[0];
     assert_eq!((now.target, now.stiffness), (pull.target, pull.stiffness));
-    assert!(now.point(&sheet.x).distance(held) < 2e-4);
+    assert!(now.point(&sheet.state.x).distance(held) < 2e-4);
     world.advance(0.2);
     assert!(world.unstable().is_none());
 }
@@ -233,12 +233,12 @@ fn remapping_conserves_settings_and_grabs() {
 fn a_sleeping_sheet_stays_asleep_after_remapping() {
     let mut world = clamped(21, "damping_ratio: 1");
     world.advance(6.0);
-    assert_eq!(world.sheets()[0].status, Status::Asleep);
+    assert_eq!(world.sheets()[0].state.status, Status::Asleep);
     to(&mut world, 41);
-    assert_eq!(world.sheets()[0].status, Status::Asleep);
-    let x = world.sheets()[0].x.clone();
+    assert_eq!(world.sheets()[0].state.status, Status::Asleep);
+    let x = world.sheets()[0].state.x.clone();
     world.advance(0.5);
-    assert_eq!(world.sheets()[0].x, x, "nothing moves");
+    assert_eq!(world.sheets()[0].state.x, x, "nothing moves");
 }
 
 #[test]
@@ -246,9 +246,9 @@ fn an_impossible_change_of_grid_is_rejected_with_the_reason() {
     let refused = |fields: &str, extra: &str, grid: (u32, u32)| {
         let mut world =
             world(&format!(r#"(engine: "tr-bdf2", dt: 0.0166666, sheets: [(name: "leaf", {fields})], {extra})"#));
-        let x = world.sheets()[0].x.clone();
+        let x = world.sheets()[0].state.x.clone();
         let e = world.remap("leaf", grid).expect_err("refused");
-        assert_eq!((world.sheets()[0].x.clone(), e.field.as_str()), (x, "sheets.leaf.grid"), "{}", e.problem);
+        assert_eq!((world.sheets()[0].state.x.clone(), e.field.as_str()), (x, "sheets.leaf.grid"), "{}", e.problem);
         e.problem
     };
     let shell = r#"structure: "shell", grid: (11, 1, 11), size: (0.25, 0.25), material: "hips""#;
@@ -280,23 +280,23 @@ fn snapshots_and_journals_restore_their_grid() {
     let wanted = run(&mut world);
     // In the same world, in a new one, and from another grid.
     world.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((world.sheets()[0].grid.0, run(&mut world)), (21, wanted));
+    assert_eq!((world.sheets()[0].model.grid.0, run(&mut world)), (21, wanted));
     let mut new = scene();
     new.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(run(&mut new), wanted);
     new.deserialise(&first).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(new.sheets()[0].grid.0, 11);
+    assert_eq!(new.sheets()[0].model.grid.0, 11);
     assert!(new.serialise() == first, "back on the first grid");
     new.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(run(&mut new), wanted);
     new.reset().unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(new.sheets()[0].grid.0, 11);
+    assert_eq!(new.sheets()[0].model.grid.0, 11);
     // With parameters that keep their present values.
     let snapshot = world.snapshot();
     to(&mut world, 41);
     world.set("sheets.leaf.friction", "0.9").unwrap_or_else(|e| panic!("{e}"));
     world.restore(&snapshot).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((world.sheets()[0].grid.0, world.sheets()[0].friction), (21, 0.9));
+    assert_eq!((world.sheets()[0].model.grid.0, world.sheets()[0].parameters.friction), (21, 0.9));
 }
 
 /// Swinging sheets with three levels each, at several distances from an eye.
@@ -323,7 +323,7 @@ fn many(budget: &str, levels: bool) -> String {
 #[test]
 fn grids_follow_the_distance_of_the_viewpoint() {
     let mut world = world(&many("", true));
-    let grids = |world: &World| world.sheets().iter().map(|s| s.grid.0).collect::<Vec<_>>();
+    let grids = |world: &World| world.sheets().iter().map(|s| s.model.grid.0).collect::<Vec<_>>();
     world.advance(1.0);
     assert_eq!(grids(&world), [21, 21, 11, 11, 6]);
     // Small changes of distance do not change the grid each time (hysteresis).
@@ -355,9 +355,9 @@ fn the_budget_is_respected_without_oscillation() {
     world.advance(0.5);
     let (mut over, mut changes, mut mean) = (0, 0, 0.0);
     for _ in 0..240 {
-        let before: Vec<_> = world.sheets().iter().map(|s| s.grid).collect();
+        let before: Vec<_> = world.sheets().iter().map(|s| s.model.grid).collect();
         world.step();
-        changes += u32::from(before != world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>());
+        changes += u32::from(before != world.sheets().iter().map(|s| s.model.grid).collect::<Vec<_>>());
         let cost = world.detail_cost().expect("levels");
         mean += cost / 240.0;
         over += u32::from(cost > 1.2 * budget);
@@ -373,7 +373,7 @@ fn level_of_detail_is_bit_identical_on_any_number_of_threads() {
         let mut world = world(&many("detail_budget: 1.5,", true));
         world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
         (0..90).for_each(|_| _ = world.step());
-        (state_hash(&world), world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>())
+        (state_hash(&world), world.sheets().iter().map(|s| s.model.grid).collect::<Vec<_>>())
     };
     let one = run(1);
     for threads in [2, 3] {
@@ -414,7 +414,7 @@ fn levels_have_no_effect_on_other_sheets() {
     let run = |text: &str| {
         let mut world = world(text);
         (0..40).for_each(|_| _ = world.step());
-        world.sheets().iter().map(|s| s.x.clone()).collect::<Vec<_>>()
+        world.sheets().iter().map(|s| s.state.x.clone()).collect::<Vec<_>>()
     };
     assert!(run(&off) == run(&one));
     // A change of a neighbour's grid leaves a sheet bit-identical.
@@ -422,7 +422,7 @@ fn levels_have_no_effect_on_other_sheets() {
     (0..20).for_each(|_| _ = world.step());
     world.remap("sail 0", (11, 11)).unwrap_or_else(|e| panic!("{e}"));
     (0..20).for_each(|_| _ = world.step());
-    let there: Vec<_> = world.sheets().iter().map(|s| s.x.clone()).collect();
+    let there: Vec<_> = world.sheets().iter().map(|s| s.state.x.clone()).collect();
     assert!(there[1..] == run(&off)[1..]);
 }
 
@@ -443,7 +443,7 @@ fn the_shipped_scene_changes_grids() {
     let mut world = World::new(&shipped_scene("detail")).unwrap_or_else(|e| panic!("{e}"));
     assert!(world.has_detail());
     world.advance(2.0);
-    let grids: Vec<_> = world.sheets().iter().map(|s| s.grid.0).collect();
+    let grids: Vec<_> = world.sheets().iter().map(|s| s.model.grid.0).collect();
     assert!(world.events().iter().any(|e| e.kind == EventKind::Resampled));
     assert!(grids.iter().any(|g| *g == grids[0]) && grids.iter().any(|g| *g != grids[0]), "{grids:?}");
 }

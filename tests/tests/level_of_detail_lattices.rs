@@ -70,7 +70,7 @@ fn remapping_conserves_mass_and_momenta_of_a_flying_lattice() {
                 change_grid(&mut world, (n, n + 1));
                 let after = of(&world.sheets()[0]);
                 let what = format!("{structure} of {layers}, {engine}, {from} to {n}");
-                assert_eq!(world.sheets()[0].grid, (n, layers, n + 1));
+                assert_eq!(world.sheets()[0].model.grid, (n, layers, n + 1));
                 assert!((after.0 / before.0 - 1.0).abs() < 1e-12, "{what}");
                 assert!(after.1.distance(before.1) < 1e-12 * before.1.length(), "{what}");
                 assert!(after.2.distance(before.2) < 1e-9 * before.2.length(), "{what}");
@@ -111,8 +111,8 @@ fn pinned_nodes_of_every_layer_keep_their_positions() {
                 let held: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).collect();
                 assert!(!held.is_empty() && held.iter().all(|i| rest.is_held(*i)));
                 for i in held {
-                    assert!(sheet.x.get(i).distance(rest.x.get(i)) < 1e-12, "{springs} {from} to {n}: {i}");
-                    assert!(sheet.v.get(i).length() < 1e-12);
+                    assert!(sheet.state.x.get(i).distance(rest.state.x.get(i)) < 1e-12, "{springs} {from} to {n}: {i}");
+                    assert!(sheet.state.v.get(i).length() < 1e-12);
                 }
             };
             check(&world);
@@ -134,9 +134,9 @@ fn kinematic_nodes_continue_their_paths_after_remapping() {
     let sheet = &world.sheets()[0];
     let held: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).collect();
     for i in &held {
-        let height = if sheet.layer_of[*i] == 1 { 0.005 } else { 0.0 };
+        let height = if sheet.model.layer_of[*i] == 1 { 0.005 } else { 0.0 };
         let wanted = 0.25 + height;
-        assert!((sheet.x.get(*i).y - wanted).abs() < 1e-9, "{i}: {} of {wanted}", sheet.x.get(*i).y);
+        assert!((sheet.state.x.get(*i).y - wanted).abs() < 1e-9, "{i}: {} of {wanted}", sheet.state.x.get(*i).y);
     }
     assert_eq!(held.len(), 41);
 }
@@ -146,7 +146,7 @@ fn remapping_conserves_mean_and_range_of_temperatures_of_every_layer() {
     for (structure, layers) in [("trimm", 2), ("slamm", 2), ("double-diagonal", 3)] {
         for (from, n) in CHANGES {
             let mut world = clamped(structure, layers, from, "temperature: 40");
-            let (uv, layer) = (world.sheets()[0].uv.clone(), world.sheets()[0].layer_of.clone());
+            let (uv, layer) = (world.sheets()[0].model.uv.clone(), world.sheets()[0].model.layer_of.clone());
             let warm = |i: usize| {
                 let spot = (-12.0 * ((uv[i].0 - 0.5).powi(2) + (uv[i].1 - 0.4).powi(2))).exp();
                 40.0 + 10.0 * f64::from(layer[i]) + 60.0 * spot
@@ -157,7 +157,7 @@ fn remapping_conserves_mean_and_range_of_temperatures_of_every_layer() {
                 let mean = (0..s.node_count()).map(|i| s.node_mass(i) * celsius[i]).sum::<f64>() / s.total_mass();
                 let layer = |l: u32| {
                     let own: Vec<f64> =
-                        (0..s.node_count()).filter(|i| s.layer_of[*i] == l).map(|i| celsius[i]).collect();
+                        (0..s.node_count()).filter(|i| s.model.layer_of[*i] == l).map(|i| celsius[i]).collect();
                     own.iter().sum::<f64>() / own.len() as f64
                 };
                 let range = s.heat().expect("warm").range();
@@ -179,7 +179,7 @@ fn remapping_conserves_mean_and_range_of_temperatures_of_every_layer() {
 }
 
 fn low(world: &World) -> f64 {
-    world.sheets()[0].x.iter().map(|p| p.y).fold(0.0, f64::min)
+    world.sheets()[0].state.x.iter().map(|p| p.y).fold(0.0, f64::min)
 }
 
 /// Remaining sag after removal of load and heat: before a change of grid, just after it, and at
@@ -231,20 +231,20 @@ fn remapping_conserves_forces_settings_and_grabs_of_a_lattice() {
     world.sheets_mut()[0].pull(0, DVec3::new(0.1, 0.05, 0.0)).unwrap_or_else(|e| panic!("{e}"));
     world.advance(0.3);
     let load = |s: &Sheet| {
-        let moment = |i: usize| s.applied.get(i) * s.uv[i].0;
-        (s.applied.iter().sum::<DVec3>(), (0..s.node_count()).map(moment).sum::<DVec3>())
+        let moment = |i: usize| s.parameters.applied.get(i) * s.model.uv[i].0;
+        (s.parameters.applied.iter().sum::<DVec3>(), (0..s.node_count()).map(moment).sum::<DVec3>())
     };
     let settings = |w: &World| w.parameters().into_iter().filter(|p| !p.path.ends_with(".grid")).collect::<Vec<_>>();
     let (before, force, mass) = (settings(&world), load(&world.sheets()[0]), world.sheets()[0].total_mass());
-    let tip = world.sheets()[0].probes[0].at(&world.sheets()[0].x);
+    let tip = world.sheets()[0].probes[0].at(&world.sheets()[0].state.x);
     assert_eq!(world.set("sheets.leaf.grid", "21x17").unwrap_or_else(|e| panic!("{e}")), "11x11");
     let sheet = &world.sheets()[0];
-    assert_eq!((sheet.grid, settings(&world)), ((21, 2, 17), before));
+    assert_eq!((sheet.model.grid, settings(&world)), ((21, 2, 17), before));
     let now = load(sheet);
     assert!(now.0.distance(force.0) < 1e-12 && now.1.distance(force.1) < 1e-12, "{now:?} of {force:?}");
     // Given node masses keep their sum.
     assert!((sheet.total_mass() / mass - 1.0).abs() < 1e-12);
-    assert!(sheet.probes[0].at(&sheet.x).distance(tip) < 2e-3 && sheet.pulls().len() == 1);
+    assert!(sheet.probes[0].at(&sheet.state.x).distance(tip) < 2e-3 && sheet.pulls().len() == 1);
     world.advance(0.2);
     assert!(world.unstable().is_none());
 }
@@ -267,25 +267,25 @@ fn snapshots_and_recorded_frames_restore_their_grid() {
     };
     let wanted = run(&mut world);
     world.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((world.sheets()[0].grid, run(&mut world)), ((21, 2, 25), wanted));
+    assert_eq!((world.sheets()[0].model.grid, run(&mut world)), ((21, 2, 25), wanted));
     let mut new = scene();
     new.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(run(&mut new), wanted);
     new.deserialise(&first).unwrap_or_else(|e| panic!("{e}"));
     assert!(new.serialise() == first, "back on the first grid");
     new.reset().unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(new.sheets()[0].grid, (11, 2, 11));
+    assert_eq!(new.sheets()[0].model.grid, (11, 2, 11));
 }
 
 #[test]
 fn a_sleeping_lattice_stays_asleep_after_remapping() {
     let mut world = clamped("trimm", 2, 11, "damping_ratio: 1");
     world.advance(8.0);
-    assert_eq!(world.sheets()[0].status, Status::Asleep);
+    assert_eq!(world.sheets()[0].state.status, Status::Asleep);
     change_grid(&mut world, (21, 21));
-    let x = world.sheets()[0].x.clone();
+    let x = world.sheets()[0].state.x.clone();
     world.advance(0.5);
-    assert_eq!((world.sheets()[0].status, world.sheets()[0].x.clone()), (Status::Asleep, x));
+    assert_eq!((world.sheets()[0].state.status, world.sheets()[0].state.x.clone()), (Status::Asleep, x));
 }
 
 #[test]
@@ -325,7 +325,7 @@ fn levels_of_lattices_are_bit_identical_on_any_number_of_threads() {
         world.set_viewpoint(Some(DVec3::new(2.6, 0.0, 0.2))).unwrap_or_else(|e| panic!("{e}"));
         world.advance(1.0);
         assert!(world.unstable().is_none());
-        (state_hash(&world), world.sheets().iter().map(|s| s.grid.0).collect::<Vec<_>>())
+        (state_hash(&world), world.sheets().iter().map(|s| s.model.grid.0).collect::<Vec<_>>())
     };
     let one = run(1);
     assert_eq!(one.1[0], 6, "{:?}", one.1);

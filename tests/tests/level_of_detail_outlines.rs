@@ -86,8 +86,8 @@ fn pinned_nodes_keep_their_positions_after_remapping() {
             let held: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).collect();
             assert_eq!(held.len(), n as usize);
             for i in held {
-                let wanted = DVec3::new(-0.125, 0.0, 0.25 * (sheet.uv[i].1 - 0.5));
-                assert!(sheet.x.get(i).distance(wanted) < 1e-15, "{from} to {n}");
+                let wanted = DVec3::new(-0.125, 0.0, 0.25 * (sheet.model.uv[i].1 - 0.5));
+                assert!(sheet.state.x.get(i).distance(wanted) < 1e-15, "{from} to {n}");
             }
         };
         check(&world);
@@ -100,7 +100,7 @@ fn pinned_nodes_keep_their_positions_after_remapping() {
 fn remapping_conserves_mean_and_range_of_temperatures() {
     for (from, n) in [(41, 11), (41, 21), (21, 11), (11, 21), (11, 41), (21, 16)] {
         let mut world = tag(from, "temperature: 40, temperature_gradient: true");
-        let uv = world.sheets()[0].uv.clone();
+        let uv = world.sheets()[0].model.uv.clone();
         let warm = |i: usize| 40.0 + 60.0 * (-20.0 * ((uv[i].0 - 0.4).powi(2) + (uv[i].1 - 0.3).powi(2))).exp();
         world.sheets_mut()[0].set_temperatures(warm).unwrap_or_else(|e| panic!("{e}"));
         let of = |s: &Sheet| {
@@ -121,8 +121,8 @@ fn remapping_conserves_mean_and_range_of_temperatures() {
 
 /// Droop of the tag's point, m.
 fn hangs(sheet: &Sheet) -> f64 {
-    let tip = (0..sheet.node_count()).find(|i| (sheet.uv[*i].0 - 1.0).abs() < 1e-12).expect("a corner");
-    -sheet.x.get(tip).y
+    let tip = (0..sheet.node_count()).find(|i| (sheet.model.uv[*i].0 - 1.0).abs() < 1e-12).expect("a corner");
+    -sheet.state.x.get(tip).y
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn snapshots_and_recordings_restore_their_mesh() {
     let mut world = tag(21, "forces: [(region: Right, value: (0, -0.001, 0))]");
     world.advance(0.2);
     let first = world.serialise();
-    let force = |w: &World| w.sheets()[0].applied.iter().sum::<DVec3>();
+    let force = |w: &World| w.sheets()[0].parameters.applied.iter().sum::<DVec3>();
     let load = force(&world);
     to(&mut world, 11);
     assert!(force(&world).distance(load) < 1e-12);
@@ -163,9 +163,9 @@ fn snapshots_and_recordings_restore_their_mesh() {
     // A recording has the nodes of the scene's grid.
     let frame = sheetwork::world::recording::RecordedFrame::of(&world);
     world.deserialise(&first).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!((world.sheets()[0].grid, frame.sheets[0].len()), ((21, 1, 21), world.sheets()[0].node_count()));
+    assert_eq!((world.sheets()[0].model.grid, frame.sheets[0].len()), ((21, 1, 21), world.sheets()[0].node_count()));
     world.deserialise(&coarse).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(world.sheets()[0].grid, (11, 1, 11));
+    assert_eq!(world.sheets()[0].model.grid, (11, 1, 11));
     world.advance(0.3);
     let mut other = tag(21, "forces: [(region: Right, value: (0, -0.001, 0))]");
     other.deserialise(&coarse).unwrap_or_else(|e| panic!("{e}"));
@@ -176,7 +176,7 @@ fn snapshots_and_recordings_restore_their_mesh() {
 #[test]
 fn a_level_too_coarse_for_its_hole_is_rejected() {
     let levels = |n: u32| format!("detail: (levels: [(grid: (21, 21), within: 1), (grid: ({n}, {n}))])");
-    assert_eq!(tag(21, &levels(11)).sheets()[0].grid, (21, 1, 21));
+    assert_eq!(tag(21, &levels(11)).sheets()[0].model.grid, (21, 1, 21));
     let text = |n| {
         format!(
             r#"(engine: "tr-bdf2", sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25),

@@ -45,10 +45,10 @@ fn a_folded_card_keeps_the_angle_of_return_mapping_on_any_grid() {
 /// Upward rotation of the right edge relative to the left one, degrees.
 fn turned(sheet: &Sheet) -> f64 {
     let near = |u: f64, v: f64| {
-        let far = |i: &usize| (sheet.uv[*i].0 - u).abs() + (sheet.uv[*i].1 - v).abs();
+        let far = |i: &usize| (sheet.model.uv[*i].0 - u).abs() + (sheet.model.uv[*i].1 - v).abs();
         (0..sheet.node_count()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
     };
-    let along = sheet.x.get(near(1.0, 0.5)) - sheet.x.get(near(0.8, 0.5));
+    let along = sheet.state.x.get(near(1.0, 0.5)) - sheet.state.x.get(near(0.8, 0.5));
     along.y.atan2(along.x).to_degrees()
 }
 
@@ -98,7 +98,7 @@ fn a_curled_sheet_is_an_arc_of_its_curvature() {
         let world = settled(&scene);
         let sheet = &world.sheets()[0];
         // The last half cell is straight.
-        let end = sheet.x.get(3 * 21 + 20) - sheet.x.get(3 * 21 + 19);
+        let end = sheet.state.x.get(3 * 21 + 20) - sheet.state.x.get(3 * 21 + 19);
         let wanted = (curl * (0.2 - 0.005)).to_degrees();
         assert!((end.y.atan2(end.x).to_degrees() - wanted).abs() < 0.002 * wanted.abs(), "{end} {wanted}");
     }
@@ -132,7 +132,7 @@ fn a_creased_sheet_in_flight_gains_neither_energy_nor_momentum() {
     turns.find_equilibrium(1e-9);
     let sheet = &mut turns.sheets_mut()[0];
     let (spin, centre) = (DVec3::new(3.0, 1.0, -5.0), sheet.centre_of_mass());
-    (0..sheet.node_count()).for_each(|i| sheet.v.set(i, spin.cross(sheet.x.get(i) - centre)));
+    (0..sheet.node_count()).for_each(|i| sheet.state.v.set(i, spin.cross(sheet.state.x.get(i) - centre)));
     let turning = turns.sheets()[0].angular_momentum();
     let start = energy(&turns);
     for step in 0..120 {
@@ -161,7 +161,7 @@ fn yield_only_dissipates_energy() {
         let mut world = world(&weak(1e8));
         excite_randomly(&mut world.sheets_mut()[0], speed, seed);
         for i in 0..7 {
-            world.sheets_mut()[0].v.set(11 * i, DVec3::ZERO);
+            world.sheets_mut()[0].state.v.set(11 * i, DVec3::ZERO);
         }
         let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
         let start = energy(&world);
@@ -185,7 +185,7 @@ fn plastic_strain_remains_and_elastic_strain_recovers() {
         world.advance(1.0);
         world.set_gravity(DVec3::ZERO).expect("in range");
         world.advance(3.0);
-        let drop = -world.sheets()[0].x.get(3 * 11 + 10).y;
+        let drop = -world.sheets()[0].state.x.get(3 * 11 + 10).y;
         assert!((drop.abs() > 0.01) == stays && drop > -1e-3, "plastic {plastic}: {drop}");
     }
 }
@@ -211,7 +211,7 @@ fn explicit_and_implicit_integrators_yield_equally() {
         let mut world = world(&scene);
         world.advance(0.25);
         assert!(world.unstable().is_none());
-        drops.push(-world.sheets()[0].x.get(11).y);
+        drops.push(-world.sheets()[0].state.x.get(11).y);
         let bent = world.sheets()[0].rest_angles().map(|k| k[0].abs()).fold(0.0, f64::max);
         assert!(bent > 0.0, "{engine} did not yield");
     }

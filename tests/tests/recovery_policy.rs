@@ -37,7 +37,7 @@ fn contained(world: &World) -> Vec<&Event> {
 fn strain(sheet: &Sheet) -> f64 {
     let springs = sheet.springs();
     let of = |i: usize| {
-        let [a, b] = [springs.a[i], springs.b[i]].map(|m| sheet.x.get(m as usize));
+        let [a, b] = [springs.a[i], springs.b[i]].map(|m| sheet.state.x.get(m as usize));
         (a.distance(b) / springs.rest[i] - 1.0).abs()
     };
     (0..springs.len()).map(of).fold(0.0, f64::max)
@@ -64,7 +64,7 @@ fn every_recovery_policy_stabilises_an_unstable_sheet() {
         for _ in 0..300 {
             world.step();
             let sheet = &world.sheets()[0];
-            assert!(sheet.x.iter().chain(sheet.v.iter()).all(DVec3::is_finite), "{policy}");
+            assert!(sheet.state.x.iter().chain(sheet.state.v.iter()).all(DVec3::is_finite), "{policy}");
             assert!(sheet.max_speed() < 10.0, "{policy}: {} m/s at {} s", sheet.max_speed(), world.time());
         }
         assert!(world.unstable().is_none() && world.report(0.0, &[]).status == "ok", "{policy}");
@@ -130,18 +130,18 @@ fn an_exhausted_substep_limit_freezes_and_a_change_unfreezes() {
     for policy in ["reduce-step 2", "freeze"] {
         let mut world = world(&stiff_wedge(1e6, policy));
         steps(&mut world, 100);
-        assert!(matches!(world.sheets()[0].status, Status::Frozen { .. }), "{policy}");
+        assert!(matches!(world.sheets()[0].state.status, Status::Frozen { .. }), "{policy}");
         let report = world.report(0.0, &[]);
         assert!(report.sheets[0].status.starts_with("frozen: sheet at"), "{}", report.sheets[0].status);
         let alarm = contained(&world).last().and_then(|e| e.alarm).expect("told");
         assert_eq!(alarm.handled, RecoveryAction::Frozen);
-        let before = world.sheets()[0].x.clone();
+        let before = world.sheets()[0].state.x.clone();
         assert!(strain(&world.sheets()[0]) < 0.5, "{policy}: in a shape that can be seen");
         steps(&mut world, 50);
-        assert_eq!(world.sheets()[0].x, before);
+        assert_eq!(world.sheets()[0].state.x, before);
         world.set("sheets.sheet.material.young", "185").unwrap_or_else(|e| panic!("{e}"));
         steps(&mut world, 200);
-        assert_eq!(world.sheets()[0].status, Status::Awake, "{policy}");
+        assert_eq!(world.sheets()[0].state.status, Status::Awake, "{policy}");
         assert!(world.sheets()[0].centre_of_mass().y < before.bounds().map_or(0.0, |b| b.0.y), "{policy}: it falls");
     }
 }
@@ -155,12 +155,12 @@ fn strain_limiting_bounds_strain_and_conserves_momentum() {
     let mut world = world(&scene);
     let start = world.sheets()[0].centre_of_mass();
     // A velocity of one corner starts the motion.
-    world.sheets_mut()[0].v.set(0, DVec3::new(0.0, 0.5, 0.0));
+    world.sheets_mut()[0].state.v.set(0, DVec3::new(0.0, 0.5, 0.0));
     let drift = world.sheets()[0].momentum() / world.sheets()[0].total_mass();
     steps(&mut world, 200);
     assert!(!contained(&world).is_empty());
     let sheet = &world.sheets()[0];
-    assert_eq!(sheet.status, Status::Awake, "{:?}", world.events());
+    assert_eq!(sheet.state.status, Status::Awake, "{:?}", world.events());
     assert!(strain(sheet) < 0.08, "{}", strain(sheet));
     // Internal forces cannot move the centre of mass, which falls freely.
     let t = world.time();
@@ -195,7 +195,7 @@ fn recovery_is_bit_identical_on_any_number_of_threads_and_affects_no_other_sheet
         };
         let one = run(&both, 1);
         assert!(contained(&one).len() >= structure::TABLE.len(), "{policy}: {}", contained(&one).len());
-        assert_eq!(one.sheets()[0].x, run(&alone, 1).sheets()[0].x, "{policy}");
+        assert_eq!(one.sheets()[0].state.x, run(&alone, 1).sheets()[0].state.x, "{policy}");
         for threads in [1, 2, 3] {
             let again = run(&both, threads);
             assert_eq!(state_hash(&again), state_hash(&one), "{policy} on {threads} threads");
@@ -355,6 +355,6 @@ fn random_sheets_with_a_policy_stay_stable() {
         let case = format!("seed {seed}: {engine} on {structure}, {policy}");
         assert!(most < 10.0 * fall, "{case}: {most} J, {fall} J by falling");
         assert!(world.unstable().is_none(), "{case}: {:?}", world.events().last());
-        assert!(sheet.x.iter().chain(sheet.v.iter()).all(DVec3::is_finite), "{case}");
+        assert!(sheet.state.x.iter().chain(sheet.state.v.iter()).all(DVec3::is_finite), "{case}");
     }
 }

@@ -45,19 +45,19 @@ fn every_scene_ends_stable_and_without_penetration() {
         assert!(world.unstable().is_none(), "{name} went unstable");
         assert!(deepest < 1e-4, "{name}: a mass was {deepest} m deep");
         for sheet in world.sheets() {
-            assert!(sheet.x.iter().chain(sheet.v.iter()).all(|p| p.is_finite()), "{name}");
+            assert!(sheet.state.x.iter().chain(sheet.state.v.iter()).all(|p| p.is_finite()), "{name}");
             let falls = world.scene().sheets.iter().all(|s| s.pins.is_empty());
-            let met = sheet.counters.contacts > 0 || world.sheets().len() > 1;
+            let met = sheet.state.counters.contacts > 0 || world.sheets().len() > 1;
             assert!(!falls || met, "{name}: {} met nothing", sheet.name);
             // A sheet on the ground that is still awake moves at most at a few centimetres per
             // second. A hanging sheet may swing for long, with the low damping of steel and rubber
             // or in the wind.
             let bound = if falls { 0.1 } else { 1.0 };
             assert!(sheet.max_speed() < bound, "{name}: {} still has {} m/s", sheet.name, sheet.max_speed());
-            assert!(sheet.status == Status::Asleep || !rests, "{name}");
+            assert!(sheet.state.status == Status::Asleep || !rests, "{name}");
         }
         if let Some(room) = &world.scene().room {
-            let lowest = world.sheets().iter().flat_map(|s| s.x.y.iter().copied()).fold(f64::INFINITY, f64::min);
+            let lowest = world.sheets().iter().flat_map(|s| s.state.x.y.iter().copied()).fold(f64::INFINITY, f64::min);
             assert!(lowest > room.y.0 - 1e-4, "{name}: through the floor");
         }
     }
@@ -71,7 +71,8 @@ fn the_sheet_falls_on_the_wedge_and_comes_to_rest_bent_over_it() {
     assert!(first < rest, "{first} {rest}");
     // The middle rests on the ridge, about a centimetre above the edges.
     let sheet = &world.sheets()[0];
-    let height = |name: &str| sheet.probes.iter().find(|p| p.name == name).map(|p| p.at(&sheet.x).y).expect("a probe");
+    let height =
+        |name: &str| sheet.probes.iter().find(|p| p.name == name).map(|p| p.at(&sheet.state.x).y).expect("a probe");
     assert!(height("centre") - height("corner") > 0.005);
 }
 

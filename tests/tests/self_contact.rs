@@ -32,7 +32,7 @@ fn a_strip_moved_around_its_own_end_does_not_interpenetrate() {
     while world.time() < scene.duration {
         world.step();
         let sheet = &world.sheets()[0];
-        let x = |i: usize| sheet.x.get(i);
+        let x = |i: usize| sheet.state.x.get(i);
         let (first, last) = (triangles(0..3, &x), triangles(COLUMNS - 8..COLUMNS - 1, &x));
         let cuts = first.iter().flat_map(|p| last.iter().filter(|q| triangles_intersect(*p, **q))).count();
         assert_eq!(cuts, 0, "at {} s", world.time());

@@ -63,7 +63,7 @@ fn a_house_of_cards_stands_with_other_integrators_and_steps() {
         let mut scene = shipped_scene("cards_house");
         (scene.engine, scene.dt) = (engine, dt);
         let mut world = World::new(&scene).expect("a valid scene");
-        let top = |world: &World| world.sheets().iter().flat_map(|s| s.x.iter()).map(|x| x.y).fold(0.0, f64::max);
+        let top = |world: &World| world.sheets().iter().flat_map(|s| s.state.x.iter()).map(|x| x.y).fold(0.0, f64::max);
         let before = top(&world);
         world.advance(3.0);
         let after = top(&world);

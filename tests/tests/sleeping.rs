@@ -31,7 +31,7 @@ fn crossed(engine: &str) -> World {
 }
 
 fn asleep(world: &World) -> bool {
-    world.sheets().iter().all(|s| s.status == Status::Asleep)
+    world.sheets().iter().all(|s| s.state.status == Status::Asleep)
 }
 
 /// Time at which all sheets sleep, s.
@@ -113,17 +113,17 @@ fn a_swinging_sheet_does_not_sleep() {
                 material: (young: 3e9, density: 1050, thickness: 5e-4), pins: [(region: Left, clamp: true)])])"#,
     );
     let sheet = &mut world.sheets_mut()[0];
-    let (low, high) = sheet.x.bounds().expect("masses");
+    let (low, high) = sheet.state.x.bounds().expect("masses");
     for i in 0..sheet.node_count() {
-        let along = (sheet.x.get(i).x - low.x) / (high.x - low.x);
-        sheet.v.set(i, 0.03 * along * along * glam::DVec3::Y);
+        let along = (sheet.state.x.get(i).x - low.x) / (high.x - low.x);
+        sheet.state.v.set(i, 0.03 * along * along * glam::DVec3::Y);
     }
     let mut furthest = 0.0_f64;
     while world.time() < 3.0 {
         world.step();
         let sheet = &world.sheets()[0];
-        furthest = furthest.max(sheet.x.iter().map(|p| p.y.abs()).fold(0.0, f64::max));
-        assert_eq!(sheet.status, Status::Awake, "at {} s", world.time());
+        furthest = furthest.max(sheet.state.x.iter().map(|p| p.y.abs()).fold(0.0, f64::max));
+        assert_eq!(sheet.state.status, Status::Awake, "at {} s", world.time());
     }
     println!("{:.3} mm", 1e3 * furthest);
     assert!(furthest > 2e-4 && furthest < 2e-3, "{furthest}");

@@ -78,7 +78,7 @@ fn ringing(structure: StructureKind, engine: IntegratorKind) -> (World, f64) {
     let sheet = &mut world.sheets_mut()[0];
     let (omega, mode) = highest_mode(sheet);
     for i in 0..sheet.node_count() {
-        sheet.v.set(i, mode.get(i) * (1e-7 * omega));
+        sheet.state.v.set(i, mode.get(i) * (1e-7 * omega));
     }
     (world, omega)
 }

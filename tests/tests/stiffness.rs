@@ -219,15 +219,15 @@ fn stiffness_thickness_and_damping_change_without_a_jump() {
         ("sheets.sheet.material.young", "1e9"),
     ] {
         let gravity = scene.gravity;
-        let before = world.sheets()[0].x.clone();
+        let before = world.sheets()[0].state.x.clone();
         world.set(path, value).expect("a parameter");
-        assert_eq!(world.sheets()[0].x, before, "{path} moved the sheet");
+        assert_eq!(world.sheets()[0].state.x, before, "{path} moved the sheet");
         let changed = world.sheets()[0].energy(gravity);
         world.step();
         let sheet = &world.sheets()[0];
         // The released energy accelerates nodes by at most several g; a jump of a node would be
         // larger.
-        let moved = (0..sheet.node_count()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
+        let moved = (0..sheet.node_count()).map(|i| sheet.state.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
         assert!(moved < 0.01, "{path} = {value}: a mass jumped {moved} m in a step");
         let scale = changed.elastic.abs() + changed.kinetic;
         for _ in 0..60 {
@@ -308,7 +308,7 @@ fn pressure_bends_a_plate_like_a_uniform_load() {
         world.find_equilibrium(1e-12);
         let sheet = &world.sheets()[0];
         let wanted = part * 0.02 * 0.25_f64.powi(4) / sheet.material().plate_stiffness();
-        close("deflection", -sheet.x.get(20 * 41 + 20).y, wanted, 0.6);
+        close("deflection", -sheet.state.x.get(20 * 41 + 20).y, wanted, 0.6);
     }
 }
 
@@ -329,7 +329,7 @@ fn pressure_follows_the_normal_of_the_sheet() {
     let mut world = World::new(&scene).expect("valid");
     world.advance(4.0);
     let sheet = &world.sheets()[0];
-    let high = sheet.x.get(61 + 30).y;
+    let high = sheet.state.x.get(61 + 30).y;
     // sin θ/θ = c/L, by bisection; R = L/2θ, the rise R (1 - cos θ).
     let (mut low, mut top) = (0.1, 3.0);
     for _ in 0..60 {
@@ -338,7 +338,7 @@ fn pressure_follows_the_normal_of_the_sheet() {
     }
     let radius = 0.1 / low;
     close("rise", high, radius * (1.0 - low.cos()), 1.0);
-    let (a, b, c) = (sheet.x.get(61 + 10), sheet.x.get(61 + 30), sheet.x.get(61 + 50));
+    let (a, b, c) = (sheet.state.x.get(61 + 10), sheet.state.x.get(61 + 30), sheet.state.x.get(61 + 50));
     let round = (a - b).length() * (b - c).length() * (c - a).length() / (2.0 * (b - a).cross(c - a).length());
     close("radius", round, radius, 1.0);
 }

@@ -67,8 +67,8 @@ fn no_node_passes_through_a_static_plate() {
             (0..STEPS).for_each(|_| _ = world.step());
             let back = place.quaternion().inverse();
             for sheet in world.sheets() {
-                assert!(sheet.counters.contacts > 0, "{} missed", sheet.name);
-                for p in sheet.x.iter() {
+                assert!(sheet.state.counters.contacts > 0, "{} missed", sheet.name);
+                for p in sheet.state.x.iter() {
                     let height = (back * (p - place.position)).y;
                     assert!(height > 0.5 * THICKNESS, "{} is at {height} m", sheet.name);
                 }
@@ -94,12 +94,12 @@ fn no_node_passes_through_a_moving_plate() {
         for _ in 0..STEPS + 8 {
             world.step();
             let height = world.rigid().and_then(|r| r.pose(0)).map_or(0.0, |p| p.0.y);
-            for (sheet, p) in world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (s, p))) {
+            for (sheet, p) in world.sheets().iter().flat_map(|s| s.state.x.iter().map(move |p| (s, p))) {
                 assert!(p.y > height + 0.4 * THICKNESS, "{} is {} m through", sheet.name, height - p.y);
             }
         }
         // Projectiles slower than a receding plate never reach it.
-        let met = world.sheets().iter().filter(|s| s.counters.contacts > 0).count();
+        let met = world.sheets().iter().filter(|s| s.state.counters.contacts > 0).count();
         assert!(met == 300 || (drift.y < 0.0 && met > 200), "{met} of 300 met the plate with {drift}");
     }
 }
@@ -128,12 +128,12 @@ fn nodes_near_the_rim_of_a_large_turning_plate_are_not_skipped() {
         let q = world.rigid().and_then(|r| r.pose(0)).map_or(DQuat::IDENTITY, |p| p.1);
         let back = q.inverse();
         // Nodes that slide off the rim, 6 m from the axis, are excluded.
-        let local = world.sheets().iter().flat_map(|s| s.x.iter()).map(|p| back * p);
+        let local = world.sheets().iter().flat_map(|s| s.state.x.iter()).map(|p| back * p);
         through += local.filter(|p| p.y < 0.0 && p.x < 5.9).count();
     }
     assert!(world.unstable().is_none());
     assert_eq!(through, 0, "masses were on the other side");
-    let met = world.sheets().iter().filter(|s| s.counters.contacts > 0).count();
+    let met = world.sheets().iter().filter(|s| s.state.counters.contacts > 0).count();
     assert!(met > 200, "{met}");
 }
 
@@ -172,7 +172,7 @@ fn no_node_passes_through_the_corner_of_a_bent_plate() {
         for step in 0..6 {
             world.step();
             for sheet in world.sheets() {
-                for p in sheet.x.iter().map(|p| back * (p - place.position)) {
+                for p in sheet.state.x.iter().map(|p| back * (p - place.position)) {
                     // Beyond the end of a leg or of the plate any position is valid.
                     let covered = p.x < 1.0 && p.y < 1.0 && p.z.abs() < 1.0;
                     assert!(
@@ -183,7 +183,7 @@ fn no_node_passes_through_the_corner_of_a_bent_plate() {
                 }
             }
         }
-        assert!(world.sheets().iter().all(|s| s.counters.contacts > 0));
+        assert!(world.sheets().iter().all(|s| s.state.counters.contacts > 0));
     }
 }
 
@@ -205,7 +205,7 @@ fn a_node_deflected_by_one_body_does_not_pass_through_another() {
         let mut world = shots(bodies, 0.3, sheets.collect());
         for step in 0..6 {
             world.step();
-            for (sheet, p) in world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (s, p))) {
+            for (sheet, p) in world.sheets().iter().flat_map(|s| s.state.x.iter().map(move |p| (s, p))) {
                 assert!(
                     p.x > -PENETRATION_TOLERANCE && p.y > -PENETRATION_TOLERANCE,
                     "{} is at {p} after step {step}",

@@ -106,7 +106,7 @@ impl Track {
     pub fn record(&mut self, world: &World, time: f64) {
         self.times.push(time);
         for (track, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
-            track.places.push(track.masses.iter().map(|m| sheet.x.get(*m as usize).as_vec3()).collect());
+            track.places.push(track.masses.iter().map(|m| sheet.state.x.get(*m as usize).as_vec3()).collect());
             let whole = sheet.open_count() == 0;
             track.closed.push(if whole {
                 Vec::new()
@@ -131,21 +131,21 @@ impl Track {
 
 impl SheetTrack {
     fn from_sheet(sheet: &Sheet) -> Option<Self> {
-        let layer = sheet.layers.last()?;
-        let all = sheet.triangles.clone().unwrap_or_else(|| layer.triangles());
+        let layer = sheet.model.layers.last()?;
+        let all = sheet.model.triangles.clone().unwrap_or_else(|| layer.triangles());
         let mut masses: Vec<u32> = all.iter().flatten().copied().collect();
         masses.sort_unstable();
         masses.dedup();
         let place = |m: u32| masses.binary_search(&m).unwrap_or(0) as u32;
         let triangles = all.iter().map(|t| t.map(place)).collect();
-        let uv = |m: &u32| sheet.uv.get(*m as usize).map_or([0.0; 2], |(u, v)| [*u as f32, *v as f32]);
+        let uv = |m: &u32| sheet.model.uv.get(*m as usize).map_or([0.0; 2], |(u, v)| [*u as f32, *v as f32]);
         let uvs = masses.iter().map(uv).collect();
         Some(Self { name: sheet.name.clone(), masses, uvs, triangles, places: Vec::new(), closed: Vec::new() })
     }
 
     /// Whether the cell of `triangle` is closed.
     fn is_closed(&self, sheet: &Sheet, triangle: [u32; 3]) -> bool {
-        let (Some(open), Some(bottom)) = (sheet.open_cells(), sheet.layers.first()) else { return true };
+        let (Some(open), Some(bottom)) = (sheet.open_cells(), sheet.model.layers.first()) else { return true };
         let (columns, rows) = (bottom.nx as usize - 1, bottom.nz as usize - 1);
         let middle = triangle
             .iter()

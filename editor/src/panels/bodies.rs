@@ -128,7 +128,7 @@ fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         ui.label("Add");
-        let sheets = session.world().sheets().iter().filter_map(|s| s.x.bounds());
+        let sheets = session.world().sheets().iter().filter_map(|s| s.state.x.bounds());
         let (low, high) =
             sheets.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
         let size = 0.3 * (high - low).max_element().max(1e-3);

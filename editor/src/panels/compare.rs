@@ -72,7 +72,7 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 /// Variant that differs from the scene and the other variants: a shell of another material, a
 /// lattice of another structure.
 fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
-    let structure = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
+    let structure = session.world().sheets().get(sheet).map_or("", |s| s.model.structure.name());
     let material = || session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
     let (field, own, offered) = match structure {
         "shell" => ("material", material(), MATERIALS),

@@ -51,7 +51,7 @@ pub(super) fn one(scene: &Scene, spec: &SheetSpec) -> Result<Sheet, sheetwork::I
 fn preview(scene: &Scene, spec: &SheetSpec) -> Result<Preview, sheetwork::InputError> {
     let flat = SheetSpec { placement: Default::default(), velocity: DVec3::ZERO, ..spec.clone() };
     let sheet = one(scene, &flat)?;
-    let at = |i: u32| sheet.x.get(i as usize);
+    let at = |i: u32| sheet.state.x.get(i as usize);
     let line = |a: u32, b: u32| [(at(a).x, at(a).z), (at(b).x, at(b).z)];
     let springs = sheet.springs();
     let lines = if springs.is_empty() {

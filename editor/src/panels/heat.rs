@@ -257,7 +257,7 @@ fn gun(ui: &mut Ui, session: &mut Session) {
 /// Buttons that add a heater above everything, or a heat gun.
 fn add(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
-        let bounds = session.world().sheets().iter().filter_map(|s| s.x.bounds());
+        let bounds = session.world().sheets().iter().filter_map(|s| s.state.x.bounds());
         let (low, high) =
             bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
         let (middle, size) = (0.5 * (low + high), (high - low).max_element().max(1e-3));

@@ -121,7 +121,7 @@ fn counts(ui: &mut Ui, session: &Session) {
     row(ui, "contacts", session.contacts().to_string());
     row(ui, "max speed", format_si(sheets.iter().map(|s| s.max_speed()).fold(0.0, f64::max), "m/s"));
     row(ui, "penetration", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
-    let resting = sheets.iter().filter(|s| s.status == Status::Asleep).count();
+    let resting = sheets.iter().filter(|s| s.state.status == Status::Asleep).count();
     row(ui, "asleep", format!("{resting} of {}", sheets.len()));
 }
 

@@ -82,7 +82,7 @@ fn masses(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn 
             if !held && !touches {
                 continue;
             }
-            let Some(at) = seen(before.get(i).lerp(sheet.x.get(i), alpha).as_vec3()) else { continue };
+            let Some(at) = seen(before.get(i).lerp(sheet.state.x.get(i), alpha).as_vec3()) else { continue };
             if held {
                 let corners =
                     vec![at + vec2(0.0, -5.0), at + vec2(4.5, 0.0), at + vec2(0.0, 5.0), at + vec2(-4.5, 0.0)];
@@ -100,10 +100,10 @@ fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
         return;
     }
     for sheet in session.world().sheets() {
-        let last = sheet.layers.len().saturating_sub(1);
+        let last = sheet.model.layers.len().saturating_sub(1);
         let index = if state.display.layer == Layer::Top { last } else { 0 };
         let Some(surface) = sheet.surface(index, 1) else { continue };
-        let mesh = surface.mesh(&sheet.x);
+        let mesh = surface.mesh(&sheet.state.x);
         let length = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.6 * shortest) as f32;
         for (place, normal) in mesh.positions.iter().zip(&mesh.normals) {
             let (from, normal) = (Vec3::from(*place), Vec3::from(*normal));

@@ -86,7 +86,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     let from_file = spec.file.is_some();
     ui.add_enabled_ui(!from_file, |ui| {
         // The file of a sheet determines its structure.
-        let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.structure);
+        let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.model.structure);
         let combo = ComboBox::from_id_salt("structure").selected_text(own.name()).width(140.0);
         let shown = combo.show_ui(ui, |ui| {
             for row in TABLE {

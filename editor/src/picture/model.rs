@@ -200,11 +200,11 @@ impl Model {
 
     fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look, scale: Option<&ColourScale>) {
         let layer = match look.layer {
-            Layer::Top => sheet.layers.len().saturating_sub(1),
+            Layer::Top => sheet.model.layers.len().saturating_sub(1),
             Layer::Bottom => 0,
         };
         let Some(surface) = sheet.surface(layer, look.parts) else { return };
-        let mut mesh = surface.mesh(&sheet.x);
+        let mut mesh = surface.mesh(&sheet.state.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
             let (reach, skin) = display_clearance(sheet, look.parts);
             clear_of_bodies(&view, &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);

@@ -171,7 +171,7 @@ impl Session {
         self.timeline.record(&self.world);
         self.advance_variants();
         if let Some(sheet) = self.world.unstable().filter(|_| !self.instability_reported)
-            && let Status::Unstable { time, speed, .. } = sheet.status
+            && let Status::Unstable { time, speed, .. } = sheet.state.status
         {
             self.instability_reported = true;
             let text = format!(

@@ -284,7 +284,9 @@ impl Session {
                 let offset = match was {
                     Some(was) if before.contains(&mass) => was.2,
                     _ if before.contains(&mass) => DVec3::ZERO,
-                    _ if i < sheet.node_count() && i < built.node_count() => sheet.x.get(i) - built.x.get(i),
+                    _ if i < sheet.node_count() && i < built.node_count() => {
+                        sheet.state.x.get(i) - built.state.x.get(i)
+                    }
                     _ => continue,
                 };
                 all.push((index, mass, offset));

@@ -223,7 +223,7 @@ impl Session {
                     position.y = one.1.y - low.y + CLEARANCE;
                 }
             }
-            beside.extend(self.world().sheets().iter().filter_map(|s| s.x.bounds()));
+            beside.extend(self.world().sheets().iter().filter_map(|s| s.state.x.bounds()));
             beside.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
             for one in beside {
                 if meets(position, one) {

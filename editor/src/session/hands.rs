@@ -30,7 +30,7 @@ impl Session {
     /// Stiffness (N/m) of a grab of `sheet`: strong enough to move it, and within the stability
     /// limit of the integrator.
     pub fn hand_stiffness(&self, sheet: &Sheet) -> f64 {
-        let (low, high) = sheet.x.bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));
+        let (low, high) = sheet.state.x.bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));
         let length = (high - low).max_element().max(1e-6);
         let weight = sheet.total_mass() * self.world.gravity().length().max(1.0);
         let wanted = (GRAB_STRENGTH * weight / length).clamp(1e-6, 1e6);
@@ -87,8 +87,8 @@ impl Session {
         let holding = self.hand.as_ref()?;
         let sheet = self.world.sheet(&holding.sheet)?;
         let pull = sheet.pulls().get(holding.index)?;
-        let (point, target) = (pull.point(&sheet.x), pull.target);
-        Some(Hand { point, target, force: pull.force(&sheet.x), stiffness: pull.stiffness })
+        let (point, target) = (pull.point(&sheet.state.x), pull.target);
+        Some(Hand { point, target, force: pull.force(&sheet.state.x), stiffness: pull.stiffness })
     }
 
     /// Pin node `mass` of sheet `sheet` at its present position, or unpin it; after a reset the pin

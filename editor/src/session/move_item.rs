@@ -154,7 +154,7 @@ impl Session {
         Some(match item {
             Item::Sheet(i) => {
                 let by = self.moved_item.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
-                let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.x.bounds()?;
+                let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.state.x.bounds()?;
                 0.5 * (low + high) + by
             }
             Item::Body(i) => {

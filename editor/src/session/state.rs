@@ -188,9 +188,9 @@ impl Session {
         self.shown_from = self.world.time();
         for (before, sheet) in self.before.iter_mut().zip(self.world.sheets()) {
             if before.len() == sheet.node_count() {
-                before.copy_from(&sheet.x);
+                before.copy_from(&sheet.state.x);
             } else {
-                *before = sheet.x.clone();
+                *before = sheet.state.x.clone();
             }
         }
         self.bodies_before.clear();
@@ -339,7 +339,7 @@ impl Session {
 
     /// Simulated time at which a sheet became unstable, s; `None` while all are stable.
     pub fn unstable_since(&self) -> Option<f64> {
-        match self.world.unstable()?.status {
+        match self.world.unstable()?.state.status {
             Status::Unstable { time, .. } => Some(time),
             _ => None,
         }

@@ -255,12 +255,12 @@ fn furnish(
 fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.shown(world)?.world().sheets().get(index)?;
     let layer = match display.layer {
-        Layer::Top => sheet.layers.len().checked_sub(1)?,
+        Layer::Top => sheet.model.layers.len().checked_sub(1)?,
         Layer::Bottom => 0,
     };
-    let parts = if display.smooth && sheet.triangles.is_none() { PARTS } else { 1 };
+    let parts = if display.smooth && sheet.model.triangles.is_none() { PARTS } else { 1 };
     let surface = sheet.surface(layer, parts)?;
-    let mut mesh = sheet_mesh(&surface, &sheet.x);
+    let mut mesh = sheet_mesh(&surface, &sheet.state.x);
     let (triangles, display_clearance) = (triangles_of(&mesh), display_clearance(sheet, parts));
     let coloured = is_coloured(editor, world, index);
     if coloured {
@@ -399,7 +399,7 @@ fn update_surface(
     positions: &mut [[f32; 3]],
     normals: &mut [[f32; 3]],
 ) {
-    part.surface.update(before, &sheet.x, session.alpha() as f32, positions, normals);
+    part.surface.update(before, &sheet.state.x, session.alpha() as f32, positions, normals);
     if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
         let by = by.as_vec3();
         positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
@@ -435,7 +435,8 @@ pub fn dots(
             // A dot is about a third as wide as the shortest spacing.
             let radius = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.16 * shortest) as f32;
             for mass in 0..sheet.node_count() {
-                let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
+                let place =
+                    Transform::from_translation(sheet.state.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
                 let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
                 commands.spawn((
                     Dot { world, sheet: index, node: mass },
@@ -456,7 +457,7 @@ pub fn dots(
             continue;
         };
         if dot.node < sheet.node_count() && dot.node < before.len() {
-            let place = before.get(dot.node).lerp(sheet.x.get(dot.node), alpha).as_vec3();
+            let place = before.get(dot.node).lerp(sheet.state.x.get(dot.node), alpha).as_vec3();
             if transform.translation != place {
                 transform.translation = place;
             }
@@ -481,7 +482,7 @@ fn springs_of(session: &Session, aside: Vec3, scale: f32, gizmos: &mut Gizmos) {
     let alpha = session.alpha();
     for (sheet, before) in session.world().sheets().iter().zip(session.before()) {
         let springs = sheet.springs();
-        let at = |i: u32| before.get(i as usize).lerp(sheet.x.get(i as usize), alpha);
+        let at = |i: u32| before.get(i as usize).lerp(sheet.state.x.get(i as usize), alpha);
         let seen = |i: u32| at(i).as_vec3() * scale + aside;
         let strain = |i: usize| at(springs.a[i]).distance(at(springs.b[i])) / springs.rest[i] - 1.0;
         let largest = (0..springs.len()).map(|i| strain(i).abs()).fold(1e-3, f64::max);

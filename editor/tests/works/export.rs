@@ -84,7 +84,7 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
     let (last, _) = read(&json, &binary, &targets[3]["POSITION"]);
     let sheet = &session.world().sheets()[0];
     for (mass, (a, d)) in vectors(&first).into_iter().zip(vectors(&last)).enumerate() {
-        assert!((a + d).distance(sheet.x.get(mass).as_vec3()) < 1e-6, "mass {mass}");
+        assert!((a + d).distance(sheet.state.x.get(mass).as_vec3()) < 1e-6, "mass {mass}");
     }
     let animation = &json["animations"][0];
     let channel = |path: &str| {
@@ -167,8 +167,9 @@ fn a_moment_between_two_steps_is_interpolated_and_the_run_has_whole_steps() {
     session.run(0.1);
     let (start, dt) = (session.world().time(), session.world().dt());
     let mut film = Film::from_session(&session).expect("valid");
-    let places =
-        |world: &World| (0..world.sheets()[0].node_count()).map(|i| world.sheets()[0].x.get(i)).collect::<Vec<_>>();
+    let places = |world: &World| {
+        (0..world.sheets()[0].node_count()).map(|i| world.sheets()[0].state.x.get(i)).collect::<Vec<_>>()
+    };
     let shown = places(film.at(2.25 * dt).expect("valid"));
     let steps = film.world().steps();
     let ahead = places(film.at(3.0 * dt).expect("valid"));

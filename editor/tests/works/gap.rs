@@ -59,7 +59,7 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
     let sheet = &world.sheets()[0];
     assert!(sheet.touching().contains(&true), "it lies on something");
     let mesh = gap::drawn(&world, sheet, Layer::Top).expect("a layer");
-    let (layer, last) = (sheet.layers.last().expect("a layer"), sheet.layers.len() - 1);
+    let (layer, last) = (sheet.model.layers.last().expect("a layer"), sheet.model.layers.len() - 1);
     // Triangles sampled at corners, along sides and inside.
     let deepest = |places: &[[f32; 3]]| {
         let of_triangle = |corners: &[u32; 3]| {
@@ -72,11 +72,11 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
         };
         mesh.indices.iter().map(of_triangle).fold(f64::NEG_INFINITY, f64::max)
     };
-    let unkept = sheet.surface(last, gap::PARTS).expect("a surface").mesh(&sheet.x);
+    let unkept = sheet.surface(last, gap::PARTS).expect("a surface").mesh(&sheet.state.x);
     let triangles = layer.triangles();
     let nearest = |p: &[f32; 3]| {
         let p = Vec3::from(*p).as_dvec3();
-        triangles.iter().map(|t| away(p, t.map(|m| sheet.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
+        triangles.iter().map(|t| away(p, t.map(|m| sheet.state.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
     };
     let brute = mesh.positions.iter().map(nearest).fold(0.0, f64::max);
     let shown = gap::largest(&world, Layer::Top).expect("smoothed");

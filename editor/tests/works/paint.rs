@@ -24,7 +24,7 @@ fn heat_is_painted_under_the_mouse_and_a_stroke_can_be_undone() {
         let sheet = &session.world().sheets()[0];
         let celsius = sheet.temperatures().expect("warm");
         let at = |u: f64, v: f64| {
-            let near = |i: &usize| (sheet.uv[*i].0 - u).hypot(sheet.uv[*i].1 - v);
+            let near = |i: &usize| (sheet.model.uv[*i].0 - u).hypot(sheet.model.uv[*i].1 - v);
             let mass = (0..sheet.node_count()).min_by(|a, b| near(a).total_cmp(&near(b))).expect("masses");
             celsius[mass]
         };
@@ -59,7 +59,7 @@ fn a_crease_is_drawn_and_folds_the_sheet() {
         free.sheets[0].pins[0].clamp = true;
         let mut world = World::new(&free).expect("valid");
         world.find_equilibrium(1e-9);
-        world.sheets()[0].probes[0].at(&world.sheets()[0].x).y
+        world.sheets()[0].probes[0].at(&world.sheets()[0].state.x).y
     };
     assert!(folded > 0.02, "half of 12 cm stands up by 60 degrees: {folded}");
     assert!(session.undo() && session.scene().sheets[0].creases.is_empty());
@@ -79,7 +79,7 @@ fn a_cut_opens_the_cells_under_the_line_while_it_runs() {
     let session = &mut harness.state_mut().0;
     assert_eq!(session.world().sheets()[0].open_count(), 8, "{:?}", session.messages());
     assert!(session.world().time() > 0.09, "the run goes on");
-    let tip = |s: &Session| s.world().sheets()[0].probes[0].at(&s.world().sheets()[0].x).y;
+    let tip = |s: &Session| s.world().sheets()[0].probes[0].at(&s.world().sheets()[0].state.x).y;
     let before = tip(session);
     session.run(0.3);
     assert!(
@@ -134,7 +134,7 @@ fn a_fast_stroke_has_no_gaps() {
     let sheet = &harness.state().0.world().sheets()[0];
     let celsius = sheet.temperatures().expect("warm");
     let row: Vec<f64> = (0..sheet.node_count())
-        .filter(|i| (0.31..0.89).contains(&sheet.uv[*i].0) && (sheet.uv[*i].1 - 0.5).abs() < 1e-9)
+        .filter(|i| (0.31..0.89).contains(&sheet.model.uv[*i].0) && (sheet.model.uv[*i].1 - 0.5).abs() < 1e-9)
         .map(|i| celsius[i])
         .collect();
     assert!(row.len() > 3 && row.iter().all(|c| *c > 110.0), "{row:?}");

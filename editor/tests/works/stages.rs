@@ -45,10 +45,10 @@ fn stages_are_timed_while_their_plot_is_shown_and_results_do_not_change() {
     assert!(harness.state_mut().0.reset());
     harness.state_mut().0.run(0.1);
     assert!(harness.state().0.history().last().and_then(|s| s.stages).is_some());
-    let timed = harness.state().0.world().sheets()[0].x.clone();
+    let timed = harness.state().0.world().sheets()[0].state.x.clone();
     let mut untimed = on_a_box();
     untimed.run(0.1);
-    assert!(timed.iter().eq(untimed.world().sheets()[0].x.iter()), "bit by bit");
+    assert!(timed.iter().eq(untimed.world().sheets()[0].state.x.iter()), "bit by bit");
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     let mut session = strip();
     session.run(0.25);
     assert!(session.set("gravity", "(0, -5, 0)"));
-    let (steps, tip) = (session.world().steps(), session.world().sheets()[0].x.clone());
+    let (steps, tip) = (session.world().steps(), session.world().sheets()[0].state.x.clone());
     let mut harness = whole(session);
     let mut study = Study::new(5);
     (study.file, study.subject) = (file.display().to_string(), "a".to_owned());
@@ -58,7 +58,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     assert!(harness.state().1.study.is_none() && harness.state().1.display.bodies);
     let session = &mut harness.state_mut().0;
     assert_eq!(session.scene().name, "strip", "what was open is back");
-    assert_eq!((session.world().steps(), &session.world().sheets()[0].x), (steps, &tip), "where it was");
+    assert_eq!((session.world().steps(), &session.world().sheets()[0].state.x), (steps, &tip), "where it was");
     assert!(session.undo() && session.scene().gravity.y < -9.0, "and can be undone");
     std::fs::remove_dir_all(&folder).expect("removed");
 }

@@ -37,7 +37,7 @@ fn look(
     if spawned.read().count() == 0 {
         return;
     }
-    let bounds = world.sheets().iter().filter_map(|sheet| sheet.x.bounds());
+    let bounds = world.sheets().iter().filter_map(|sheet| sheet.state.x.bounds());
     let (low, high) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
     let (middle, size) = ((0.5 * (low + high)).as_vec3(), (high - low).max_element() as f32);
     let (eye, target) = world.scene().camera.map_or_else(

@@ -59,7 +59,7 @@ fn value(harness: &Harness<'static, App>, path: &str) -> f64 {
 fn droop(harness: &mut Harness<'static, App>) -> f64 {
     common::run(harness.state_mut(), 1.0);
     let world = harness.state().world().resource::<SheetWorld>();
-    world.sheets()[0].x.bounds().map_or(0.0, |(low, _)| -low.y)
+    world.sheets()[0].state.x.bounds().map_or(0.0, |(low, _)| -low.y)
 }
 
 #[test]

@@ -7,7 +7,7 @@ use bevy_sheetwork::prelude::*;
 use common::{app, frame, run};
 
 fn grid(app: &App) -> u32 {
-    app.world().resource::<SheetWorld>().sheets()[0].grid.0
+    app.world().resource::<SheetWorld>().sheets()[0].model.grid.0
 }
 
 /// An app with a swinging sheet and a viewer.
@@ -64,7 +64,7 @@ fn a_budget_by_the_model_does_not_depend_on_a_clock() {
     app.insert_resource(SheetDetail { viewer: Some(viewer), measured: false, ..SheetDetail::budget(0.5 * cost) });
     run(&mut app, 1.0);
     let world = app.world().resource::<SheetWorld>();
-    assert!(world.sheets()[0].grid.0 < 21 && world.detail_cost().expect("levels") < 0.5 * cost);
+    assert!(world.sheets()[0].model.grid.0 < 21 && world.detail_cost().expect("levels") < 0.5 * cost);
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_lattice_follows_the_viewer_too() {
     assert_eq!(grid(&app), 17);
     app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 2.0;
     run(&mut app, 0.05);
-    let now = app.world().resource::<SheetWorld>().sheets()[0].grid;
+    let now = app.world().resource::<SheetWorld>().sheets()[0].model.grid;
     assert_eq!(now, (9, 2, 9));
     assert!(drawn(&app, sheet).iter().all(|p| p.is_finite() && p.length() < 0.5));
     app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 0.5;

@@ -83,7 +83,7 @@ fn a_reset_restores_the_parameters_of_the_game() {
     assert!((world.time() - 3.0 * dt).abs() < 1e-9 && world.shown_time() <= world.time());
     let motion = app.world().entity(entity).get::<SheetMotion>().expect("in the world");
     let (_, last, s) = motion.around(world.shown_time());
-    assert!(*last == world.sheets()[0].x && s <= 1.0, "what is drawn is what there is");
+    assert!(*last == world.sheets()[0].state.x && s <= 1.0, "what is drawn is what there is");
     drop(app);
     let _ = std::fs::remove_dir_all(root);
 }

@@ -76,7 +76,7 @@ fn late_inputs_end_in_the_same_bits_as_inputs_in_time() {
     let (a, b) = (in_time.world().resource::<SheetWorld>(), late.world().resource::<SheetWorld>());
     assert_eq!(a.steps(), b.steps());
     assert!(state(a) == state(b), "what was rolled back came out otherwise");
-    assert!(a.sheets()[0].x.iter().zip(b.sheets()[0].x.iter()).all(|(p, q)| p == q));
+    assert!(a.sheets()[0].state.x.iter().zip(b.sheets()[0].state.x.iter()).all(|(p, q)| p == q));
 }
 
 #[test]

@@ -47,7 +47,7 @@ fn the_wedge_scene_is_loaded_from_its_file_and_runs_as_it_does_headless() {
         alone.step();
     }
     assert!(alone.steps() > 100);
-    assert_eq!(world.sheets()[0].x, alone.sheets()[0].x, "to the last bit");
+    assert_eq!(world.sheets()[0].state.x, alone.sheets()[0].state.x, "to the last bit");
 }
 
 #[test]

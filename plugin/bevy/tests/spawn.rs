@@ -46,7 +46,7 @@ fn the_initial_pose_and_size_follow_parents_and_scale() {
     frame(&mut app, 0.0);
     let name = app.world().get::<SheetMotion>(sheet).expect("built").name().to_owned();
     let world = app.world().resource::<SheetWorld>();
-    let (low, high) = world.sheet(&name).expect("there").x.bounds().expect("masses");
+    let (low, high) = world.sheet(&name).expect("there").state.x.bounds().expect("masses");
     assert!(high.x < -0.997 && low.x > -1.01, "up is now to -x: {low} {high}");
     assert!((high.y - low.y - 0.05).abs() < 0.003, "twice as long, and upright: {low} {high}");
 }

@@ -56,7 +56,7 @@ fn the_number_of_steps_does_not_depend_on_frame_rate_and_speed() {
             frame(&mut app, frame_time);
             let world = app.world().resource::<SheetWorld>();
             if world.steps() == 200 {
-                at_200 = world.sheets().first().map(|s| s.x.clone());
+                at_200 = world.sheets().first().map(|s| s.state.x.clone());
             }
         }
         at_200

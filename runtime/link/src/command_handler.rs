@@ -111,7 +111,7 @@ fn object(value: Value) -> Body {
 /// Names of the unstable sheets. They are frozen until a reset, or until a snapshot from before the
 /// instability is restored.
 pub fn unstable_sheets(world: &World) -> Vec<String> {
-    let unstable = world.sheets().iter().filter(|s| matches!(s.status, Status::Unstable { .. }));
+    let unstable = world.sheets().iter().filter(|s| matches!(s.state.status, Status::Unstable { .. }));
     unstable.map(|s| s.name.clone()).take(64).collect()
 }
 

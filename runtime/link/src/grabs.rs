@@ -49,7 +49,7 @@ impl Grabs {
         sheet.pull(grab.index, target)?;
         grab.moved = Instant::now();
         let pull = sheet.pulls()[grab.index];
-        Ok((-pull.force(&sheet.x), pull.point(&sheet.x)))
+        Ok((-pull.force(&sheet.state.x), pull.point(&sheet.state.x)))
     }
 
     /// Releases a grab; false for an unknown number.

@@ -74,8 +74,8 @@ impl FramePlan {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
             plan.masses == sheet.node_count()
                 && plan.heated == temperature_of(sheet).is_some()
-                && plan.grid == sheet.grid
-                && plan.structure == sheet.structure
+                && plan.grid == sheet.model.grid
+                && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
         };
         let n = world.sheets().len().min(MAXIMUM_SHEETS);
@@ -125,18 +125,18 @@ impl SheetPlan {
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }
-        let bottom = sheet.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
+        let bottom = sheet.model.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
         Self {
             name: sheet.name.clone(),
             masses: n,
-            grid: sheet.grid,
-            structure: sheet.structure,
+            grid: sheet.model.grid,
+            structure: sheet.model.structure,
             heated,
             headers,
             cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
-            triangle_capacity: match &sheet.triangles {
+            triangle_capacity: match &sheet.model.triangles {
                 Some(triangles) => triangles.len(),
-                None => sheet.layers.iter().map(|l| l.triangles().len()).sum(),
+                None => sheet.model.layers.iter().map(|l| l.triangles().len()).sum(),
             },
             rest_edges: edges_of(world, index, sheet),
             observed_revision: sheet.opening_revision(),
@@ -149,9 +149,9 @@ impl SheetPlan {
 
     fn update_topology(&mut self, sheet: &Sheet) {
         self.built_revision = Some(sheet.opening_revision());
-        self.triangles = match &sheet.triangles {
+        self.triangles = match &sheet.model.triangles {
             Some(triangles) => triangles.clone(),
-            None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
+            None => sheet.closed_triangles(sheet.model.layers.iter().flat_map(|l| l.triangles()).collect()),
         };
         self.edges.clone_from(&self.rest_edges);
         if let Some(open) = sheet.open_cell_set() {
@@ -176,8 +176,8 @@ fn bodies_of(world: &World) -> usize {
 fn header(sheet: &Sheet) -> SheetHeader {
     SheetHeader {
         name: name_field(&sheet.name),
-        structure: name_field(sheet.structure.name()),
-        grid: [sheet.grid.0, sheet.grid.1, sheet.grid.2],
+        structure: name_field(sheet.model.structure.name()),
+        grid: [sheet.model.grid.0, sheet.model.grid.1, sheet.model.grid.2],
         masses: sheet.node_count() as u32,
         status: 0,
         contacts: 0,
@@ -196,7 +196,8 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
     let inverse = |rest: f64| if rest > 0.0 { 1.0 / rest } else { 0.0 };
     let springs = sheet.springs();
     if !springs.is_empty() {
-        let one_layer = |i: &usize| sheet.layer_of[springs.a[*i] as usize] == sheet.layer_of[springs.b[*i] as usize];
+        let one_layer =
+            |i: &usize| sheet.model.layer_of[springs.a[*i] as usize] == sheet.model.layer_of[springs.b[*i] as usize];
         let edge = |i: usize| StrainEdge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
         return (0..springs.len()).filter(one_layer).map(edge).collect();
     }
@@ -204,7 +205,7 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
     if built.node_count() != sheet.node_count() {
         return Vec::new();
     }
-    let rest = |[a, b]: [u32; 2]| built.x.get(a as usize).distance(built.x.get(b as usize));
+    let rest = |[a, b]: [u32; 2]| built.state.x.get(a as usize).distance(built.state.x.get(b as usize));
     built.edges().into_iter().map(|e| StrainEdge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
 }
 

@@ -503,10 +503,10 @@ fn event_bytes(epoch: u64, index: usize, event: &Event, world: &World) -> Vec<u8
     if let Some(sheet) = world.sheet(&event.sheet) {
         let touching: Vec<usize> =
             (0..sheet.node_count()).filter(|i| sheet.touching().get(*i) == Some(&true)).collect();
-        let place = match sheet.status {
+        let place = match sheet.state.status {
             Status::Unstable { place, .. } => place,
             _ if touching.is_empty() => sheet.centre_of_mass(),
-            _ => touching.iter().map(|i| sheet.x.get(*i)).sum::<glam::DVec3>() / touching.len() as f64,
+            _ => touching.iter().map(|i| sheet.state.x.get(*i)).sum::<glam::DVec3>() / touching.len() as f64,
         };
         if event.place_m.is_none() {
             object["place_m"] = json!(place.to_array());

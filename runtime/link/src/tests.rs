@@ -36,7 +36,7 @@ fn a_frame_equals_the_world() {
     let stretch = 1.01;
     let leaf = world.sheet_mut("leaf").expect("there");
     for i in 0..leaf.node_count() {
-        leaf.x.set(i, leaf.x.get(i) * stretch);
+        leaf.state.x.set(i, leaf.state.x.get(i) * stretch);
     }
     let mut memory = Box::new(Aligned([0xff; 1 << 16]));
     for complete in [false, true] {
@@ -46,9 +46,9 @@ fn a_frame_equals_the_world() {
         assert_eq!(view.bodies().len(), 2, "floor and back wall");
         assert_eq!(view.bodies()[0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         for (seen, sheet) in view.sheets().zip(world.sheets()) {
-            assert_eq!((seen.header().name(), seen.header().structure()), (&*sheet.name, sheet.structure.name()));
+            assert_eq!((seen.header().name(), seen.header().structure()), (&*sheet.name, sheet.model.structure.name()));
             assert_eq!(seen.positions().len(), sheet.node_count());
-            for (p, q) in seen.positions().iter().zip(sheet.x.iter()) {
+            for (p, q) in seen.positions().iter().zip(sheet.state.x.iter()) {
                 assert_eq!(*p, q.as_vec3().to_array());
             }
             assert_eq!(seen.contact().len(), sheet.node_count());

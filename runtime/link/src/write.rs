@@ -55,7 +55,7 @@ pub fn frame(plan: &FramePlan, world: &World, moment: &FrameStamp, complete: boo
     }
     for (index, (plan, sheet)) in plan.sheets.iter().zip(world.sheets()).enumerate() {
         let mut header = plan.headers[usize::from(complete)];
-        header.status = match sheet.status {
+        header.status = match sheet.state.status {
             Status::Awake => 0,
             Status::Asleep => 1,
             Status::Unstable { .. } => 2,
@@ -78,7 +78,7 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
         *flag = u8::from(*touches);
         contacts += u32::from(*touches);
     }
-    positions(&sheet.x, slice_mut::<[f32; 3]>(out, header.positions, n));
+    positions(&sheet.state.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0
         && let Some(temperature) = temperature_of(sheet)
     {
@@ -107,7 +107,7 @@ fn positions(from: &Vectors, to: &mut [[f32; 3]]) {
 fn normals(plan: &SheetPlan, sheet: &Sheet, out: &mut [[f32; 3]]) {
     out.fill([0.0; 3]);
     for triangle in &plan.triangles {
-        let [p, q, r] = triangle.map(|i| sheet.x.get(i as usize));
+        let [p, q, r] = triangle.map(|i| sheet.state.x.get(i as usize));
         let normal = (q - p).cross(r - p).as_vec3();
         for i in triangle {
             let sum = &mut out[*i as usize];
@@ -123,7 +123,7 @@ fn strain(plan: &SheetPlan, sheet: &Sheet, out: &mut [f32]) {
     out.fill(0.0);
     for edge in &plan.edges {
         let (a, b) = (edge.a as usize, edge.b as usize);
-        let length = sheet.x.get(a).distance(sheet.x.get(b));
+        let length = sheet.state.x.get(a).distance(sheet.state.x.get(b));
         let strain = (length * edge.inverse_rest - 1.0) as f32;
         out[a] += strain;
         out[b] += strain;

@@ -32,7 +32,7 @@ fn sheet() -> (CollisionSurface, Vectors) {
     };
     let scene = Scene { sheets: vec![spec], ..Scene::default() };
     let sheet = Sheet::build(&scene, 0).expect("valid");
-    (CollisionSurface::from_sheet(&sheet), sheet.x.clone())
+    (CollisionSurface::from_sheet(&sheet), sheet.state.x.clone())
 }
 
 fn moved(x: &Vectors, f: impl Fn(DVec3) -> DVec3) -> Vectors {

@@ -43,7 +43,7 @@ fn springs(bencher: Bencher, structure: StructureKind) {
     let mut force = Vectors::zeros(sheet.node_count());
     let mut scratch = SpringWorkspace::default();
     bencher.counter(ItemsCount::new(sheet.springs().len())).bench_local(|| {
-        sheet.springs().add_forces(divan::black_box(&sheet.x), &sheet.v, true, &mut scratch, &mut force);
+        sheet.springs().add_forces(divan::black_box(&sheet.state.x), &sheet.state.v, true, &mut scratch, &mut force);
     });
 }
 

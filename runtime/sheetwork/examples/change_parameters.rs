@@ -41,5 +41,5 @@ pub fn main() -> Result<(), InputError> {
 fn droop_after(world: &mut World, seconds: f64) -> f64 {
     world.advance(seconds);
     let sheet = &world.sheets()[0];
-    1e3 * (0.3 - sheet.probes[0].at(&sheet.x).y)
+    1e3 * (0.3 - sheet.probes[0].at(&sheet.state.x).y)
 }

@@ -41,5 +41,5 @@ fn droop(thickness: f64) -> Result<(f64, f64), InputError> {
     let found = world.find_equilibrium(1e-9);
     assert!(found.iter().all(|equilibrium| equilibrium.converged && equilibrium.is_stable));
     let sheet = &world.sheets()[0];
-    Ok((-sheet.probes[0].at(&sheet.x).y, theory))
+    Ok((-sheet.probes[0].at(&sheet.state.x).y, theory))
 }

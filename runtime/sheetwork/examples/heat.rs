@@ -32,7 +32,7 @@ pub fn main() -> Result<(), InputError> {
         let sheet = &world.sheets()[0];
         let celsius = sheet.temperature().unwrap_or(world.room_temperature());
         warmest = warmest.max(celsius);
-        let tip = sheet.probes[0].at(&sheet.x).y;
+        let tip = sheet.probes[0].at(&sheet.state.x).y;
         println!("{:>8.1} {:>10.1} {celsius:>12.1} {:>10.1}", world.time(), world.room_temperature(), 1e3 * tip);
     }
     println!("warmest: {warmest:.0} °C");

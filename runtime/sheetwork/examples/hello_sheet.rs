@@ -28,7 +28,7 @@ pub fn main() -> Result<(), InputError> {
     for _ in 0..8 {
         world.advance(0.25);
         let sheet = &world.sheets()[0];
-        let tip = sheet.probes[0].at(&sheet.x);
+        let tip = sheet.probes[0].at(&sheet.state.x);
         let energy = sheet.energy(world.gravity());
         println!(
             "{:>8.2} {:>12.1} {:>12.3} {:>12.4}",

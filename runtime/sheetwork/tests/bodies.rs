@@ -31,13 +31,13 @@ fn nodes_attached_to_a_kinematic_body_follow_without_lag() {
         let sheet = &world.sheets()[0];
         let glued: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).collect();
         assert!(!glued.is_empty(), "{engine}");
-        let locals: Vec<DVec3> = glued.iter().map(|i| state(&world).local_point(sheet.x.get(*i))).collect();
+        let locals: Vec<DVec3> = glued.iter().map(|i| state(&world).local_point(sheet.state.x.get(*i))).collect();
         for _ in 0..150 {
             world.step();
             let arm = state(&world);
             assert_eq!(world.rigid().and_then(|r| r.pose(index)), Some((arm.origin(), arm.rotation())));
             for (i, local) in glued.iter().zip(&locals) {
-                let lag = world.sheets()[0].x.get(*i).distance(arm.world_point(*local));
+                let lag = world.sheets()[0].state.x.get(*i).distance(arm.world_point(*local));
                 assert!(lag < 1e-15, "{engine}: {lag:e}");
             }
         }
@@ -50,10 +50,10 @@ fn nodes_attached_to_a_kinematic_body_follow_without_lag() {
 fn an_attached_sheet_follows_a_moved_body_and_falls_after_its_removal() {
     let mut world = held("tr-bdf2", SHELL, "");
     world.step();
-    let before = world.sheets()[0].x.get(0);
+    let before = world.sheets()[0].state.x.get(0);
     assert!(world.move_body("arm", DVec3::new(-0.1, 0.2001, 0.0), DQuat::IDENTITY));
     world.step();
-    assert!((world.sheets()[0].x.get(0) - before).distance(DVec3::Y * 1e-4) < 1e-15);
+    assert!((world.sheets()[0].state.x.get(0) - before).distance(DVec3::Y * 1e-4) < 1e-15);
     // Bodies after the removed one get new indices; those before it keep theirs.
     assert!(world.remove_body("arm"));
     assert!((0..world.sheets()[0].node_count()).all(|i| !world.sheets()[0].is_held(i)));
@@ -75,8 +75,8 @@ fn nodes_attached_to_a_dynamic_body_are_dynamic_and_start_with_its_motion() {
         let i = mass as usize;
         assert_eq!(world.rigid().and_then(|r| r.index_of("arm")), Some(index));
         assert!(!sheet.is_held(i));
-        assert!(arm.world_point(local).distance(sheet.x.get(i)) < 1e-16);
-        assert!(sheet.v.get(i).distance(arm.velocity_at(sheet.x.get(i))) < 1e-15);
+        assert!(arm.world_point(local).distance(sheet.state.x.get(i)) < 1e-16);
+        assert!(sheet.state.v.get(i).distance(arm.velocity_at(sheet.state.x.get(i))) < 1e-15);
     }
 }
 

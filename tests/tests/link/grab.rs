@@ -33,16 +33,16 @@ fn the_force_on_a_hand_equals_the_weight_of_the_sheet() {
     let mut borne = DVec3::ZERO;
     for _ in 0..1200 {
         let sheet = &world.sheets()[0];
-        borne += 0.5 * sheet.pulls()[first].force(&sheet.x);
+        borne += 0.5 * sheet.pulls()[first].force(&sheet.state.x);
         world.step();
         let sheet = &world.sheets()[0];
-        borne += 0.5 * sheet.pulls()[first].force(&sheet.x);
+        borne += 0.5 * sheet.pulls()[first].force(&sheet.state.x);
     }
     let expected = DVec3::Y * weight + (momentum(&world) - before) / 5.0;
     let mean = borne / 1200.0;
     assert!(mean.distance(expected) < 2e-3 * weight, "{mean} N, and {expected} N by momentum");
     let sheet = &world.sheets()[0];
-    assert!(begin.y - sheet.pulls()[first].point(&sheet.x).y < 3.0 * weight / 500.0);
+    assert!(begin.y - sheet.pulls()[first].point(&sheet.state.x).y < 3.0 * weight / 500.0);
     // A stiff spring within one step: the point is at the hand.
     let sheet = &mut world.sheets_mut()[0];
     let second = sheet.grab((0.1, 0.1), 1e7).expect("taken");
@@ -50,7 +50,7 @@ fn the_force_on_a_hand_equals_the_weight_of_the_sheet() {
     sheet.pull(second, place).expect("pulled");
     world.advance(1.0);
     let sheet = &mut world.sheets_mut()[0];
-    assert!(world_is_sound(sheet) && sheet.pulls()[second].point(&sheet.x).distance(place) < 1e-6);
+    assert!(world_is_sound(sheet) && sheet.pulls()[second].point(&sheet.state.x).distance(place) < 1e-6);
     assert!(sheet.release_grab(first) && sheet.release_grab(0) && !sheet.release_grab(0) && sheet.pulls().is_empty());
     let before = sheet.centre_of_mass().y;
     world.advance(0.1);
@@ -58,7 +58,7 @@ fn the_force_on_a_hand_equals_the_weight_of_the_sheet() {
 }
 
 fn world_is_sound(sheet: &sheetwork::sheet::Sheet) -> bool {
-    sheet.status == sheetwork::sheet::Status::Awake && sheet.x.max_squared().is_finite()
+    sheet.state.status == sheetwork::sheet::Status::Awake && sheet.state.x.max_squared().is_finite()
 }
 
 #[test]

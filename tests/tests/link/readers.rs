@@ -33,14 +33,14 @@ fn a_reader_receives_the_world_and_a_game_without_readers_writes_nothing() {
         assert_eq!((header.step_time, header.complete), (2e-3, u32::from(complete)));
         let (seen, sheet) = (view.sheet("strip").expect("there"), &game.world.sheets()[0]);
         assert_eq!((seen.header().grid, seen.header().structure()), ([9, 1, 5], "shell"));
-        assert!(seen.positions().iter().zip(sheet.x.iter()).all(|(p, x)| *p == x.as_vec3().to_array()));
+        assert!(seen.positions().iter().zip(sheet.state.x.iter()).all(|(p, x)| *p == x.as_vec3().to_array()));
         let energy = sheet.energy(game.world.gravity());
         assert_eq!(seen.header().energy[3] == energy.total, complete);
         assert!(frames.next().expect("sound").is_none());
     }
     // No event at first; then the sheet becomes unstable.
     assert!(events.next().expect("readable").is_none());
-    game.world.sheets_mut()[0].v.set(44, glam::DVec3::splat(f64::NAN));
+    game.world.sheets_mut()[0].state.v.set(44, glam::DVec3::splat(f64::NAN));
     game.world.step();
     link.exchange(&mut game, 2e-3);
     let event = events.next().expect("readable").expect("it went unstable");

@@ -71,7 +71,7 @@ fn fracture_updates_the_topology_and_a_reset_restores_it() {
         let (sheet, mesh) = (&game.world.sheets()[0], topology.sheet("strip").expect("there"));
         assert_eq!(mesh.open, sheet.open_cells().expect("it can open"), "step {step}");
         assert_eq!(mesh.cells, (8, 4));
-        let drawn = sheet.surface(0, 1).expect("drawn").mesh(&sheet.x);
+        let drawn = sheet.surface(0, 1).expect("drawn").mesh(&sheet.state.x);
         assert_eq!(mesh.triangles, drawn.indices, "step {step}");
         // Cut edges do not contribute to strain.
         let view = frame.view().expect("sound");

@@ -27,8 +27,8 @@ impl SheetState {
             centre: sheet.centre_of_mass().as_vec3(),
             velocity: (sheet.momentum() / sheet.total_mass()).as_vec3(),
             contacts: sheet.touching().iter().filter(|t| **t).count() as u32,
-            asleep: sheet.status == Status::Asleep,
-            unstable: matches!(sheet.status, Status::Unstable { .. } | Status::Frozen { .. }),
+            asleep: sheet.state.status == Status::Asleep,
+            unstable: matches!(sheet.state.status, Status::Unstable { .. } | Status::Frozen { .. }),
             temperature: sheet.heat().map(|h| h.range()).map(|(low, high)| (low as f32, high as f32)),
         }
     }

@@ -90,7 +90,7 @@ pub(crate) fn insert_sheet(
         delay(&mut pin.path, world.time());
     }
     let name = world.add_sheet(&spec)?;
-    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::from_sheet(s))).unwrap_or_default();
+    let (x, state) = world.sheet(&name).map(|s| (s.state.x.clone(), SheetState::from_sheet(s))).unwrap_or_default();
     Ok((SheetMotion::new(name, world.generation(), built_from.clone(), world.time(), &x), state))
 }
 
@@ -147,8 +147,8 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         running.set_drag(new.drag.0, new.drag.1)?;
         running.set_flexion_limit(new.flexion_limit)
     });
-    running.friction = new.friction.unwrap_or(defaults.friction).clamp(0.0, 10.0);
-    running.restitution = new.restitution.unwrap_or(defaults.restitution).clamp(0.0, 1.0);
+    running.parameters.friction = new.friction.unwrap_or(defaults.friction).clamp(0.0, 10.0);
+    running.parameters.restitution = new.restitution.unwrap_or(defaults.restitution).clamp(0.0, 1.0);
     running.wake();
     if let Err(problem) = changed {
         warn!("{}: {problem}", motion.name());

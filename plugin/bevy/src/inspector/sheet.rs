@@ -59,7 +59,7 @@ fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
 
 fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     let Some(sheet) = access.world().sheets().get(index) else { return };
-    let (friction, restitution, pressure) = (sheet.friction, sheet.restitution, sheet.pressure());
+    let (friction, restitution, pressure) = (sheet.parameters.friction, sheet.parameters.restitution, sheet.pressure());
     let path = |name: &str| format!("sheets.{index}.{name}");
     let about = "Coulomb friction coefficient of the sheet; a contact uses the mean of both surfaces";
     parameter_row(

@@ -298,7 +298,7 @@ mod tests {
         let mut world = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
         let still = SheetColour::Speed.scale(&world).expect("a sheet");
         assert_eq!((still.low, still.high, still.unit), (0.0, 1e-3, "m/s"));
-        world.sheets_mut()[0].v.set(0, bevy::math::DVec3::new(0.0, 0.3, 0.0));
+        world.sheets_mut()[0].state.v.set(0, bevy::math::DVec3::new(0.0, 0.3, 0.0));
         let scale = SheetColour::Speed.scale(&world).expect("a sheet");
         assert_eq!(scale.high, 0.5);
         let sheet = &world.sheets()[0];

@@ -10,7 +10,7 @@ pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
     let mut see = |a: u32, b: u32, rest: f64| {
         let (a, b) = (a as usize, b as usize);
         if rest > 0.0 {
-            let strain = 100.0 * (sheet.x.get(a).distance(sheet.x.get(b)) / rest - 1.0).abs();
+            let strain = 100.0 * (sheet.state.x.get(a).distance(sheet.state.x.get(b)) / rest - 1.0).abs();
             out[a] = out[a].max(strain);
             out[b] = out[b].max(strain);
         }
@@ -18,14 +18,14 @@ pub fn stretch(sheet: &Sheet, out: &mut Vec<f64>) {
     let springs = sheet.springs();
     for i in 0..springs.len() {
         let (a, b) = (springs.a[i], springs.b[i]);
-        if sheet.layer_of[a as usize] == sheet.layer_of[b as usize] {
+        if sheet.model.layer_of[a as usize] == sheet.model.layer_of[b as usize] {
             see(a, b, springs.rest[i]);
         }
     }
     if springs.is_empty() {
         let (length, width) = sheet.rest_size();
         for [a, b] in sheet.edges() {
-            let (p, q) = (sheet.uv[a as usize], sheet.uv[b as usize]);
+            let (p, q) = (sheet.model.uv[a as usize], sheet.model.uv[b as usize]);
             see(a, b, ((q.0 - p.0) * length).hypot((q.1 - p.1) * width));
         }
     }
@@ -37,18 +37,18 @@ pub fn bending(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
     out.resize(sheet.node_count(), 0.0);
     let mut normals = vec![DVec3::ZERO; sheet.node_count()];
-    let triangles = match &sheet.triangles {
+    let triangles = match &sheet.model.triangles {
         Some(all) => all.clone(),
-        None => sheet.layers.iter().flat_map(|layer| layer.triangles()).collect(),
+        None => sheet.model.layers.iter().flat_map(|layer| layer.triangles()).collect(),
     };
     for corners in triangles {
-        let [p, q, r] = corners.map(|i| sheet.x.get(i as usize));
+        let [p, q, r] = corners.map(|i| sheet.state.x.get(i as usize));
         let normal = (q - p).cross(r - p);
         corners.iter().for_each(|i| normals[*i as usize] += normal);
     }
     for [a, b] in sheet.edges() {
         let (a, b) = (a as usize, b as usize);
-        let along = sheet.x.get(b) - sheet.x.get(a);
+        let along = sheet.state.x.get(b) - sheet.state.x.get(a);
         let turn = normals[b].normalize_or_zero() - normals[a].normalize_or_zero();
         let squared = along.length_squared();
         if squared > 0.0 {
@@ -70,7 +70,7 @@ pub fn contact(sheet: &Sheet, gravity: DVec3, out: &mut Vec<f64>) {
 /// Speed of each node, m/s.
 pub fn speed(sheet: &Sheet, out: &mut Vec<f64>) {
     out.clear();
-    out.extend(sheet.v.iter().map(DVec3::length));
+    out.extend(sheet.state.v.iter().map(DVec3::length));
 }
 
 #[cfg(test)]
@@ -97,9 +97,9 @@ mod tests {
             }
             let sheet = &mut world.sheets_mut()[0];
             for i in 0..sheet.node_count() {
-                let p = sheet.x.get(i);
-                sheet.x.set(i, DVec3::new(1.02 * p.x, p.y, p.z));
-                sheet.v.set(i, DVec3::new(3.0, 0.0, 4.0));
+                let p = sheet.state.x.get(i);
+                sheet.state.x.set(i, DVec3::new(1.02 * p.x, p.y, p.z));
+                sheet.state.v.set(i, DVec3::new(3.0, 0.0, 4.0));
             }
             stretch(sheet, &mut out);
             assert!(out.iter().all(|v| (v - 2.0).abs() < 1e-6 || *v <= 2.0), "{structure}: {out:?}");
@@ -115,9 +115,9 @@ mod tests {
         let sheet = &mut world.sheets_mut()[0];
         let radius = 0.2;
         for i in 0..sheet.node_count() {
-            let p = sheet.x.get(i);
+            let p = sheet.state.x.get(i);
             let angle = p.x / radius;
-            sheet.x.set(i, DVec3::new(radius * angle.sin(), radius * angle.cos(), p.z));
+            sheet.state.x.set(i, DVec3::new(radius * angle.sin(), radius * angle.cos(), p.z));
         }
         let mut out = Vec::new();
         bending(sheet, &mut out);

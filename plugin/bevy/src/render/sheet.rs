@@ -103,7 +103,7 @@ impl DisplayedSheet {
             layer: display.layer,
             smoothing: display.smoothing,
             masses: motion.positions().len(),
-            grid: sheet.grid,
+            grid: sheet.model.grid,
             opening: sheet.opening_revision(),
             reach,
             clearance,
@@ -117,7 +117,7 @@ impl DisplayedSheet {
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
     fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
         (self.layer, self.smoothing, self.masses, self.grid, self.coloured, self.opening)
-            == (display.layer, display.smoothing, nodes, sheet.grid, coloured, sheet.opening_revision())
+            == (display.layer, display.smoothing, nodes, sheet.model.grid, coloured, sheet.opening_revision())
     }
 }
 
@@ -162,14 +162,14 @@ pub(super) fn insert_meshes(
 /// Displayed surface of a sheet and its spline segments per cell.
 fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(DrawingSurface, u32)> {
     let index = match display.layer {
-        SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
+        SheetLayer::Top => sheet.model.layers.len().checked_sub(1)?,
         SheetLayer::Bottom => 0,
     };
     // A sheet with open cells is displayed by its own triangles.
-    let parts = match &sheet.triangles {
+    let parts = match &sheet.model.triangles {
         _ if sheet.open_count() > 0 => 1,
         Some(triangles) => subdivisions(triangles.len(), display.smoothing),
-        None => segments_per_cell(sheet.layers.get(index)?, display.smoothing),
+        None => segments_per_cell(sheet.model.layers.get(index)?, display.smoothing),
     };
     Some((sheet.surface(index, parts)?, parts))
 }

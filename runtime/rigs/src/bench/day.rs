@@ -200,7 +200,7 @@ fn cycle_of(
     for second in 0..CYCLE {
         if second == 0 || second == CYCLE / 2 {
             if second == 0 {
-                let tip = world.sheets()[0].x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+                let tip = world.sheets()[0].state.x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
                 seen.tip = (seen.tip.0.min(tip), seen.tip.1.max(tip));
             }
             world.set_oven(Some(OvenSpec { temperature: WARM, on: second == 0, ..OvenSpec::default() }))?;
@@ -242,7 +242,7 @@ fn kick(world: &mut World, draw: &mut u64) {
     for i in 0..sheet.node_count() {
         let way = DVec3::new(next(), next(), next());
         if !sheet.is_held(i) {
-            sheet.v.set(i, sheet.v.get(i) + way);
+            sheet.state.v.set(i, sheet.state.v.get(i) + way);
         }
     }
 }

@@ -106,7 +106,7 @@ impl Detail {
             if budget == 0.0 && without.0.len() == CALIBRATION_STEPS {
                 budget = self.budget * without.percentile(0.5);
             }
-            let grids = |world: &World| world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>();
+            let grids = |world: &World| world.sheets().iter().map(|s| s.model.grid).collect::<Vec<_>>();
             let there = grids(&kept);
             let real = with.step(&mut kept);
             let now = grids(&kept);
@@ -137,7 +137,7 @@ impl Detail {
         let within = with.later().iter().filter(|t| **t <= budget).count() as f64 / with.later().len().max(1) as f64;
         let mut grids = std::collections::BTreeMap::new();
         for sheet in kept.sheets() {
-            *grids.entry(sheet.grid.0).or_insert(0_u32) += 1;
+            *grids.entry(sheet.model.grid.0).or_insert(0_u32) += 1;
         }
         if self.json {
             return print_json(&json!({
@@ -190,11 +190,11 @@ impl Detail {
                 (0..20).for_each(|_| _ = world.step());
                 let mut least = f64::INFINITY;
                 for _ in 0..20 {
-                    let before = world.sheets()[0].counters.evaluations;
+                    let before = world.sheets()[0].state.counters.evaluations;
                     let start = ThreadTime::now();
                     (0..10).for_each(|_| _ = world.step());
                     let taken = 1e9 * start.elapsed().as_secs_f64();
-                    let solves = world.sheets()[0].counters.evaluations - before;
+                    let solves = world.sheets()[0].state.counters.evaluations - before;
                     least = least.min(taken / solves.max(1) as f64);
                 }
                 let model = sheetwork::world::lod_cost::cost_of(n as usize * n as usize, engine.info().implicit);

@@ -157,19 +157,21 @@ impl Scenes {
                 return SceneOutcome::Short(format!("cut short at {:.3} s", world.time()));
             }
         }
-        let is_sound = |s: &sheetwork::sheet::Sheet| s.x.iter().chain(s.v.iter()).all(DVec3::is_finite);
+        let is_sound = |s: &sheetwork::sheet::Sheet| s.state.x.iter().chain(s.state.v.iter()).all(DVec3::is_finite);
         if let Some(sheet) = world.sheets().iter().find(|s| !is_sound(s)) {
             return SceneOutcome::Broken(format!("{} holds what is no number", sheet.name));
         }
         match world.unstable() {
             Some(sheet) => {
-                let Status::Unstable { time, speed, .. } = sheet.status else { return SceneOutcome::Well };
+                let Status::Unstable { time, speed, .. } = sheet.state.status else { return SceneOutcome::Well };
                 SceneOutcome::Unstable(format!(
                     "{} ({}) unstable at {time:.4} s, {speed:.3e} m/s",
-                    sheet.name, sheet.structure
+                    sheet.name, sheet.model.structure
                 ))
             }
-            None if world.sheets().iter().any(|s| matches!(s.status, Status::Frozen { .. })) => SceneOutcome::Frozen,
+            None if world.sheets().iter().any(|s| matches!(s.state.status, Status::Frozen { .. })) => {
+                SceneOutcome::Frozen
+            }
             None if world.events().iter().any(|e| e.kind == EventKind::Contained) => SceneOutcome::Contained,
             None => SceneOutcome::Well,
         }

@@ -65,9 +65,9 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
 fn stands_at(flat: &mut World, free: &mut World, g: f64, setup: &Setup, solves: &mut u32) -> Result<bool, InputError> {
     flat.set_gravity_unbounded(glam::DVec3::new(0.0, 0.0, -g));
     *solves += flat.find_equilibrium(1e-12 * setup.length).iter().map(|e| e.solves).sum::<u32>();
-    let x = flat.sheets()[0].x.clone();
+    let x = flat.sheets()[0].state.x.clone();
     let sheet = &mut free.sheets_mut()[0];
-    sheet.x.copy_from(&x);
+    sheet.state.x.copy_from(&x);
     *solves += 1;
     Ok(sheet.is_stable())
 }

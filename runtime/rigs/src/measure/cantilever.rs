@@ -22,7 +22,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world(&scene)?);
     let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let edge = FreeEdge::new(sheet, &sheet.x);
+    let edge = FreeEdge::new(sheet, &sheet.state.x);
     let (root, size) = (scene.sheets[0].placement.position, scene.sheets[0].size.0);
     let drop = root.y - edge.middle.y;
     let reference = (setup.material.poisson == 0.0).then(|| {

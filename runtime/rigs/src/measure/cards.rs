@@ -163,5 +163,5 @@ fn house(setup: &Setup) -> Result<RigOutcome, InputError> {
 
 /// Height of the highest node, m.
 fn top(world: &World) -> f64 {
-    world.sheets().iter().flat_map(|s| s.x.y.iter().copied()).fold(0.0, f64::max)
+    world.sheets().iter().flat_map(|s| s.state.x.y.iter().copied()).fold(0.0, f64::max)
 }

@@ -40,7 +40,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut exchange = Exchange::default();
     exchange.clear(sheet.node_count());
     let mut celsius = vec![0.0; sheet.node_count()];
-    for i in (0..sheet.node_count()).filter(|i| sheet.uv[*i].0 <= 1e-9) {
+    for i in (0..sheet.node_count()).filter(|i| sheet.model.uv[*i].0 <= 1e-9) {
         exchange.convection[i] = EDGE_CONVECTION_FACTOR * material.conductivity * material.thickness;
         exchange.supply[i] = exchange.convection[i];
         celsius[i] = 1.0;
@@ -48,12 +48,12 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let start = cpu_time::ProcessTime::now();
     (0..steps as u64).for_each(|_| stepper.advance(&mut celsius, &exchange, dt));
     let cpu = start.elapsed().as_secs_f64();
-    let row: Vec<usize> = match sheet.layers.first().filter(|_| sheet.triangles.is_none()) {
+    let row: Vec<usize> = match sheet.model.layers.first().filter(|_| sheet.model.triangles.is_none()) {
         Some(layer) => (0..layer.nx).map(|i| layer.at(i, layer.nz / 2) as usize).collect(),
         None => return Err(InputError::new("outlined", "the profile is along a row of a grid")),
     };
     let profile: Vec<f64> = row.iter().map(|i| celsius[*i]).collect();
-    let places: Vec<f64> = row.iter().map(|i| sheet.uv[*i].0).collect();
+    let places: Vec<f64> = row.iter().map(|i| sheet.model.uv[*i].0).collect();
     let before = stepper.heat(&celsius);
     exchange.clear(sheet.node_count());
     (0..INSULATED_STEPS).for_each(|_| stepper.advance(&mut celsius, &exchange, dt));

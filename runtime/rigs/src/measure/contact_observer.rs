@@ -52,7 +52,7 @@ impl ContactObserver {
         Self {
             solids,
             faces: world.sheets().iter().map(overlap::faces).collect(),
-            places: world.sheets().iter().map(|s| s.x.clone()).collect(),
+            places: world.sheets().iter().map(|s| s.state.x.clone()).collect(),
             looked: world.time(),
             start: energy(world),
             rise: 0.0,
@@ -99,15 +99,14 @@ impl ContactObserver {
 
     fn observe_rest(&mut self, world: &World, since: f64) {
         let furthest = SLEEP.speed * since;
-        let still =
-            world.sheets().iter().zip(&self.places).all(|(s, before)| {
-                s.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)
-            });
+        let still = world.sheets().iter().zip(&self.places).all(|(s, before)| {
+            s.state.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)
+        });
         self.still_since = if still { self.still_since.or(Some(world.time() - since)) } else { None };
-        let asleep = world.sheets().iter().all(|s| s.status == Status::Asleep);
+        let asleep = world.sheets().iter().all(|s| s.state.status == Status::Asleep);
         self.asleep_at = if asleep { self.asleep_at.or(Some(world.time())) } else { None };
         for (place, sheet) in self.places.iter_mut().zip(world.sheets()) {
-            place.copy_from(&sheet.x);
+            place.copy_from(&sheet.state.x);
         }
     }
 
@@ -128,7 +127,7 @@ impl ContactObserver {
 
     /// JSON keys common to all rigs with contact; `scale` is the energy (J) of the situation.
     pub fn keys(&self, world: &World, scale: f64) -> Map<String, Value> {
-        let contacts: u64 = world.sheets().iter().map(|s| s.counters.contacts).sum();
+        let contacts: u64 = world.sheets().iter().map(|s| s.state.counters.contacts).sum();
         let keys = json!({
             "max_penetration_m": self.surface.max(self.masses).max(self.sheets),
             "max_mass_penetration_m": self.masses,
@@ -171,11 +170,11 @@ pub(crate) fn energy_of_speed(world: &World, speed: f64) -> f64 {
 
 /// Whether a sheet has been in contact so far.
 pub(crate) fn has_touched(world: &World) -> bool {
-    world.sheets().iter().any(|s| s.counters.contacts > 0 || s.touching().contains(&true))
+    world.sheets().iter().any(|s| s.state.counters.contacts > 0 || s.touching().contains(&true))
 }
 
 /// Lowest node of the first sheet above the plane through `on` with this normal, m.
 pub(crate) fn lowest(world: &World, on: DVec3, normal: DVec3) -> f64 {
-    let places = world.sheets().first().into_iter().flat_map(|s| s.x.iter());
+    let places = world.sheets().first().into_iter().flat_map(|s| s.state.x.iter());
     places.map(|p| (p - on).dot(normal)).fold(f64::INFINITY, f64::min)
 }

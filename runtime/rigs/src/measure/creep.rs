@@ -79,7 +79,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
 /// Sag of the free edge below the height `root` (m) of the clamp, m.
 fn sag(world: &World, root: f64) -> f64 {
     let sheet = &world.sheets()[0];
-    root - FreeEdge::new(sheet, &sheet.x).middle.y
+    root - FreeEdge::new(sheet, &sheet.state.x).middle.y
 }
 
 /// Let the strip creep for the time of the set-up. Returns the elapsed time (s) and the largest

@@ -44,7 +44,7 @@ impl CrossingDetector {
             bodies.iter().enumerate().filter_map(|(i, b)| Some((i, OverlapSolid::from_shape(&b.shape)?))).collect();
         let faces = world.sheets().first().map(faces).unwrap_or_default();
         let mut paths = Self { solids, faces, places: Vec::new(), frames: Vec::new(), time: world.time() };
-        let places = world.sheets().first().map_or_else(Vec::new, |sheet| paths.places(&sheet.x));
+        let places = world.sheets().first().map_or_else(Vec::new, |sheet| paths.places(&sheet.state.x));
         (paths.places, paths.frames) = (places, paths.frames(world));
         paths
     }
@@ -56,7 +56,7 @@ impl CrossingDetector {
 
     /// Positions of all points since the last observation, by fraction of the interval.
     fn since(&self, sheet: &Sheet, span: f64) -> Vec<(f64, Vec<DVec3>)> {
-        let last = self.places(&sheet.x);
+        let last = self.places(&sheet.state.x);
         let mut ways = vec![(0.0, self.places.clone())];
         // A sleeping sheet has no stages.
         if let Some(trace) = sheet.recorded_stages().filter(|_| last != self.places && span > 0.0) {

@@ -172,7 +172,7 @@ fn on_box(setup: &Setup) -> Result<Runner, InputError> {
 /// The drawn surface with equal vertices on every grid: the area between the nodes of all rows, and
 /// the whole drawn area. The two differ for triangular layers only.
 fn surfaces(sheet: &Sheet) -> [Vec<DVec3>; 2] {
-    if sheet.triangles.is_some() {
+    if sheet.model.triangles.is_some() {
         let drawn = of_triangles(sheet);
         return [drawn.clone(), drawn];
     }
@@ -182,13 +182,13 @@ fn surfaces(sheet: &Sheet) -> [Vec<DVec3>; 2] {
 
 /// The drawn surface; in a triangular layer without `margin` (fraction of the length) at both ends.
 fn drawn(sheet: &Sheet, margin: f64) -> Vec<DVec3> {
-    let parts = PIECES / (sheet.grid.0 - 1);
+    let parts = PIECES / (sheet.model.grid.0 - 1);
     let Some(surface) = sheet.surface(0, parts) else { return Vec::new() };
-    let mesh = surface.mesh(&sheet.x);
+    let mesh = surface.mesh(&sheet.state.x);
     let points: Vec<DVec3> = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
-    let columns = ((sheet.grid.0 - 1) * parts + 1) as usize;
+    let columns = ((sheet.model.grid.0 - 1) * parts + 1) as usize;
     let alike = columns == PIECES as usize + 1 && points.len() == columns * columns;
-    if alike && !sheet.structure.info().triangular {
+    if alike && !sheet.model.structure.info().triangular {
         points
     } else {
         at_common_places(&points, columns, &mesh.uvs, margin)
@@ -218,7 +218,7 @@ fn at_common_places(points: &[DVec3], columns: usize, uvs: &[[f32; 2]], margin: 
 
 /// The drawn triangles at places over their bounding box; NaN outside of all triangles.
 fn of_triangles(sheet: &Sheet) -> Vec<DVec3> {
-    let drawn = sheet.surface(0, 4).map(|surface| surface.mesh(&sheet.x)).unwrap_or_default();
+    let drawn = sheet.surface(0, 4).map(|surface| surface.mesh(&sheet.state.x)).unwrap_or_default();
     let places = drawn.uvs.iter().map(|p| p.map(f64::from)).collect();
     let Ok(mesh) = TriangleMesh::new(places, drawn.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect()) else {
         return Vec::new();
@@ -243,8 +243,8 @@ fn of_triangles(sheet: &Sheet) -> Vec<DVec3> {
 
 /// Distance between the drawn ends of the sheet and its own ends, m.
 fn inset(sheet: &Sheet) -> f64 {
-    let triangular = sheet.structure.info().triangular;
-    if triangular { 0.25 * sheet.rest_size().0 / (f64::from(sheet.grid.0) - 0.5) } else { 0.0 }
+    let triangular = sheet.model.structure.info().triangular;
+    if triangular { 0.25 * sheet.rest_size().0 / (f64::from(sheet.model.grid.0) - 0.5) } else { 0.0 }
 }
 
 /// Largest distance of points from their best-fit plane, m.
@@ -282,7 +282,7 @@ fn change(world: &mut World, to: u32) -> Result<Value, InputError> {
     let [stayed, _] = surfaces(&world.sheets()[0]);
     world.deserialise(&there)?;
     let (structure, size, drawn_from) =
-        (world.sheets()[0].structure, world.sheets()[0].rest_size(), inset(&world.sheets()[0]));
+        (world.sheets()[0].model.structure, world.sheets()[0].rest_size(), inset(&world.sheets()[0]));
     let grid = (to, isotropic_rows(structure, to, size).unwrap_or(to));
     let clock = std::time::Instant::now();
     world.remap(&name, grid)?;

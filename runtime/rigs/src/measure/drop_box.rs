@@ -58,7 +58,7 @@ fn heights(world: &World) -> (f64, f64) {
     let (mut corners, mut centre) = (0.0, 0.0);
     for sheet in world.sheets() {
         for probe in &sheet.probes {
-            let y = probe.at(&sheet.x).y;
+            let y = probe.at(&sheet.state.x).y;
             if probe.name == "centre" { centre = y } else { corners += 0.25 * y }
         }
     }

@@ -17,11 +17,13 @@ impl FreeEdge {
     /// The edge of `sheet` with its nodes at `x`. The rows of a triangular layer end at two
     /// alternating distances; both kinds of rows have equal weight.
     pub fn new(sheet: &Sheet, x: &Vectors) -> Self {
-        if sheet.triangles.is_some() {
+        if sheet.model.triangles.is_some() {
             return Self::of_mesh(sheet, x);
         }
         let mut sums = [(DVec3::ZERO, 0.0); 2];
-        let Some(bottom) = sheet.layers.first() else { return Self { middle: DVec3::ZERO, corners: DVec3::ZERO } };
+        let Some(bottom) = sheet.model.layers.first() else {
+            return Self { middle: DVec3::ZERO, corners: DVec3::ZERO };
+        };
         let last = bottom.nz - 1;
         let end = |j: u32| x.get(bottom.at(bottom.nx - 1, j) as usize);
         for j in 0..bottom.nz {
@@ -37,14 +39,14 @@ impl FreeEdge {
     /// The edge of a triangle mesh: nodes at u = 1, weighted by half of the distance to each
     /// neighbour.
     fn of_mesh(sheet: &Sheet, x: &Vectors) -> Self {
-        let mut row: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.uv[*i].0 > 1.0 - 1e-9).collect();
-        row.sort_by(|a, b| sheet.uv[*a].1.total_cmp(&sheet.uv[*b].1));
+        let mut row: Vec<usize> = (0..sheet.node_count()).filter(|i| sheet.model.uv[*i].0 > 1.0 - 1e-9).collect();
+        row.sort_by(|a, b| sheet.model.uv[*a].1.total_cmp(&sheet.model.uv[*b].1));
         let (Some(first), Some(last)) = (row.first(), row.last()) else {
             return Self { middle: DVec3::ZERO, corners: DVec3::ZERO };
         };
         let (mut sum, mut length) = (DVec3::ZERO, 0.0);
         for pair in row.windows(2) {
-            let step = sheet.uv[pair[1]].1 - sheet.uv[pair[0]].1;
+            let step = sheet.model.uv[pair[1]].1 - sheet.model.uv[pair[0]].1;
             sum += (x.get(pair[0]) + x.get(pair[1])) * (0.5 * step);
             length += step;
         }

@@ -88,7 +88,7 @@ fn situation(setup: &Setup) -> Result<(Scene, f64), InputError> {
         scene.sheets[0].placement.rotation = DVec3::new(0.0, yaw, setup.angle);
     }
     let sheet = Sheet::build(&scene, 0)?;
-    let lowest = sheet.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let lowest = sheet.state.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     scene.sheets[0].placement.position.y = height + setup.contact_offset()? - lowest;
     Ok((scene, height))
 }

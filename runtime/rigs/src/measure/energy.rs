@@ -36,7 +36,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "energy_gain": (highest - start) / set_free,
         "energy_kept": (last - least) / set_free,
         "set_free_j": set_free,
-        "linear_solves": runner.world.sheets()[0].counters.evaluations,
+        "linear_solves": runner.world.sheets()[0].state.counters.evaluations,
     });
     Ok(runner.outcome(keys))
 }

@@ -106,22 +106,22 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
 fn bend(sheet: &mut Sheet, nx: u32, (start, spacing): (f64, f64), turn: f64) {
     for i in 0..sheet.node_count() {
         let column = i as u32 % nx;
-        let mut place = DVec3::new(start, 0.0, sheet.x.get(i).z);
+        let mut place = DVec3::new(start, 0.0, sheet.state.x.get(i).z);
         for cell in 0..column {
             let angle = turn * f64::from(cell);
             place += DVec3::new(angle.cos(), angle.sin(), 0.0) * spacing;
         }
-        sheet.x.set(i, place);
+        sheet.state.x.set(i, place);
     }
 }
 
 /// Rotation of the end of the middle row, rad: the sum of the angles between its segments.
 fn turned(sheet: &Sheet, nx: u32) -> f64 {
-    let row = sheet.grid.2 / 2 * nx;
+    let row = sheet.model.grid.2 / 2 * nx;
     let mut before = DVec3::X;
     let mut sum = 0.0;
     for i in row..row + nx - 1 {
-        let along = sheet.x.get(i as usize + 1) - sheet.x.get(i as usize);
+        let along = sheet.state.x.get(i as usize + 1) - sheet.state.x.get(i as usize);
         sum += before.cross(along).z.atan2(before.dot(along));
         before = along;
     }

@@ -63,14 +63,16 @@ pub(crate) fn vibrate(setup: &Setup, runner: &mut Runner, mode: &Mode) -> Option
     let speed = AMPLITUDE * setup.material.thickness * mode.omega / largest;
     for i in 0..sheet.node_count() {
         let v = mode.shape.get(i) * speed;
-        sheet.v.set(i, v);
+        sheet.state.v.set(i, v);
     }
-    let rest = sheet.x.clone();
+    let rest = sheet.state.x.clone();
     let amplitude = |sheet: &Sheet| -> f64 {
-        (0..sheet.node_count()).map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.x.get(i) - rest.get(i))).sum()
+        (0..sheet.node_count())
+            .map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.state.x.get(i) - rest.get(i)))
+            .sum()
     };
     let rate = |sheet: &Sheet| -> f64 {
-        (0..sheet.node_count()).map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.v.get(i))).sum()
+        (0..sheet.node_count()).map(|i| sheet.node_mass(i) * mode.shape.get(i).dot(sheet.state.v.get(i))).sum()
     };
     let mut last = (0.0, 0.0, rate(&runner.world.sheets()[0]));
     let mut crossings: Vec<f64> = Vec::new();

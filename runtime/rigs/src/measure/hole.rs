@@ -39,7 +39,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
     let rim = rim(sheet, radius, side);
-    let sag = rim.iter().map(|m| -sheet.x.get(*m as usize).y).sum::<f64>() / rim.len().max(1) as f64;
+    let sag = rim.iter().map(|m| -sheet.state.x.get(*m as usize).y).sum::<f64>() / rim.len().max(1) as f64;
     let keys = json!({
         "boundary": if setup.boundary == Boundary::Cantilever { "clamped" } else { setup.boundary.name() },
         "length_m": side,
@@ -61,7 +61,7 @@ fn support(scene: &mut Scene, setup: &Setup) -> Result<(), InputError> {
     let world = setup.world(scene)?;
     let sheet = &world.sheets()[0];
     let nearest = |u: f64, v: f64| {
-        let distance = |i: &usize| (sheet.uv[*i].0 - u).powi(2) + (sheet.uv[*i].1 - v).powi(2);
+        let distance = |i: &usize| (sheet.model.uv[*i].0 - u).powi(2) + (sheet.model.uv[*i].1 - v).powi(2);
         (0..sheet.node_count()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0) as u32
     };
     let (left, back) = (nearest(0.0, 0.5), nearest(0.5, 0.0));
@@ -78,8 +78,8 @@ fn support(scene: &mut Scene, setup: &Setup) -> Result<(), InputError> {
 /// Nodes on the rim of the hole.
 fn rim(sheet: &Sheet, radius: f64, side: f64) -> Vec<u32> {
     let away = |i: u32| {
-        let (u, v) = sheet.uv[i as usize];
+        let (u, v) = sheet.model.uv[i as usize];
         (((u - 0.5) * side).hypot((v - 0.5) * side) - radius).abs()
     };
-    (0..sheet.node_count() as u32).filter(|i| sheet.border[*i as usize] && away(*i) < 1e-3 * radius).collect()
+    (0..sheet.node_count() as u32).filter(|i| sheet.model.border[*i as usize] && away(*i) < 1e-3 * radius).collect()
 }

@@ -85,7 +85,7 @@ fn velocity(setup: &Setup) -> DVec3 {
 
 fn throw_ball(setup: &Setup, scene: &mut Scene) -> Result<(), InputError> {
     let sheet = Sheet::build(scene, 0)?;
-    let top = sheet.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
+    let top = sheet.state.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
     let place = DVec3::new(0.2 * setup.length, top + RADIUS + APART, 0.15 * setup.width);
     let ball = body("ball", Shape::Ball(RADIUS), place);
     scene.bodies.push(BodySpec { density: Some(DENSITY), velocity: velocity(setup), ..ball });
@@ -98,7 +98,7 @@ fn throw_sheet(setup: &Setup, scene: &mut Scene) -> Result<(), InputError> {
     let placement = Placement { position: DVec3::ZERO, rotation };
     let velocity = velocity(setup);
     scene.sheets.push(SheetSpec { name: "striker".into(), size, placement, velocity, ..first.clone() });
-    let bounds = |index: usize| Sheet::build(scene, index).map(|s| s.x.bounds().unwrap_or_default());
+    let bounds = |index: usize| Sheet::build(scene, index).map(|s| s.state.x.bounds().unwrap_or_default());
     let ((_, top), (bottom, _)) = (bounds(0)?, bounds(1)?);
     let height = top.y - bottom.y + 2.0 * setup.contact_offset()? + APART;
     scene.sheets[1].placement.position = DVec3::new(0.1 * setup.length, height, 0.05 * setup.width);

@@ -71,9 +71,9 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         watch.observe_step(world);
         true
     };
-    runner.world.sheets_mut()[0].friction = STICKING_FRICTION;
+    runner.world.sheets_mut()[0].parameters.friction = STICKING_FRICTION;
     runner.run(times.settling, &mut see);
-    runner.world.sheets_mut()[0].friction = setup.friction;
+    runner.world.sheets_mut()[0].parameters.friction = setup.friction;
     let place = |world: &World| lower_place(&world.sheets()[0], down);
     let along = |world: &World| world.sheets()[0].centre_of_mass().dot(down);
     runner.run(times.before, &mut see);
@@ -108,7 +108,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
 
 /// Speed of a sleeping sheet, m/s; `None` if it does not fall asleep.
 fn creep_asleep(runner: &mut Runner, place: &dyn Fn(&World) -> f64) -> Option<f64> {
-    let asleep = |world: &World| world.sheets().iter().all(|s| s.status == Status::Asleep);
+    let asleep = |world: &World| world.sheets().iter().all(|s| s.state.status == Status::Asleep);
     runner.world.set_sleep(true);
     runner.run(SLEEP_TIMEOUT, |world| !asleep(world));
     if !asleep(&runner.world) {
@@ -121,9 +121,9 @@ fn creep_asleep(runner: &mut Runner, place: &dyn Fn(&World) -> f64) -> Option<f6
 
 /// Mean position of the bottom layer along `down`, m.
 fn lower_place(sheet: &Sheet, down: DVec3) -> f64 {
-    let masses = sheet.layers.first().map_or(0..0, LatticeLayer::range);
+    let masses = sheet.model.layers.first().map_or(0..0, LatticeLayer::range);
     let count = masses.len().max(1) as f64;
-    masses.map(|i| sheet.x.get(i).dot(down)).sum::<f64>() / count
+    masses.map(|i| sheet.state.x.get(i).dot(down)).sum::<f64>() / count
 }
 
 /// Least-squares line through points, which averages oscillations.

@@ -49,7 +49,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
     for i in 0..sheet.node_count() {
         if !sheet.is_held(i) {
             let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)) * speed;
-            sheet.v.set(i, v);
+            sheet.state.v.set(i, v);
         }
     }
     let start = sheet.energy(scene.gravity);
@@ -63,7 +63,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         }
         highest = highest.max(world.sheets()[0].energy(scene.gravity).total - start.total);
     }
-    let counters = world.sheets()[0].counters;
+    let counters = world.sheets()[0].state.counters;
     Ok(Kick {
         index,
         what,
@@ -72,7 +72,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         energy_ratio: 1.0 + highest / (start.kinetic + start.elastic + weight * length).max(f64::MIN_POSITIVE),
         guarded: (counters.guarded, 2 * counters.accepted),
         solves: counters.evaluations,
-        unstable: world.unstable().map(|s| format!("{:?}", s.status)),
+        unstable: world.unstable().map(|s| format!("{:?}", s.state.status)),
     })
 }
 

@@ -35,8 +35,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world(&scene)?);
     let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
-    let height = |i: u32, j: u32| -sheet.x.get(bottom.at(i, j) as usize).y;
+    let Some(bottom) = sheet.model.layers.first() else { return Ok(runner.outcome(json!({}))) };
+    let height = |i: u32, j: u32| -sheet.state.x.get(bottom.at(i, j) as usize).y;
     let (right, front) = (bottom.nx - 1, bottom.nz - 1);
     let corner = (height(0, 0) + height(right, 0) + height(0, front) + height(right, front)) / 4.0;
     // The middle of an edge, interpolated between two nodes for an even number of nodes.

@@ -26,8 +26,11 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut extreme = None;
     runner.run(PERIODS * setup.period(), |world| {
         let sheet = &world.sheets()[0];
-        let now =
-            (world.time(), start - FreeEdge::new(sheet, &sheet.x).middle.y, -FreeEdge::new(sheet, &sheet.v).middle.y);
+        let now = (
+            world.time(),
+            start - FreeEdge::new(sheet, &sheet.state.x).middle.y,
+            -FreeEdge::new(sheet, &sheet.state.v).middle.y,
+        );
         if last.2 > 0.0 && now.2 <= 0.0 {
             extreme = Some(turning_point(last, now));
         }

@@ -55,7 +55,7 @@ impl Runner {
             quiet < 0.5
         });
         self.settled = Some(quiet >= 0.5);
-        self.world.sheets()[0].counters.evaluations
+        self.world.sheets()[0].state.counters.evaluations
     }
 
     pub fn outcome(self, keys: Value) -> RigOutcome {

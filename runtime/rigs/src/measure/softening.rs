@@ -27,7 +27,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(world);
     runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let edge = FreeEdge::new(sheet, &sheet.x);
+    let edge = FreeEdge::new(sheet, &sheet.state.x);
     let drop = scene.sheets[0].placement.position.y - edge.middle.y;
     let keys = json!({
         "celsius": celsius,

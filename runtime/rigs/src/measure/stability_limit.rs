@@ -301,7 +301,7 @@ fn throw_is_unstable(world: &mut World, dt: f64) -> bool {
     let steps = ((THROW / dt).ceil() as u32).max(100);
     for _ in 0..steps {
         world.step();
-        if world.sheets()[0].status != Status::Awake {
+        if world.sheets()[0].state.status != Status::Awake {
             return true;
         }
     }
@@ -314,7 +314,7 @@ fn small_motion_grows(world: &mut World, still: f64) -> bool {
     for sheet in world.sheets_mut() {
         for i in 0..sheet.node_count() {
             let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
-            sheet.v.set(i, v * INITIAL_SPEED);
+            sheet.state.v.set(i, v * INITIAL_SPEED);
         }
         remove_rigid_motion(sheet);
     }
@@ -324,7 +324,7 @@ fn small_motion_grows(world: &mut World, still: f64) -> bool {
     let (mut early, mut late) = (0.0_f64, 0.0_f64);
     for step in 0..STEPS {
         world.step();
-        if world.sheets()[0].status != Status::Awake {
+        if world.sheets()[0].state.status != Status::Awake {
             return true;
         }
         if step % ENERGY_CHECK_INTERVAL != 0 {
@@ -347,17 +347,17 @@ fn small_motion_grows(world: &mut World, still: f64) -> bool {
 /// neither grows nor decays and would hide slow growth.
 fn remove_rigid_motion(sheet: &mut Sheet) {
     let n = sheet.node_count() as f64;
-    let (middle, speed) = (sheet.x.iter().sum::<DVec3>() / n, sheet.v.iter().sum::<DVec3>() / n);
+    let (middle, speed) = (sheet.state.x.iter().sum::<DVec3>() / n, sheet.state.v.iter().sum::<DVec3>() / n);
     let (mut inertia, mut momentum) = (DMat3::ZERO, DVec3::ZERO);
-    for (x, v) in sheet.x.iter().zip(sheet.v.iter()) {
+    for (x, v) in sheet.state.x.iter().zip(sheet.state.v.iter()) {
         let r = x - middle;
         inertia += DMat3::from_diagonal(DVec3::splat(r.length_squared())) - DMat3::from_cols(r * r.x, r * r.y, r * r.z);
         momentum += r.cross(v - speed);
     }
     let spin = inertia.inverse() * momentum;
     for i in 0..sheet.node_count() {
-        let r = sheet.x.get(i) - middle;
-        sheet.v.set(i, sheet.v.get(i) - speed - spin.cross(r));
+        let r = sheet.state.x.get(i) - middle;
+        sheet.state.v.set(i, sheet.state.v.get(i) - speed - spin.cross(r));
     }
 }
 

@@ -24,7 +24,7 @@ const REST_TIMEOUT: f64 = 5.0;
 fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut scene = setup.scene();
     let sheet = Sheet::build(&scene, 0)?;
-    let (low, high) = sheet.x.bounds().unwrap_or_default();
+    let (low, high) = sheet.state.x.bounds().unwrap_or_default();
     let half = setup.contact_offset()?;
     let pitch = high.y - low.y + 2.0 * half + APART;
     let spec = scene.sheets[0].clone();

@@ -37,8 +37,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world(&scene)?);
     let solves = runner.bring_to_rest(setup);
     let sheet = &runner.world.sheets()[0];
-    let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
-    let place = |i: u32, j: u32| sheet.x.get(bottom.at(i, j) as usize);
+    let Some(bottom) = sheet.model.layers.first() else { return Ok(runner.outcome(json!({}))) };
+    let place = |i: u32, j: u32| sheet.state.x.get(bottom.at(i, j) as usize);
     let (right, front) = (bottom.nx - 1, bottom.nz - 1);
     // Interpolated between two nodes for an even number of nodes.
     let middle = |j: u32| 0.5 * (place(right / 2, j).y + place(right.div_ceil(2), j).y);

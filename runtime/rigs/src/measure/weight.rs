@@ -97,7 +97,7 @@ fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
 fn bridge(setup: &Setup) -> Result<World, InputError> {
     let mut scene = setup.scene();
     scene.sheets[0].pins.extend([PinSpec::fixed(Region::Left), PinSpec::fixed(Region::Right)]);
-    let top = Sheet::build(&scene, 0)?.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
+    let top = Sheet::build(&scene, 0)?.state.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.contact_offset()?;
     let size = DVec3::new(1.0, BOX_HEIGHT_RATIO, 1.0) * setup.box_side;
     let block = body("box", Shape::Box(size), DVec3::Y * (top + 0.5 * size.y));
     scene.bodies.push(BodySpec { mass: Some(BOX_MASS), ..block });

@@ -68,12 +68,12 @@ impl CollisionSurface {
     /// Collision surface of a sheet in its present state, which is taken as its rest state.
     pub fn from_sheet(sheet: &Sheet) -> Self {
         let offset = sheet.contact_offset();
-        match &sheet.triangles {
-            Some(triangles) => Self::new(triangles, &sheet.x, offset, false),
+        match &sheet.model.triangles {
+            Some(triangles) => Self::new(triangles, &sheet.state.x, offset, false),
             None => {
-                let count = sheet.layers.len();
+                let count = sheet.model.layers.len();
                 let whole = sheet.open_cell_set().is_none();
-                let mut skin = Self::new(&outer_triangles(sheet), &sheet.x, offset, count == 1 && whole);
+                let mut skin = Self::new(&outer_triangles(sheet), &sheet.state.x, offset, count == 1 && whole);
                 skin.is_multilayer = count > 1;
                 skin.update_detached(sheet);
                 skin
@@ -85,7 +85,7 @@ impl CollisionSurface {
     pub fn rebuild_open(&mut self, sheet: &Sheet) {
         let mut rest = Vectors::default();
         self.rest.iter().for_each(|p| rest.push(*p));
-        let rectangle = sheet.layers.len() == 1 && sheet.open_cell_set().is_none();
+        let rectangle = sheet.model.layers.len() == 1 && sheet.open_cell_set().is_none();
         let (stack, revision) = (self.is_multilayer, self.revision + 1);
         *self = Self {
             is_multilayer: stack,
@@ -222,8 +222,8 @@ fn checksum_of(rest: &[DVec3], offset: f64) -> u32 {
 
 /// Triangles of closed cells of the lowest and the highest layer.
 fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
-    let count = sheet.layers.len();
-    let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
+    let count = sheet.model.layers.len();
+    let outer = sheet.model.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
     sheet.closed_triangles(outer.flat_map(|(_, layer)| layer.triangles()).collect())
 }
 

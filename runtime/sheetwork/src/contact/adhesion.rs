@@ -42,7 +42,7 @@ fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
 /// Call `push` for every bond force of `sheets` on a dynamic body, with the body's index, force
 /// (N) and point in its frame (m).
 pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3)) {
-    for stuck in sheets.iter().filter_map(|sheet| sheet.work.adhesion.as_ref()) {
+    for stuck in sheets.iter().filter_map(|sheet| sheet.state.adhesion.as_ref()) {
         stuck.on_bodies.iter().for_each(|(body, force, at)| push(*body, *force, *at));
     }
 }
@@ -56,11 +56,11 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, aro
     }
     for sheet in sheets.iter_mut() {
         let masses = sheet.node_count();
-        sheet.work.adhesion.get_or_insert_default().begin(masses);
+        sheet.state.adhesion.get_or_insert_default().begin(masses);
     }
     scratch.for_each_closed(|contact, _| {
         if let Some((sheet, mass, _)) = node_contact(contact)
-            && let Some(stuck) = &mut sheets[sheet as usize].work.adhesion
+            && let Some(stuck) = &mut sheets[sheet as usize].state.adhesion
         {
             stuck.has_contact(mass, towards(contact));
         }
@@ -70,7 +70,7 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, aro
         let Some((sheet, mass, _)) = node_contact(contact) else { return };
         let Some(force) = bond_force(sheets, contact, &mut suspension) else { return };
         apply_bond(sheets, contact, force, bodies, around);
-        if let Some(stuck) = &mut sheets[sheet as usize].work.adhesion {
+        if let Some(stuck) = &mut sheets[sheet as usize].state.adhesion {
             stuck.bonds += usize::from(!std::mem::replace(&mut stuck.bonded[mass as usize], true));
         }
     });
@@ -81,7 +81,7 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, aro
 fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Suspension) -> Option<f64> {
     let (sheet, mass, point) = node_contact(contact)?;
     let own = &sheets[sheet as usize];
-    let stuck = own.work.adhesion.as_ref()?;
+    let stuck = own.state.adhesion.as_ref()?;
     let was = stuck.was_bonded[mass as usize];
     let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
     if let Some((other, place)) = other_sheet(contact) {
@@ -89,7 +89,7 @@ fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Su
         most_stress = most_stress.max(strength(other, &place, was));
         // This contact also represents nodes of the other sheet that have no contact of their own.
         let has_no_contact =
-            |i: u32| other.work.adhesion.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
+            |i: u32| other.state.adhesion.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
         share = 0.5 * (1.0 + place.terms().filter(|(i, _)| has_no_contact(*i)).map(|(_, w)| w).sum::<f64>());
     }
     if most_stress <= 0.0 {
@@ -149,7 +149,7 @@ fn apply_bond(sheets: &mut [Sheet], contact: &ContactConstraint, force: f64, bod
         let push = contact.normal * sign;
         match side {
             ContactSide::Sheet { sheet, point } => {
-                let Some(stuck) = &mut sheets[*sheet as usize].work.adhesion else { continue };
+                let Some(stuck) = &mut sheets[*sheet as usize].state.adhesion else { continue };
                 for (i, w) in point.terms() {
                     stuck.bond_force.set(i as usize, stuck.bond_force.get(i as usize) + push * w);
                 }
@@ -157,7 +157,7 @@ fn apply_bond(sheets: &mut [Sheet], contact: &ContactConstraint, force: f64, bod
             ContactSide::Body { body, local } => {
                 let Some(index) = bodies.get(*body as usize) else { continue };
                 let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.is_dynamic());
-                if let Some(stuck) = sheets[owner as usize].work.adhesion.as_mut().filter(|_| gives) {
+                if let Some(stuck) = sheets[owner as usize].state.adhesion.as_mut().filter(|_| gives) {
                     stuck.on_bodies.push((*index, push, *local));
                 }
             }

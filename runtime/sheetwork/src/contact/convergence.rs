@@ -61,7 +61,7 @@ pub(crate) fn deepest_body_penetration(group: &IslandView, contacts: &[ContactCo
 /// other at the start do not count.
 pub(crate) fn has_crossed(group: &IslandView, contact: &ContactConstraint) -> bool {
     let start = |side: &ContactSide| match side {
-        ContactSide::Sheet { sheet, point } => point.position(&group.sheet(*sheet).x),
+        ContactSide::Sheet { sheet, point } => point.position(&group.sheet(*sheet).state.x),
         ContactSide::Body { body, local } => group.solver_bodies[*body as usize].start.world_point(*local),
     };
     let was = contact.offset - contact.normal.dot(start(&contact.a) - start(&contact.b));

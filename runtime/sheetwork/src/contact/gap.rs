@@ -73,7 +73,11 @@ pub(crate) fn position(group: &IslandView, side: &ContactSide, at: StagePose) ->
     match side {
         ContactSide::Sheet { sheet, point } => {
             let sheet = group.sheet(*sheet);
-            point.position(if matches!(at, StagePose::Start) { &sheet.x } else { &sheet.work.stage.free_positions })
+            point.position(if matches!(at, StagePose::Start) {
+                &sheet.state.x
+            } else {
+                &sheet.work.stage.free_positions
+            })
         }
         ContactSide::Body { body, local } => {
             let mover = &group.solver_bodies[*body as usize];
@@ -126,7 +130,7 @@ pub(crate) fn velocity(group: &IslandView, side: &ContactSide, at: StagePose) ->
     match side {
         ContactSide::Sheet { sheet, point } => {
             let sheet = group.sheet(*sheet);
-            point.position(if matches!(at, StagePose::Start) { &sheet.v } else { &sheet.work.stage.velocity })
+            point.position(if matches!(at, StagePose::Start) { &sheet.state.v } else { &sheet.work.stage.velocity })
         }
         ContactSide::Body { body, local } => {
             let mover = &group.solver_bodies[*body as usize];

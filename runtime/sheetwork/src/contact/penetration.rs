@@ -41,7 +41,7 @@ impl ContactWorkspace {
             let depth = -gap(group, c, StagePose::Start);
             // A node that a body passes by is behind its far side at the start and outside at the
             // end.
-            depth > SETTINGS.buried_depth * sheet.initial_diagonal
+            depth > SETTINGS.buried_depth * sheet.model.initial_diagonal
                 && -gap(group, c, StagePose::Free) > 0.5 * depth
                 && is_node_surface_contact(&c.key)
                 && point.terms().all(|(i, _)| !sheet.is_held(i as usize))

@@ -56,7 +56,7 @@ impl EnergyBudget {
             all.sheets += energy.kinetic;
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
-            let mass: f64 = sheet.mass.iter().sum();
+            let mass: f64 = sheet.model.mass.iter().sum();
             let lift = if group.sheets.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
             all.still += mass * (0.5 * STEP.reference_speed * STEP.reference_speed + lift * field.gravity.length());
         }
@@ -131,13 +131,13 @@ impl EnergyBudget {
             let part = (1.0 - gain / within).sqrt();
             group.for_each_sheet(|sheet| {
                 for i in 0..sheet.node_count() {
-                    let along = own.velocity_at(sheet.x.get(i));
-                    sheet.v.set(i, along + (sheet.v.get(i) - along) * part);
+                    let along = own.velocity_at(sheet.state.x.get(i));
+                    sheet.state.v.set(i, along + (sheet.state.v.get(i) - along) * part);
                 }
             });
         } else if gain <= now.sheets {
             let part = (1.0 - gain / now.sheets).sqrt();
-            group.for_each_sheet(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+            group.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         } else if last {
             return EnergyVerdict::Fails;
         }
@@ -163,7 +163,7 @@ fn remove_kinetic_energy(group: &mut IslandView, owed: f64, motion: f64) -> f64 
     let taken = owed.min(motion);
     if taken > 0.0 {
         let part = (1.0 - taken / motion).sqrt();
-        group.for_each_sheet(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+        group.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         for mover in group.solver_bodies.iter_mut().filter(|m| m.is_dynamic()) {
             mover.start = mover.start.with_velocity(mover.start.velocity() * part, mover.start.spin() * part);
         }
@@ -173,7 +173,7 @@ fn remove_kinetic_energy(group: &mut IslandView, owed: f64, motion: f64) -> f64 
 
 /// Weight of the sheets and dynamic bodies of an island, N.
 fn island_weight(group: &IslandView, field: &Field) -> f64 {
-    let sheets: f64 = group.sheets.iter().flat_map(|sheet| &sheet.mass).sum();
+    let sheets: f64 = group.sheets.iter().flat_map(|sheet| &sheet.model.mass).sum();
     let bodies: f64 = group.solver_bodies.iter().filter(|m| m.is_dynamic()).map(|m| m.free.mass()).sum();
     (sheets + bodies) * field.gravity.length()
 }

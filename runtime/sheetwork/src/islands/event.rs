@@ -125,7 +125,7 @@ impl InstabilityReport {
     /// (m/s²).
     pub(crate) fn new(sheet: &mut Sheet, gravity: DVec3, step_s: f64) -> Self {
         let number = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
-        let squared = |i: usize| number(sheet.v.get(i).length_squared());
+        let squared = |i: usize| number(sheet.state.v.get(i).length_squared());
         let mass = (0..sheet.node_count()).max_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(0);
         let speed_m_s = squared(mass).sqrt();
         let energy_after_j = number(sheet.energy(gravity).total);
@@ -162,16 +162,16 @@ impl Event {
 
 /// Whether the bottom layer is plane: every node near the plane through three corners.
 fn is_flat(sheet: &Sheet) -> bool {
-    let Some(layer) = sheet.layers.first() else { return false };
+    let Some(layer) = sheet.model.layers.first() else { return false };
     let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
-    let corners = match &sheet.triangles {
+    let corners = match &sheet.model.triangles {
         Some(list) => list.first().copied().unwrap_or_default(),
         None => [layer.at(0, 0), layer.at(i, 0), layer.at(0, j)],
     };
-    let [origin, a, b] = corners.map(|m| sheet.x.get(m as usize));
+    let [origin, a, b] = corners.map(|m| sheet.state.x.get(m as usize));
     let normal = (a - origin).cross(b - origin).normalize_or_zero();
-    let bound = SETTINGS.flatness * sheet.initial_diagonal;
-    layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
+    let bound = SETTINGS.flatness * sheet.model.initial_diagonal;
+    layer.range().all(|m| (sheet.state.x.get(m) - origin).dot(normal).abs() < bound)
 }
 
 /// Touched body, with the number of nodes in contact in this step.
@@ -295,7 +295,7 @@ impl ContactLog {
 
     /// Turn the counts of this step into events.
     pub fn end(&mut self, time: f64, sheet: &Sheet) {
-        let layer = sheet.layers.first().map_or(0, |l| l.len());
+        let layer = sheet.model.layers.first().map_or(0, |l| l.len());
         let here = |t: &BodyTouch| t.known && time - t.last <= SETTINGS.separation_delay;
         let alone = self.list.iter().filter(|t| here(t) || t.masses > 0).count() == 1;
         for t in &mut self.list {

@@ -114,7 +114,8 @@ impl IslandSolve<'_, '_> {
         let slow = self.view.sheets.iter().all(|sheet| sheet.max_speed() < SETTINGS.sleep_speed);
         if slow && !self.workspace.detected.contacts.is_empty() {
             self.freeze_sheets();
-            self.view.for_each_sheet(|sheet| (sheet.work.stage.has_failed, sheet.rest_time) = (false, SLEEP.delay));
+            self.view
+                .for_each_sheet(|sheet| (sheet.work.stage.has_failed, sheet.state.rest_time) = (false, SLEEP.delay));
         } else {
             self.progress.report.stopped = 1;
         }
@@ -130,7 +131,7 @@ impl IslandSolve<'_, '_> {
     fn freeze_sheets(&mut self) {
         self.view.for_each_sheet(|sheet| {
             sheet.restore_state();
-            sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
+            sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
             sheet.restart_engine();
         });
     }
@@ -159,7 +160,7 @@ impl IslandSolve<'_, '_> {
             }
             body.begin(went.start);
         }
-        island.for_each_sheet(|sheet| sheet.work.stage.free_positions.clone_from(&sheet.x));
+        island.for_each_sheet(|sheet| sheet.work.stage.free_positions.clone_from(&sheet.state.x));
         let found = &mut workspace.rechecked;
         self.detector.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
         let DetectedContacts { contacts, colliders, .. } = &*found;

@@ -156,7 +156,7 @@ impl IslandSolve<'_, '_> {
     fn begin_substep(&mut self, part: &Substep) {
         self.view.for_each_sheet(|sheet| {
             if !sheet.pins.is_empty() {
-                sheet.pins.prescribe_velocities(part.time, part.dt, &sheet.x, &mut sheet.v);
+                sheet.pins.prescribe_velocities(part.time, part.dt, &sheet.state.x, &mut sheet.state.v);
             }
             sheet.begin_step(part.field, part.dt);
             sheet.save_state();

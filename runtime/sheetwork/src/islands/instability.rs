@@ -25,7 +25,7 @@ const STEP: StepSettings = StepSettings::DEFAULT;
 /// Ease recovery policies and exchange integrators that are due, before the step of a world.
 pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
-        if sheet.status != Status::Awake {
+        if sheet.state.status != Status::Awake {
             continue;
         }
         let Some(mut guard) = sheet.recovery.take() else { continue };
@@ -48,7 +48,7 @@ pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], 
 
 /// Record the energy of a monitored sheet of an explicit integrator before its step.
 pub(crate) fn begin_energy_check(sheet: &mut Sheet) {
-    if sheet.recovery.is_some() && sheet.is_explicit() && sheet.status == Status::Awake {
+    if sheet.recovery.is_some() && sheet.is_explicit() && sheet.state.status == Status::Awake {
         let level = sheet.kinetic_elastic_energy().total();
         if let Some(guard) = &mut sheet.recovery {
             guard.energy_budget = if guard.state.limits_strain { level.max(guard.state.energy_budget) } else { level };
@@ -65,7 +65,7 @@ pub(crate) fn finish_energy_check(
     stage: &StepContext,
     brought: f64,
 ) -> bool {
-    if !sheet.is_explicit() || sheet.status != Status::Awake {
+    if !sheet.is_explicit() || sheet.state.status != Status::Awake {
         return false;
     }
     let Some(mut guard) = sheet.recovery.take() else { return false };
@@ -76,7 +76,7 @@ pub(crate) fn finish_energy_check(
         guard.state.record_detection();
         sheet.restore_start();
         guard.state.energy_budget = sheet.kinetic_elastic_energy().total();
-        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
+        sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
         sheet.restart_engine();
         match guard.next_action().or_else(|| guard.shorten_limited_step()) {
             Some(handled) => {
@@ -119,7 +119,7 @@ impl RecoveryPolicy {
         loop {
             let part = part.min(stage.dt / f64::from(1_u32 << self.state.bisections));
             if self.state.bisections > 0 && !sheet.pins.is_empty() {
-                sheet.pins.prescribe_velocities(time, part, &sheet.x, &mut sheet.v);
+                sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
             }
             let taken = sheet.advance_uncommitted(stage.field, time, part).elapsed;
             if self.limit_strain(sheet, stage, taken) || self.is_energy_acceptable(sheet, before, stage, taken) {
@@ -219,7 +219,7 @@ impl RecoveryPolicy {
     /// the last trial moves the sheet as a rigid body.
     fn limit_strain(&mut self, sheet: &mut Sheet, stage: &StepContext, taken: f64) -> bool {
         let WhenUnstable::Limit { strain } = self.policy else { return false };
-        let finite = sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite();
+        let finite = sheet.state.v.max_squared().is_finite() && sheet.state.x.max_squared().is_finite();
         if !self.state.limits_strain || !finite {
             return false;
         }
@@ -231,8 +231,8 @@ impl RecoveryPolicy {
         let (_, limit) = self.limit.get_or_insert_with(|| (revision, sheet.strain_limit()));
         let (start, end) = (&mut self.start, &mut self.end);
         start.clone_from(sheet.saved_positions());
-        end.0.clone_from(&sheet.x);
-        end.1.clone_from(&sheet.v);
+        end.0.clone_from(&sheet.state.x);
+        end.1.clone_from(&sheet.state.v);
         let own = sheet.largest_strain_change(limit, start, &end.0, taken);
         let mut part = if own > 0.5 * strain { 0.5 * strain / own } else { 1.0 };
         let mut eased = part < 1.0;
@@ -242,7 +242,7 @@ impl RecoveryPolicy {
             }
             // The strain limit bends the sheet; the last trial leaves its shape unchanged.
             if part > 0.0 {
-                eased |= limit.apply(strain, &mut sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
+                eased |= limit.apply(strain, &mut sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
             }
             let (earned, slack) = (
                 self.state.energy_budget + sheet.work_of_loads(start, &stage.field),

@@ -62,7 +62,7 @@ impl IslandBuilder {
         self.boxes.clear();
         self.is_active.clear();
         for sheet in sheets.iter_mut() {
-            let is_awake = sheet.status == Status::Awake;
+            let is_awake = sheet.state.status == Status::Awake;
             let (low, high) = if is_awake { sheet.moving_box() } else { sheet.resting_box() };
             let reach = if is_awake { sheet.max_speed() * stage.dt + fall + SETTINGS.broad_phase_margin } else { 0.0 };
             self.boxes.push(SweptBox { low, high, reach });
@@ -93,13 +93,13 @@ impl IslandBuilder {
         surroundings: &StepBodies,
     ) {
         let count = sheets.len();
-        if sheets.iter().all(|s| s.status != Status::Asleep) {
+        if sheets.iter().all(|s| s.state.status != Status::Asleep) {
             return;
         }
         let moves = |body: usize| surroundings.bodies[body].moves();
         let end = stage.time + stage.dt;
         let mut woken: Vec<u32> = Vec::new();
-        for (i, sheet) in sheets.iter().enumerate().filter(|(_, s)| s.status == Status::Asleep) {
+        for (i, sheet) in sheets.iter().enumerate().filter(|(_, s)| s.state.status == Status::Asleep) {
             let is_led = sheet.pins.moves_between(stage.time, end);
             if is_led || sheet.pins.dynamic_attachments().any(|(_, body, _)| moves(body)) {
                 woken.push(i as u32);
@@ -115,7 +115,7 @@ impl IslandBuilder {
             }
             self.sweep.clear();
             for (i, sheet) in sheets.iter().enumerate() {
-                if self.is_active[i] || sheet.status == Status::Asleep {
+                if self.is_active[i] || sheet.state.status == Status::Asleep {
                     self.sweep.push(i, &self.boxes[i], self.is_active[i]);
                 }
             }

@@ -148,7 +148,7 @@ impl IslandDetection<'_> {
         self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
             finder.run_broad_phase(problem, reach)
         });
-        let in_doubt = |sheet: &Sheet| sheet.interpenetration != Interpenetration::None;
+        let in_doubt = |sheet: &Sheet| sheet.state.interpenetration != Interpenetration::None;
         if self.sheets_meet && group.sheets.iter().any(in_doubt) {
             self.exclude_crossing_sheets(group);
         }
@@ -158,14 +158,14 @@ impl IslandDetection<'_> {
     fn exclude_crossing_sheets(&mut self, group: &mut IslandView) {
         let mut crossing = std::mem::take(&mut self.work.crossing);
         crossing.clear();
-        let in_doubt = |local: u32| group.sheet(local).interpenetration != Interpenetration::None;
+        let in_doubt = |local: u32| group.sheet(local).state.interpenetration != Interpenetration::None;
         if group.sheets.len() > 1 {
             self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
                 finder.exclude_crossing_pairs(problem, in_doubt, &mut crossing);
             });
         }
         for (local, sheet) in group.sheets.iter_mut().enumerate() {
-            sheet.interpenetration = match sheet.interpenetration {
+            sheet.state.interpenetration = match sheet.state.interpenetration {
                 _ if !crossing.contains(&(local as u32)) => Interpenetration::None,
                 Interpenetration::Reported => Interpenetration::Reported,
                 _ => Interpenetration::Detected,
@@ -210,14 +210,14 @@ impl IslandDetection<'_> {
             let stage = &sheet.work.stage;
             let begun = stage.free_positions.len() == sheet.node_count();
             let reached = matches!(look, DetectionMode::FromIterate | DetectionMode::BodyPenetration);
-            let base = if reached && begun { &stage.iterate } else { &sheet.x };
+            let base = if reached && begun { &stage.iterate } else { &sheet.state.x };
             let end = match look {
                 DetectionMode::BodyPenetration | DetectionMode::SheetCrossing => &stage.iterate,
                 DetectionMode::ContactMotion => &moved,
                 _ if begun => &stage.free_positions,
-                _ => &sheet.x,
+                _ => &sheet.state.x,
             };
-            sheets.push(SheetStageMotion { id: *id, skin, start: &sheet.x, base, end, awake: true });
+            sheets.push(SheetStageMotion { id: *id, skin, start: &sheet.state.x, base, end, awake: true });
         }
         let bodies_too = if look == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
@@ -267,11 +267,14 @@ impl IslandDetection<'_> {
                 let known = self.view.zip(part).and_then(|(view, part)| {
                     Some(view.coefficients(sheet.surface_coefficients(), part.handle, view.colliders.get(part.handle)?))
                 });
-                known.unwrap_or((sheet.friction, sheet.restitution))
+                known.unwrap_or((sheet.parameters.friction, sheet.parameters.restitution))
             }
             ContactPair::Sheets(a, b) => {
                 let (a, b) = (group.sheet(a), group.sheet(b));
-                let mean = (0.5 * (a.friction + b.friction), 0.5 * (a.restitution + b.restitution));
+                let mean = (
+                    0.5 * (a.parameters.friction + b.parameters.friction),
+                    0.5 * (a.parameters.restitution + b.parameters.restitution),
+                );
                 self.view.map_or(mean, |v| v.between(&a.material().name, &b.material().name, mean))
             }
         }

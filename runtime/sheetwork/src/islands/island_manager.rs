@@ -244,15 +244,15 @@ impl IslandManager {
 fn is_everything_resting(sheets: &[Sheet], stage: &StepContext, rigid: Option<&RigidWorld>) -> bool {
     let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moves_between(stage.time, stage.time + stage.dt);
     let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.all_asleep() && !r.has_kinematic());
-    quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
+    quiet && sheets.iter().all(|s| s.state.status != Status::Awake && !led(s))
 }
 
 /// Stop sheets of implicit integrators with non-finite velocities.
 fn stop_non_finite(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
-        if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
+        if sheet.state.status == Status::Awake && sheet.stages() > 0 && !sheet.state.v.max_squared().is_finite() {
             sheet.resize_workspace();
-            sheet.work.x_before.copy_from(&sheet.x);
+            sheet.work.x_before.copy_from(&sheet.state.x);
             stop_unstable(sheet, touches, stage, stage.dt);
         }
     }

@@ -24,11 +24,11 @@ const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 /// Apply the flexion and thickness limits after a step of `dt` (s).
 fn apply_limits(sheet: &mut Sheet, dt: f64) {
-    if let Some(limit) = &sheet.flexion.limit {
-        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
+    if let Some(limit) = &sheet.parameters.flexion.limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, dt);
     }
-    if let Some(limit) = &sheet.thickness_limit {
-        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, dt);
+    if let Some(limit) = &sheet.parameters.thickness_limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, dt);
     }
 }
 
@@ -47,11 +47,11 @@ impl IslandContext<'_> {
         for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
             sheet.resize_workspace();
             touches.begin(stage.time);
-            sheet.work.touching.fill(false);
+            sheet.state.touching.fill(false);
             sheet.work.touched_colliders.clear();
-            sheet.work.x_before.copy_from(&sheet.x);
+            sheet.work.x_before.copy_from(&sheet.state.x);
             if sheet.recovery.is_some() {
-                sheet.work.v_before.copy_from(&sheet.v);
+                sheet.work.v_before.copy_from(&sheet.state.v);
             }
         }
         sheets.iter_mut().for_each(Sheet::apply_bond_forces);
@@ -78,7 +78,7 @@ impl IslandContext<'_> {
         if is_idle {
             group.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {
-                    sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.x, &mut sheet.v);
+                    sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.state.x, &mut sheet.state.v);
                 }
                 sheet.advance(stage.field, stage.time, stage.dt);
             });
@@ -124,7 +124,7 @@ impl IslandContext<'_> {
                 if let ContactSide::Sheet { sheet, point } = side {
                     let sheet = &mut sheets[sheet as usize];
                     for (mass, _) in point.terms() {
-                        let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
+                        let noted = std::mem::replace(&mut sheet.state.touching[mass as usize], true);
                         // Contacts of nodes with static bodies were recorded during free flight.
                         if let Some(handle) = handle.filter(|_| !noted || !sheet.solves_node_by_node()) {
                             sheet.work.touched_colliders.push((handle, mass));
@@ -137,8 +137,8 @@ impl IslandContext<'_> {
             work.touched_at_end = work.touched_colliders.len();
         }
         for [sheet, mass, part] in scratch.closed_in_step.iter().copied() {
-            let work = &mut sheets[sheet as usize].work;
-            let noted = std::mem::replace(&mut work.touching[mass as usize], true);
+            let Sheet { work, state, .. } = &mut sheets[sheet as usize];
+            let noted = std::mem::replace(&mut state.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
             // The list at the end of the step can lack a body from which the node rebounded.
             let (at_end, added) = work.touched_colliders.split_at(work.touched_at_end);
@@ -194,14 +194,14 @@ impl IslandContext<'_> {
                 stop_unstable(sheet, touches, stage, stage.dt);
                 continue;
             }
-            if sheet.interpenetration == Interpenetration::Detected {
-                sheet.interpenetration = Interpenetration::Reported;
+            if sheet.state.interpenetration == Interpenetration::Detected {
+                sheet.state.interpenetration = Interpenetration::Reported;
                 touches.events.push((stage.time, EventKind::Crossing, None));
             }
             if !sheet.pins.is_empty() {
-                sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.x);
+                sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.state.x);
             }
-            sheet.counters.contacts += sheet.work.touched_colliders.len() as u64;
+            sheet.state.counters.contacts += sheet.work.touched_colliders.len() as u64;
             if let Some(view) = stage.view {
                 let mut recorder = ContactRecorder { touches: &mut *touches, view };
                 for (handle, mass) in &sheet.work.touched_colliders {
@@ -217,11 +217,11 @@ impl IslandContext<'_> {
         let dt = self.stage.dt;
         let mut all = true;
         for sheet in sheets.iter_mut() {
-            if sheet.status != Status::Awake {
+            if sheet.state.status != Status::Awake {
                 continue;
             }
             // Sleeping requires a pin or a contact: a free sheet can drift slowly.
-            let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
+            let touched = !sheet.pins.is_empty() || sheet.state.touching.contains(&true);
             let held = touched && !sheet.is_creeping();
             all &= update_rest_time(sheet, held, (dt, dt));
         }
@@ -230,11 +230,11 @@ impl IslandContext<'_> {
             return;
         }
         for (sheet, touches) in sheets.iter_mut().zip(touches) {
-            if sheet.status != Status::Awake {
+            if sheet.state.status != Status::Awake {
                 continue;
             }
-            sheet.status = Status::Asleep;
-            sheet.v.clear();
+            sheet.state.status = Status::Asleep;
+            sheet.state.v.clear();
             sheet.restart_engine();
             touches.events.push((self.stage.time + dt, EventKind::AtRest, None));
         }

@@ -67,7 +67,7 @@ pub(crate) fn advance_free(
 ) -> f64 {
     sheet.resize_workspace();
     touches.begin(stage.time);
-    sheet.work.touching.fill(false);
+    sheet.state.touching.fill(false);
     sheet.save_start();
     let mut done = 0.0;
     let mut substeps = 0;
@@ -92,7 +92,7 @@ pub(crate) fn advance_free(
 /// sleep.
 pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
     if !sheet.pins.is_empty() {
-        sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.x);
+        sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.state.x);
     }
     touches.end(stage.time + stage.dt, sheet);
     if stage.sleep {
@@ -110,17 +110,17 @@ fn substep(
 ) -> Option<f64> {
     let time = stage.time + done;
     if !sheet.pins.is_empty() {
-        sheet.pins.prescribe_velocities(time, part, &sheet.x, &mut sheet.v);
+        sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
     }
-    sheet.work.x_before.copy_from(&sheet.x);
-    sheet.work.v_before.copy_from(&sheet.v);
+    sheet.work.x_before.copy_from(&sheet.state.x);
+    sheet.work.v_before.copy_from(&sheet.state.v);
     let taken = match sheet.recovery {
         // The implicit step checks its own energy.
         Some(_) if sheet.is_explicit() => instability::advance(sheet, touches, stage, time, part)?,
         _ => sheet.advance(stage.field, time, part).elapsed,
     };
-    if let Some(limit) = &sheet.flexion.limit {
-        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
+    if let Some(limit) = &sheet.parameters.flexion.limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
     }
     if is_unstable(sheet) {
         stop_unstable(sheet, touches, stage, taken);
@@ -138,18 +138,18 @@ fn substep(
             );
         });
     }
-    if let Some(limit) = &sheet.thickness_limit {
-        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, taken);
+    if let Some(limit) = &sheet.parameters.thickness_limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, taken);
     }
     Some(taken)
 }
 
 fn is_unstable(sheet: &Sheet) -> bool {
     // The comparisons treat NaN as unstable.
-    let slow = sheet.v.max_squared() < SETTINGS.maximum_speed * SETTINGS.maximum_speed;
-    let most = SETTINGS.maximum_diagonal_ratio * sheet.initial_diagonal;
+    let slow = sheet.state.v.max_squared() < SETTINGS.maximum_speed * SETTINGS.maximum_speed;
+    let most = SETTINGS.maximum_diagonal_ratio * sheet.model.initial_diagonal;
     let together = match sheet.open_cell_set() {
-        None => sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
+        None => sheet.state.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
         // Pieces of a fractured sheet may separate.
         Some(_) => sheet.is_intact_within(most),
     };
@@ -160,22 +160,22 @@ fn is_unstable(sheet: &Sheet) -> bool {
 /// step and report the event.
 fn stop_unstable(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, dt: f64) {
     let alarm = InstabilityReport::new(sheet, stage.field.gravity, dt);
-    sheet.x.copy_from(&sheet.work.x_before);
-    if sheet.recovery.is_some() && sheet.x.max_squared().is_finite() {
+    sheet.state.x.copy_from(&sheet.work.x_before);
+    if sheet.recovery.is_some() && sheet.state.x.max_squared().is_finite() {
         freeze(sheet, touches, stage.time, alarm);
         return;
     }
-    sheet.v.clear();
-    let (mass, place) = (alarm.mass, sheet.x.get(alarm.mass as usize));
-    sheet.status = Status::Unstable { time: stage.time, mass, place, speed: alarm.speed_m_s };
+    sheet.state.v.clear();
+    let (mass, place) = (alarm.mass, sheet.state.x.get(alarm.mass as usize));
+    sheet.state.status = Status::Unstable { time: stage.time, mass, place, speed: alarm.speed_m_s };
     touches.report_instability(stage.time, EventKind::Unstable, alarm);
 }
 
 /// Freeze a sheet until one of its parameters changes, and report the event.
 fn freeze(sheet: &mut Sheet, touches: &mut ContactLog, time: f64, alarm: InstabilityReport) {
-    sheet.v.clear();
+    sheet.state.v.clear();
     sheet.restart_engine();
-    sheet.status = Status::Frozen { time };
+    sheet.state.status = Status::Frozen { time };
     touches.report_instability(
         time,
         EventKind::Contained,
@@ -188,8 +188,8 @@ fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext,
     // Sleeping requires a pin or a contact: a free sheet can drift slowly.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
     if update_rest_time(sheet, held, (last, stage.dt)) {
-        sheet.status = Status::Asleep;
-        sheet.v.clear();
+        sheet.state.status = Status::Asleep;
+        sheet.state.v.clear();
         touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
     }
 }
@@ -198,25 +198,25 @@ fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext,
 /// of `last` (s). Resting requires `held`. Returns whether the sleep delay has passed.
 fn update_rest_time(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
     if !held || !(is_speed_small(sheet, last) || is_displacement_small(sheet)) {
-        sheet.rest_time = 0.0;
+        sheet.state.rest_time = 0.0;
         return false;
     }
-    if sheet.rest_time == 0.0 {
-        sheet.rest_positions.clone_from(&sheet.work.x_before);
+    if sheet.state.rest_time == 0.0 {
+        sheet.state.rest_positions.clone_from(&sheet.work.x_before);
     }
-    sheet.rest_time += dt;
-    sheet.rest_time >= SLEEP.delay
+    sheet.state.rest_time += dt;
+    sheet.state.rest_time >= SLEEP.delay
 }
 
 /// Whether the displacement of every node since the start of the rest, or since the start of the
 /// step, is below the sleep displacement threshold.
 fn is_displacement_small(sheet: &Sheet) -> bool {
-    let before = if sheet.rest_time > 0.0 { &sheet.rest_positions } else { &sheet.work.x_before };
+    let before = if sheet.state.rest_time > 0.0 { &sheet.state.rest_positions } else { &sheet.work.x_before };
     before.len() == sheet.node_count()
         && is_displacement_below(
-            &sheet.x,
+            &sheet.state.x,
             before,
-            SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.initial_diagonal),
+            SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.model.initial_diagonal),
         )
 }
 
@@ -225,7 +225,7 @@ fn is_displacement_small(sheet: &Sheet) -> bool {
 /// Next to nodes in contact, a multi-stage integrator can rest with a residual velocity that each
 /// step cancels.
 fn is_speed_small(sheet: &Sheet, dt: f64) -> bool {
-    is_displacement_below(&sheet.x, &sheet.work.x_before, SLEEP.speed * dt)
+    is_displacement_below(&sheet.state.x, &sheet.work.x_before, SLEEP.speed * dt)
 }
 
 fn is_displacement_below(now: &Vectors, before: &Vectors, most: f64) -> bool {

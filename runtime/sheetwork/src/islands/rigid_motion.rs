@@ -90,10 +90,10 @@ fn rigid_equivalent_of_sheets<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clon
     if sheets.clone().any(|sheet| sheet.pins.fixes_nodes() || there(sheet).any(|i| sheet.is_held(i))) {
         return None;
     }
-    let first = sheets.clone().find_map(|sheet| there(sheet).next().map(|i| sheet.x.get(i)))?;
+    let first = sheets.clone().find_map(|sheet| there(sheet).next().map(|i| sheet.state.x.get(i)))?;
     let mut whole = RigidSum::about(first);
     for sheet in sheets {
-        there(sheet).for_each(|i| whole.add(sheet.mass[i], sheet.x.get(i), sheet.v.get(i)));
+        there(sheet).for_each(|i| whole.add(sheet.model.mass[i], sheet.state.x.get(i), sheet.state.v.get(i)));
     }
     Some(whole.body())
 }
@@ -126,11 +126,11 @@ impl IslandSolve<'_, '_> {
         let kept = if self.progress.moves_rigidly.contains(&true) { 0.0 } else { STEP.velocity_retention };
         self.view.for_each_sheet(|sheet| {
             for i in 0..sheet.node_count() {
-                let (x, v) = (sheet.x.get(i), sheet.v.get(i));
+                let (x, v) = (sheet.state.x.get(i), sheet.state.v.get(i));
                 let there = end.world_point(start.local_point(x));
                 let within = end.rotation() * (v - own.velocity_at(x));
-                sheet.x.set(i, there);
-                sheet.v.set(i, end.velocity_at(there) + within * kept);
+                sheet.state.x.set(i, there);
+                sheet.state.v.set(i, end.velocity_at(there) + within * kept);
             }
             sheet.restart_engine();
             sheet.update_trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
@@ -161,7 +161,7 @@ impl IslandSolve<'_, '_> {
             }
             island.for_each_sheet(|sheet| {
                 for i in 0..sheet.node_count() {
-                    sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.x.get(i))));
+                    sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.state.x.get(i))));
                 }
             });
             let found = &mut self.workspace.rechecked;

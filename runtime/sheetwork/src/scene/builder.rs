@@ -194,7 +194,7 @@ mod tests {
         let mut world = World::new(&scene).expect("valid");
         world.advance(1.0);
         assert!(world.unstable().is_none());
-        let lowest = world.sheets()[0].x.y.iter().copied().fold(f64::INFINITY, f64::min);
+        let lowest = world.sheets()[0].state.x.y.iter().copied().fold(f64::INFINITY, f64::min);
         // Card of 25 cm droops by some centimetres and not by its length.
         assert!((0.3..0.499).contains(&lowest), "{lowest}");
     }

@@ -228,7 +228,7 @@ mod tests {
         wanted.sort_unstable();
         assert_eq!(names, wanted);
         assert!(touching.iter().all(|(_, _, overlap)| *overlap <= 0.0), "{touching:?}");
-        let lowest = sheets.iter().flat_map(|s| s.x.y.iter().copied()).fold(f64::INFINITY, f64::min);
+        let lowest = sheets.iter().flat_map(|s| s.state.x.y.iter().copied()).fold(f64::INFINITY, f64::min);
         assert!((lowest - 0.5 * THICKNESS - AIR).abs() < 1e-8, "{lowest}");
     }
 

@@ -70,8 +70,8 @@ impl Sheet {
     /// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
     /// [`Sheet::end_inelastic_step`] stores it once the step is accepted.
     pub(crate) fn advance_uncommitted(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
-        if self.work.force.len() != self.x.len() {
-            self.work.force = Vectors::zeros(self.x.len());
+        if self.work.force.len() != self.state.x.len() {
+            self.work.force = Vectors::zeros(self.state.x.len());
         }
         self.begin_inelastic_step(dt);
         let done = if self.engine_kind.info().implicit {
@@ -79,34 +79,34 @@ impl Sheet {
         } else {
             self.advance_explicit(field, t, dt)
         };
-        self.counters.accepted += done.accepted;
-        self.counters.rejected += done.rejected;
-        self.counters.evaluations += done.evaluations;
-        self.counters.guarded += done.globalised;
+        self.state.counters.accepted += done.accepted;
+        self.state.counters.rejected += done.rejected;
+        self.state.counters.evaluations += done.evaluations;
+        self.state.counters.guarded += done.globalised;
         done
     }
 
     fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
         let mut forces = SheetForces {
             field,
-            has_dashpots: self.spring_parameters.has_dashpots,
+            has_dashpots: self.parameters.springs.has_dashpots,
             springs: &self.springs,
             elements: &self.elements,
-            drag: &mut self.drag,
+            drag: &mut self.parameters.drag,
             pins: &self.pins,
             inverse_mass: &self.inverse_mass,
-            applied: &self.applied,
+            applied: &self.parameters.applied,
             scratch: &mut self.work.springs,
             force: &mut self.work.force,
         };
-        self.engine.advance(&mut forces, t, dt, &mut self.x, &mut self.v)
+        self.engine.advance(&mut forces, t, dt, &mut self.state.x, &mut self.state.v)
     }
 
     /// Add the forces of springs and elements at the present positions and velocities to `force`
     /// (N).
     #[doc(hidden)]
     pub fn add_internal_forces(&self, force: &mut Vectors) {
-        self.springs.add_forces(&self.x, &self.v, true, &mut SpringWorkspace::default(), force);
-        self.elements.iter().for_each(|e| e.add_forces(&self.x, &self.v, force));
+        self.springs.add_forces(&self.state.x, &self.state.v, true, &mut SpringWorkspace::default(), force);
+        self.elements.iter().for_each(|e| e.add_forces(&self.state.x, &self.state.v, force));
     }
 }

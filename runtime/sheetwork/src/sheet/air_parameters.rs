@@ -6,28 +6,28 @@ use crate::sheet::Sheet;
 impl Sheet {
     /// Length and width at rest (m) to which [`Sheet::uv`] refers.
     pub fn rest_size(&self) -> (f64, f64) {
-        self.extent
+        self.model.extent
     }
 
     /// Whether it has the bending stiffness of its material, as a shell and calibrated springs do.
     /// [`Sheet::damping_ratio`] then gives its damping, otherwise [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {
-        self.spring_parameters.is_calibrated || self.elements.len() > self.grabs.len()
+        self.parameters.springs.is_calibrated || self.elements.len() > self.grabs.len()
     }
 
     /// Drag coefficients across and along the air stream.
     pub fn drag(&self) -> (f64, f64) {
-        self.drag.coefficients
+        self.parameters.drag.coefficients
     }
 
     /// Pressure on the upper side above that on the lower, Pa.
     pub fn pressure(&self) -> f64 {
-        self.drag.pressure
+        self.parameters.drag.pressure
     }
 
     /// Update the pressure to the schedule of the scene at `time` (s).
     pub(crate) fn update_pressure(&mut self, time: f64) {
-        if self.drag.follow_schedule(time) {
+        if self.parameters.drag.follow_schedule(time) {
             self.wake();
         }
     }
@@ -38,7 +38,7 @@ impl Sheet {
     /// When it is out of range; nothing is changed then.
     pub fn set_pressure(&mut self, pressure: f64) -> Result<(), InputError> {
         check_range("pressure", pressure, -1e6, 1e6, "Pa")?;
-        self.drag.set_pressure(pressure);
+        self.parameters.drag.set_pressure(pressure);
         self.wake();
         Ok(())
     }
@@ -50,7 +50,7 @@ impl Sheet {
     pub fn set_drag(&mut self, across: f64, along: f64) -> Result<(), InputError> {
         check_range("drag.0", across, 0.0, 10.0, "")?;
         check_range("drag.1", along, 0.0, 10.0, "")?;
-        self.drag.coefficients = (across, along);
+        self.parameters.drag.coefficients = (across, along);
         self.wake();
         Ok(())
     }

@@ -20,10 +20,9 @@ use crate::scene::{Material, Scene, SheetSpec};
 use crate::sheet::air_drag::AirDrag;
 use crate::sheet::generation::CalibratedSprings;
 use crate::sheet::layer_stack::LayerStack;
-use crate::sheet::{
-    Counters, DescribedTemperature, Flexion, Interpenetration, OutlineMeshes, Pins, Probe, Sheet, SpringParameters,
-    Status, StepWorkspace, creases,
-};
+use crate::sheet::model::{DescribedTemperature, OutlineMeshes};
+use crate::sheet::parameters::{Flexion, SpringParameters};
+use crate::sheet::{Pins, Probe, Sheet, SheetModel, SheetParameters, SheetState, StepWorkspace, creases};
 
 /// Parts of a generated sheet or of a sheet from a file, before placement.
 pub(crate) struct SheetParts {
@@ -63,21 +62,22 @@ pub(super) fn assemble(
     place_nodes(&mut sheet, spec, &parts);
     join_springs(&mut sheet, &parts, bends);
     let SheetParts { lattice, mass, uv, extent, structure, grid, damping, .. } = parts;
-    (sheet.structure, sheet.grid, sheet.extent, sheet.spring_parameters.damping) = (structure, grid, extent, damping);
+    (sheet.model.structure, sheet.model.grid, sheet.model.extent, sheet.parameters.springs.damping) =
+        (structure, grid, extent, damping);
     sheet.inverse_mass = mass.iter().map(|m| 1.0 / m).collect();
-    sheet.mass = mass;
-    sheet.uv = uv;
+    sheet.model.mass = mass;
+    sheet.model.uv = uv;
     let second = lattice.layers.get(1);
-    sheet.gap = second.map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
-    (sheet.layers, sheet.layer_of, sheet.border) = (lattice.layers, lattice.layer_of, lattice.border);
-    sheet.flexion.triples = lattice.flexion;
+    sheet.model.gap = second.map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
+    (sheet.model.layers, sheet.model.layer_of, sheet.model.border) = (lattice.layers, lattice.layer_of, lattice.border);
+    sheet.parameters.flexion.triples = lattice.flexion;
     set_surface(&mut sheet, spec, triangles);
     sheet.set_recovery_policy(spec.when_unstable, scene.tolerance);
-    sheet.initial_diagonal = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
+    sheet.model.initial_diagonal = sheet.state.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
     if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
         let mut limit = ThicknessLimit::new(spec.thickness_limit);
         sheet.stack.cells().for_each(|(apex, corners)| limit.add(apex, corners, &lattice.positions));
-        sheet.thickness_limit = Some(limit);
+        sheet.parameters.thickness_limit = Some(limit);
     }
     add_spin(&mut sheet, spec.spin);
     sheet.refresh();
@@ -88,61 +88,54 @@ pub(super) fn assemble(
 fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
     Sheet {
         name: spec.name.clone(),
-        structure: StructureKind::Shell,
-        grid: (0, 0, 0),
-        x: Vectors::default(),
-        v: Vectors::default(),
-        applied: Vectors::default(),
-        friction: spec.friction.unwrap_or(scene.contact.friction),
-        restitution: spec.restitution.unwrap_or(scene.contact.restitution),
-        layers: Vec::new(),
-        triangles: None,
-        meshes: OutlineMeshes::default(),
-        uv: Vec::new(),
-        border: Vec::new(),
-        layer_of: Vec::new(),
+        model: SheetModel {
+            structure: StructureKind::Shell,
+            grid: (0, 0, 0),
+            layers: Vec::new(),
+            triangles: None,
+            uv: Vec::new(),
+            border: Vec::new(),
+            layer_of: Vec::new(),
+            meshes: OutlineMeshes::default(),
+            mass: Vec::new(),
+            clamped: Vec::new(),
+            length: spec.size.0.max(spec.size.1),
+            extent: (0.0, 0.0),
+            gap: 1.0,
+            initial_diagonal: 0.0,
+            folds: creases::folds(spec),
+            adhesion_areas: Vec::new(),
+            described_temperature: DescribedTemperature {
+                initial: spec.temperature,
+                has_gradient: spec.temperature_gradient,
+            },
+        },
+        parameters: SheetParameters {
+            applied: Vectors::default(),
+            friction: spec.friction.unwrap_or(scene.contact.friction),
+            restitution: spec.restitution.unwrap_or(scene.contact.restitution),
+            damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
+            springs: SpringParameters::default(),
+            drag: AirDrag::default(),
+            flexion: Flexion::default(),
+            thickness_limit: None,
+            max_step: f64::INFINITY,
+            material,
+        },
+        state: SheetState::default(),
         probes: Vec::new(),
-        status: Status::Awake,
-        interpenetration: Interpenetration::Unknown,
-        counters: Counters::default(),
-        mass: Vec::new(),
         inverse_mass: Vec::new(),
         springs: Springs::default(),
         elements: Vec::new(),
         grabs: Vec::new(),
-        drag: AirDrag::default(),
-        heat: None,
-        described_temperature: DescribedTemperature {
-            initial: spec.temperature,
-            has_gradient: spec.temperature_gradient,
-        },
-        recovery: None,
-        buckle_detector: None,
-        inelastic: None,
-        fracture: None,
-        adhesion_areas: Vec::new(),
-        system: None,
-        last_field: None,
-        flexion: Flexion::default(),
-        thickness_limit: None,
         pins: Pins::default(),
-        clamped: Vec::new(),
+        stack: LayerStack::default(),
+        recovery: None,
         engine_kind: scene.engine,
         engine: scene.engine.construct(),
-        stack: LayerStack::default(),
-        rest_time: 0.0,
-        displaced: false,
-        rest_positions: Vectors::zeros(0),
+        system: None,
+        last_field: None,
         work: StepWorkspace::default(),
-        damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
-        length: spec.size.0.max(spec.size.1),
-        extent: (0.0, 0.0),
-        gap: 1.0,
-        spring_parameters: SpringParameters::default(),
-        initial_diagonal: 0.0,
-        folds: creases::folds(spec),
-        max_step: f64::INFINITY,
-        material,
     }
 }
 
@@ -150,11 +143,11 @@ fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
 fn place_nodes(sheet: &mut Sheet, spec: &SheetSpec, parts: &SheetParts) {
     let rotation = spec.placement.quaternion();
     for ((p, u), f) in parts.lattice.positions.iter().zip(&parts.velocity).zip(&parts.force) {
-        sheet.x.push(spec.placement.apply(*p));
-        sheet.v.push(rotation * *u + spec.velocity);
-        sheet.applied.push(rotation * *f);
+        sheet.state.x.push(spec.placement.apply(*p));
+        sheet.state.v.push(rotation * *u + spec.velocity);
+        sheet.parameters.applied.push(rotation * *f);
     }
-    sheet.clamped = vec![false; sheet.x.len()];
+    sheet.model.clamped = vec![false; sheet.state.x.len()];
 }
 
 /// Add the springs and the stack of layers that they join.
@@ -172,27 +165,27 @@ fn join_springs(sheet: &mut Sheet, parts: &SheetParts, bends: bool) {
         .collect();
     sheet.springs = Springs::new(&list);
     sheet.stack = LayerStack::new(&sheet.springs, &parts.lattice.layer_of);
-    let material = &sheet.material;
+    let material = &sheet.parameters.material;
     let unit = if bends { material.plate_stiffness() } else { material.young * material.thickness };
-    sheet.spring_parameters.per_unit = parts.stiffness.iter().map(|k| k / unit).collect();
-    sheet.spring_parameters.is_calibrated = bends;
+    sheet.parameters.springs.per_unit = parts.stiffness.iter().map(|k| k / unit).collect();
+    sheet.parameters.springs.is_calibrated = bends;
 }
 
 /// Set the triangles of an outline, the probes, and the surface that meets air and pressure.
 fn set_surface(sheet: &mut Sheet, spec: &SheetSpec, triangles: Option<Vec<[u32; 3]>>) {
-    let layers = &sheet.layers;
+    let layers = &sheet.model.layers;
     sheet.probes = layers.first().map_or_else(Vec::new, |bottom| {
         let list = triangles.clone().unwrap_or_else(|| bottom.triangles());
-        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom.first, &list, &sheet.uv)).collect()
+        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom.first, &list, &sheet.model.uv)).collect()
     });
     let covered = match &triangles {
         Some(list) => list.clone(),
         None => layers.iter().flat_map(LatticeLayer::triangles).collect(),
     };
     let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
-    sheet.drag = AirDrag::new(covered, layers.len(), spec.drag);
-    sheet.drag.set_schedule(&spec.pressure, &sheet.x, lowest);
-    sheet.triangles = triangles;
+    sheet.parameters.drag = AirDrag::new(covered, layers.len(), spec.drag);
+    sheet.parameters.drag.set_schedule(&spec.pressure, &sheet.state.x, lowest);
+    sheet.model.triangles = triangles;
 }
 
 /// Add the velocities of a rotation with angular velocity `spin` (rad/s) about the centre of mass.
@@ -202,7 +195,7 @@ fn add_spin(sheet: &mut Sheet, spin: DVec3) {
     }
     let centre = sheet.centre_of_mass();
     for i in 0..sheet.node_count() {
-        let spun = sheet.v.get(i) + spin.cross(sheet.x.get(i) - centre);
-        sheet.v.set(i, spun);
+        let spun = sheet.state.v.get(i) + spin.cross(sheet.state.x.get(i) - centre);
+        sheet.state.v.set(i, spun);
     }
 }

@@ -21,11 +21,11 @@ impl Sheet {
         let held = self.pins.bind_bodies(&find).map_err(named)?;
         for mass in &held {
             self.inverse_mass[*mass as usize] = 0.0;
-            self.v.set(*mass as usize, DVec3::ZERO);
+            self.state.v.set(*mass as usize, DVec3::ZERO);
         }
         for (mass, state) in self.pins.attached_body_states() {
             let i = mass as usize;
-            self.v.set(i, state.velocity_at(self.x.get(i)));
+            self.state.v.set(i, state.velocity_at(self.state.x.get(i)));
         }
         if !held.is_empty() {
             self.invalidate_system();
@@ -75,7 +75,7 @@ impl Sheet {
         for mass in freed {
             let i = *mass as usize;
             if !self.is_detached(i) && !self.pins.masses().any(|held| held == *mass) {
-                self.inverse_mass[i] = 1.0 / self.mass[i];
+                self.inverse_mass[i] = 1.0 / self.model.mass[i];
             }
         }
         if !freed.is_empty() {

@@ -106,28 +106,28 @@ impl AdhesionState {
 impl Sheet {
     /// Number of nodes of the sheet with a bond.
     pub fn bonds(&self) -> usize {
-        self.work.adhesion.as_ref().map_or(0, |s| s.bonds)
+        self.state.adhesion.as_ref().map_or(0, |s| s.bonds)
     }
 
     /// Add the bond forces to the applied forces.
     pub(crate) fn apply_bond_forces(&mut self) {
-        if let Some(stuck) = &mut self.work.adhesion {
-            stuck.applied.copy_from(&self.applied);
-            self.applied.add_scaled(1.0, &stuck.bond_force);
+        if let Some(stuck) = &mut self.state.adhesion {
+            stuck.applied.copy_from(&self.parameters.applied);
+            self.parameters.applied.add_scaled(1.0, &stuck.bond_force);
         }
     }
 
     /// Restore the applied forces without the bond forces.
     pub(crate) fn remove_bond_forces(&mut self) {
-        if let Some(stuck) = &self.work.adhesion {
-            self.applied.copy_from(&stuck.applied);
+        if let Some(stuck) = &self.state.adhesion {
+            self.parameters.applied.copy_from(&stuck.applied);
         }
     }
 
     /// Remove all bonds.
     pub(crate) fn break_all_bonds(&mut self) {
         let masses = self.node_count();
-        if let Some(stuck) = &mut self.work.adhesion {
+        if let Some(stuck) = &mut self.state.adhesion {
             stuck.begin(masses);
         }
     }

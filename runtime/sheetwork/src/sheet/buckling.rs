@@ -112,24 +112,24 @@ impl BuckleDetector {
 impl Sheet {
     /// Turn detection on or off.
     pub(crate) fn set_buckling_detection(&mut self, watch: bool) {
-        if watch != self.buckle_detector.is_some() {
-            self.buckle_detector = watch.then(Box::default);
+        if watch != self.state.buckle_detector.is_some() {
+            self.state.buckle_detector = watch.then(Box::default);
         }
     }
 
     /// Whether detection is on.
     pub(crate) fn detects_buckling(&self) -> bool {
-        self.buckle_detector.is_some()
+        self.state.buckle_detector.is_some()
     }
 
     /// Test the last step, which began at `time` (s), for buckling.
     pub(crate) fn detect_buckling(&mut self, time: f64) -> Option<Buckling> {
-        if self.status != Status::Awake {
+        if self.state.status != Status::Awake {
             return None;
         }
-        let mut watch = self.buckle_detector.take()?;
+        let mut watch = self.state.buckle_detector.take()?;
         let found = watch.detect(self, time);
-        self.buckle_detector = Some(watch);
+        self.state.buckle_detector = Some(watch);
         found
     }
 
@@ -138,11 +138,11 @@ impl Sheet {
     fn elastic(&self, watch: &mut BuckleDetector) -> f64 {
         let BuckleDetector { next_force: force, still, scratch, .. } = watch;
         force.clear();
-        self.springs.add_forces(&self.x, still, false, scratch, force);
+        self.springs.add_forces(&self.state.x, still, false, scratch, force);
         // Grab springs are external to the sheet.
         let own = &self.elements[..self.elements.len() - self.grabs.len()];
-        own.iter().for_each(|e| e.add_forces(&self.x, still, force));
-        let pulled: f64 = self.grabs.iter().map(|p| p.energy(&self.x)).sum();
+        own.iter().for_each(|e| e.add_forces(&self.state.x, still, force));
+        let pulled: f64 = self.grabs.iter().map(|p| p.energy(&self.state.x)).sum();
         self.energy(DVec3::ZERO).elastic - pulled
     }
 }
@@ -162,7 +162,7 @@ impl BuckleDetector {
         let elastic = sheet.elastic(self);
         let found = if is_first { None } else { self.detect_snap(sheet, time, elastic) };
         self.elastic = elastic;
-        self.x.clone_from(&sheet.x);
+        self.x.clone_from(&sheet.state.x);
         self.force.clone_from(&self.next_force);
         found
     }
@@ -171,7 +171,7 @@ impl BuckleDetector {
         let (mut resists, mut most, mut place) = (0.0, 0.0, DVec3::ZERO);
         // Prescribed motion is not a loss of stability.
         for i in (0..sheet.node_count()).filter(|i| !sheet.is_held(*i)) {
-            let (force, next, x) = (self.force.get(i), self.next_force.get(i), sheet.x.get(i));
+            let (force, next, x) = (self.force.get(i), self.next_force.get(i), sheet.state.x.get(i));
             let moved = x - self.x.get(i);
             resists -= (next - force).dot(moved);
             let work = (0.5 * (force + next)).dot(moved);

@@ -67,19 +67,19 @@ impl Sheet {
         }
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
-        rest_shape::check_material(spec, &sheet.material)?;
-        let law = InelasticLaw::new(&sheet.material, spec.creep, spec.plastic);
+        rest_shape::check_material(spec, &sheet.parameters.material)?;
+        let law = InelasticLaw::new(&sheet.parameters.material, spec.creep, spec.plastic);
         sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
-        sheet.meshes.present = mesh.map(Arc::new);
-        sheet.spring_parameters.delivered_fraction = calibrated.as_ref().map(|c| c.delivered);
+        sheet.model.meshes.present = mesh.map(Arc::new);
+        sheet.parameters.springs.delivered_fraction = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
-            sheet.spring_parameters.delivered_fraction = Some(1.0);
+            sheet.parameters.springs.delivered_fraction = Some(1.0);
         }
         let share = law.creep.map(|c| c.arms.share);
-        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material, share)));
+        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.parameters.material, share)));
         if spec.creep || spec.plastic {
             let celsius = spec.temperature.unwrap_or(scene.ambient_temperature);
-            sheet.inelastic = Some(Box::new(InelasticState::new(law, celsius, scene.time_lapse, &sheet.springs)));
+            sheet.state.inelastic = Some(Box::new(InelasticState::new(law, celsius, scene.time_lapse, &sheet.springs)));
         }
         sheet.refresh();
         if spec.creep {
@@ -87,17 +87,17 @@ impl Sheet {
             // source.
             sheet.start_temperatures(scene.ambient_temperature);
         }
-        sheet.work.touching = vec![false; sheet.node_count()];
+        sheet.state.touching = vec![false; sheet.node_count()];
         if spec.sticky {
             adhesion::check_integrator(scene.engine)?;
-            adhesion::check_material(&sheet.material)?;
-            sheet.adhesion_areas = node_areas(&sheet);
+            adhesion::check_material(&sheet.parameters.material)?;
+            sheet.model.adhesion_areas = node_areas(&sheet);
         }
         if spec.tearing {
-            fracture::check_material(&sheet.material)?;
+            fracture::check_material(&sheet.parameters.material)?;
         }
         if spec.tearing || !spec.slits.is_empty() {
-            sheet.fracture = Some(Box::new(FractureState::new(&sheet, spec.tearing)));
+            sheet.state.fracture = Some(Box::new(FractureState::new(&sheet, spec.tearing)));
             sheet.open_slits(&spec.slits);
         }
         Ok(sheet)
@@ -107,21 +107,21 @@ impl Sheet {
 /// Area per node, m²: the area of the layer in proportion to the node masses.
 fn node_areas(sheet: &Sheet) -> Vec<f64> {
     let place = |m: u32| {
-        let (u, v) = sheet.uv[m as usize];
-        (u * sheet.extent.0, v * sheet.extent.1)
+        let (u, v) = sheet.model.uv[m as usize];
+        (u * sheet.model.extent.0, v * sheet.model.extent.1)
     };
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(place);
         0.5 * ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs()
     };
-    let covered: f64 = match &sheet.triangles {
+    let covered: f64 = match &sheet.model.triangles {
         Some(triangles) => triangles.iter().map(area).sum(),
-        None => sheet.extent.0 * sheet.extent.1,
+        None => sheet.model.extent.0 * sheet.model.extent.1,
     };
     let mut all = vec![0.0; sheet.node_count()];
-    for layer in &sheet.layers {
-        let whole: f64 = layer.range().map(|i| sheet.mass[i]).sum();
-        layer.range().for_each(|i| all[i] = covered * sheet.mass[i] / whole);
+    for layer in &sheet.model.layers {
+        let whole: f64 = layer.range().map(|i| sheet.model.mass[i]).sum();
+        layer.range().for_each(|i| all[i] = covered * sheet.model.mass[i] / whole);
     }
     all
 }
@@ -134,7 +134,7 @@ fn upper_side(mesh: &TriangleMesh) -> Vec<[u32; 3]> {
 /// Membrane and bending of a shell on a triangle mesh. A boundary edge is clamped when both its
 /// nodes are.
 fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &TriangleMesh, law: &InelasticLaw) -> Vec<Box<dyn Element>> {
-    let clamped = |e: &MeshEdge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
+    let clamped = |e: &MeshEdge| e.nodes.iter().all(|n| sheet.model.clamped[*n as usize]);
     let (groups, normals) = triangle_curvatures(mesh, &clamped);
     let rotation = spec.placement.quaternion();
     let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
@@ -165,15 +165,15 @@ fn shell_elements(
     mesh: Option<&TriangleMesh>,
     law: &InelasticLaw,
 ) -> Vec<Box<dyn Element>> {
-    if spec.file.is_some() || sheet.structure != StructureKind::Shell {
+    if spec.file.is_some() || sheet.model.structure != StructureKind::Shell {
         return Vec::new();
     }
     if let Some(mesh) = mesh {
         return mesh_elements(spec, sheet, mesh, law);
     }
-    let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
+    let (columns, rows) = (sheet.model.grid.0 as usize, sheet.model.grid.2 as usize);
     let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
-    let grid = StaggeredGrid { columns, rows, spacing, clamped: &sheet.clamped };
+    let grid = StaggeredGrid { columns, rows, spacing, clamped: &sheet.model.clamped };
     let rotation = spec.placement.quaternion();
     let (groups, directions) = (curvatures(&grid), [rotation * DVec3::X, rotation * DVec3::Z]);
     let mut membrane = CellMembrane::new(columns, rows, spacing);
@@ -290,10 +290,12 @@ fn apply_regions(
     let pinned: Result<Vec<_>, _> =
         spec.pins.iter().enumerate().map(|(i, p)| find(&p.region, format!("pins.{i}.region"))).collect();
     for (masses, value) in velocities {
-        masses.iter().for_each(|i| sheet.v.set(*i as usize, sheet.v.get(*i as usize) + value));
+        masses.iter().for_each(|i| sheet.state.v.set(*i as usize, sheet.state.v.get(*i as usize) + value));
     }
     for (masses, value) in forces {
-        masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
+        masses
+            .iter()
+            .for_each(|i| sheet.parameters.applied.set(*i as usize, sheet.parameters.applied.get(*i as usize) + value));
     }
     for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
         if let Some(c) = calibrated.filter(|_| is_cutting_clamp(pin)) {
@@ -302,21 +304,21 @@ fn apply_regions(
         let (x, y, z) = pin.axes;
         if !(x && y && z) {
             for i in masses {
-                sheet.pins.add_fixed_axes(i, sheet.x.get(i as usize), [x, y, z]);
+                sheet.pins.add_fixed_axes(i, sheet.state.x.get(i as usize), [x, y, z]);
             }
-            sheet.pins.zero_fixed_axes(&mut sheet.v);
+            sheet.pins.zero_fixed_axes(&mut sheet.state.v);
             continue;
         }
         if let Some(body) = &pin.body {
-            let places: Vec<(u32, DVec3)> = masses.iter().map(|i| (*i, sheet.x.get(*i as usize))).collect();
+            let places: Vec<(u32, DVec3)> = masses.iter().map(|i| (*i, sheet.state.x.get(*i as usize))).collect();
             sheet.pins.add_attachment(places.into_iter(), body);
             continue;
         }
-        let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
+        let start = masses.iter().map(|i| sheet.state.x.get(*i as usize)).collect();
         for i in &masses {
             sheet.inverse_mass[*i as usize] = 0.0;
-            sheet.clamped[*i as usize] |= pin.clamp;
-            sheet.v.set(*i as usize, DVec3::ZERO);
+            sheet.model.clamped[*i as usize] |= pin.clamp;
+            sheet.state.v.set(*i as usize, DVec3::ZERO);
         }
         sheet.pins.add(masses, start, pin.path.clone(), pin.until);
     }
@@ -325,15 +327,15 @@ fn apply_regions(
 
 /// Convert a sheet to a .SHT file with its present positions and velocities.
 pub fn to_file(sheet: &Sheet) -> SheetFile {
-    let (nx, layers, nz) = sheet.grid;
+    let (nx, layers, nz) = sheet.model.grid;
     let masses = (0..sheet.node_count()).map(|i| SheetFileNode {
         acceleration: DVec3::ZERO,
-        position: sheet.x.get(i),
-        force: sheet.applied.get(i),
-        velocity: sheet.v.get(i),
-        mass: sheet.mass[i],
-        layer: sheet.layer_of[i],
-        border: sheet.border[i],
+        position: sheet.state.x.get(i),
+        force: sheet.parameters.applied.get(i),
+        velocity: sheet.state.v.get(i),
+        mass: sheet.model.mass[i],
+        layer: sheet.model.layer_of[i],
+        border: sheet.model.border[i],
     });
     let springs = (0..sheet.springs.len()).map(|i| SheetFileSpring {
         kind: sheet.springs.class[i],
@@ -342,7 +344,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
         stiffness: sheet.springs.stiffness[i],
         rest: sheet.springs.rest[i],
     });
-    let bottom = sheet.layers.first().copied().unwrap_or_default();
+    let bottom = sheet.model.layers.first().copied().unwrap_or_default();
     let last = |n: u32| n.saturating_sub(1);
     SheetFile {
         masses: masses.collect(),
@@ -356,7 +358,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
         centre: bottom.at(bottom.nx / 2, bottom.nz / 2),
         dimensions: [nx, layers, nz],
         damping: sheet.damping(),
-        structure: sheet.structure.name().to_owned(),
+        structure: sheet.model.structure.name().to_owned(),
     }
 }
 
@@ -368,6 +370,6 @@ pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
     let scene = Scene::default();
     let spec = SheetSpec::default();
     let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read_parts(file)?, false, None);
-    sheet.work.touching = vec![false; sheet.node_count()];
+    sheet.state.touching = vec![false; sheet.node_count()];
     Ok(sheet)
 }

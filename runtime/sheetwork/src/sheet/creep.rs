@@ -159,7 +159,7 @@ impl LatticeCreep {
 impl Sheet {
     /// Whether the sheet creeps at its temperature, so that it moves on, however slowly.
     pub(crate) fn is_creeping(&self) -> bool {
-        self.inelastic.as_ref().is_some_and(|f| f.creeps)
+        self.state.inelastic.as_ref().is_some_and(|f| f.creeps)
     }
 
     /// Rest curvatures (uu, vv, 2uv; 1/m, positive towards the upper side) of a sheet with creases,
@@ -172,7 +172,7 @@ impl Sheet {
     /// is one. `None` for an elastic sheet.
     pub fn temperature(&self) -> Option<f64> {
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
-        self.inelastic.as_ref().map(|f| self.temperatures().map_or(f.temperature, mean))
+        self.state.inelastic.as_ref().map(|f| self.temperatures().map_or(f.temperature, mean))
     }
 
     /// Change the temperature of a creeping or plastic sheet, °C, -273.15 to 5000.
@@ -181,11 +181,11 @@ impl Sheet {
     /// When out of range, or the sheet neither creeps nor yields; nothing is changed then.
     pub fn set_temperature(&mut self, celsius: f64) -> Result<(), InputError> {
         check_range("temperature", celsius, -273.15, 5000.0, "°C")?;
-        let Some(flow) = &mut self.inelastic else {
+        let Some(flow) = &mut self.state.inelastic else {
             return Err(InputError::new("temperature", "does nothing to a sheet without creep"));
         };
         flow.temperature = celsius;
-        if self.heat.is_some() {
+        if self.state.heat.is_some() {
             self.set_temperatures(|_| celsius)?;
         }
         self.wake();
@@ -194,50 +194,50 @@ impl Sheet {
 
     /// Begin a step of `dt` (s): set the law of the step.
     pub(crate) fn begin_inelastic_step(&mut self, dt: f64) {
-        let Some(mut flow) = self.inelastic.take() else { return };
+        let Some(mut flow) = self.state.inelastic.take() else { return };
         flow.dt = dt * flow.time_lapse;
-        let (law, heat) = (flow.law, self.heat.take());
+        let (law, heat) = (flow.law, self.state.heat.take());
         let step = law.step(flow.dt, flow.temperature);
         let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
         flow.creeps = !step.is_idle();
         if flow.creeps {
             let mut changed = !self.springs.is_empty();
             for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-                changed |= element.begin_step(&self.x, &step);
+                changed |= element.begin_step(&self.state.x, &step);
             }
-            flow.springs.begin(&mut self.springs, &self.x, &step);
+            flow.springs.begin(&mut self.springs, &self.state.x, &step);
             flow.in_step = true;
             self.forget_tangent(changed);
         } else if flow.in_step {
             self.restore_instantaneous_law(&mut flow);
         }
-        self.heat = heat;
-        self.inelastic = Some(flow);
+        self.state.heat = heat;
+        self.state.inelastic = Some(flow);
     }
 
     /// End the step: store the inelastic strain at the present positions.
     pub(crate) fn end_inelastic_step(&mut self) {
-        let Some(mut flow) = self.inelastic.take() else { return };
+        let Some(mut flow) = self.state.inelastic.take() else { return };
         if !flow.creeps && flow.law.plastic.is_none() {
-            self.inelastic = Some(flow);
+            self.state.inelastic = Some(flow);
             return;
         }
-        let (law, heat) = (flow.law, self.heat.take());
+        let (law, heat) = (flow.law, self.state.heat.take());
         let step = law.step(flow.dt, flow.temperature);
         let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
         for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-            element.end_step(&self.x, &step);
+            element.end_step(&self.state.x, &step);
         }
-        flow.springs.end(&self.springs, &self.x, &step);
-        self.heat = heat;
-        self.inelastic = Some(flow);
+        flow.springs.end(&self.springs, &self.state.x, &step);
+        self.state.heat = heat;
+        self.state.inelastic = Some(flow);
     }
 
     /// Set the instantaneous law, as for an equilibrium.
     pub(crate) fn use_instantaneous_law(&mut self) {
-        if let Some(mut flow) = self.inelastic.take() {
+        if let Some(mut flow) = self.state.inelastic.take() {
             self.restore_instantaneous_law(&mut flow);
-            self.inelastic = Some(flow);
+            self.state.inelastic = Some(flow);
         }
     }
 
@@ -245,7 +245,7 @@ impl Sheet {
     /// length without load grows by `grown` (m), and the softening factor changes from `softness.0`
     /// to `softness.1`. Return false, without a change, for a spring that does not creep.
     pub(crate) fn heat_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
-        let Some(springs) = self.inelastic.as_mut().map(|f| &mut f.springs) else { return false };
+        let Some(springs) = self.state.inelastic.as_mut().map(|f| &mut f.springs) else { return false };
         let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.instantaneous.get_mut(i)) else {
             return false;
         };
@@ -261,9 +261,9 @@ impl Sheet {
         }
         let mut changed = !self.springs.is_empty();
         for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-            changed |= element.apply_elastic_law(&self.x);
+            changed |= element.apply_elastic_law(&self.state.x);
         }
-        flow.springs.use_instantaneous_law(&mut self.springs, &self.x);
+        flow.springs.use_instantaneous_law(&mut self.springs, &self.state.x);
         flow.in_step = false;
         self.forget_tangent(changed);
     }
@@ -276,13 +276,13 @@ impl Sheet {
 
     /// Take over changed spring stiffnesses and material constants.
     pub(crate) fn update_inelastic_law(&mut self) {
-        let Some(mut flow) = self.inelastic.take() else { return };
+        let Some(mut flow) = self.state.inelastic.take() else { return };
         let creep = flow.law.creep.is_some();
-        flow.law = InelasticLaw::new(&self.material, creep, flow.law.plastic.is_some());
+        flow.law = InelasticLaw::new(&self.parameters.material, creep, flow.law.plastic.is_some());
         for i in 0..flow.springs.strains.len() {
             flow.springs.instantaneous[i].0 = self.springs.stiffness[i];
             flow.springs.apply(i, &mut self.springs);
         }
-        self.inelastic = Some(flow);
+        self.state.inelastic = Some(flow);
     }
 }

@@ -35,7 +35,8 @@ impl Sheet {
         let still = Vectors::zeros(n);
         // The increments are small against the nonlinearity of the forces and large against
         // rounding.
-        let (step, speed) = (1e-6 * self.initial_diagonal.max(1e-6), 1e-3 * self.initial_diagonal.max(1e-6));
+        let (step, speed) =
+            (1e-6 * self.model.initial_diagonal.max(1e-6), 1e-3 * self.model.initial_diagonal.max(1e-6));
         let along = |i: usize, size: f64| {
             let mut d = Vectors::zeros(n);
             let mut at = DVec3::ZERO;
@@ -44,7 +45,7 @@ impl Sheet {
             d
         };
         let moved = |i: usize, size: f64| {
-            let mut x = self.x.clone();
+            let mut x = self.state.x.clone();
             x.add_scaled(1.0, &along(i, size));
             self.forces_at(&x, &still)
         };
@@ -57,7 +58,7 @@ impl Sheet {
             free.iter().map(column).collect()
         };
         let stiffness = columns(step, &moved);
-        let damping = columns(speed, &|i, size| self.forces_at(&self.x, &along(i, size)));
+        let damping = columns(speed, &|i, size| self.forces_at(&self.state.x, &along(i, size)));
         let root: Vec<f64> = free.iter().map(|i| self.inverse_mass[i / 3].sqrt()).collect();
         let weighted = |of: &[Vec<f64>]| {
             Mat::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])

@@ -42,7 +42,7 @@ impl Sheet {
     /// Stiffness that structure, grid, integrator and step `dt` (s) deliver; `None` for springs
     /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
-        let structure = self.spring_parameters.delivered_fraction?;
+        let structure = self.parameters.springs.delivered_fraction?;
         let (q, grid) = self.resolved();
         let law = self.law();
         let areal = self.material().areal_mass();
@@ -78,8 +78,8 @@ impl Sheet {
     /// Wave number of the present shape (rad/m), and the fraction of the bending stiffness that the
     /// grid delivers for it.
     fn resolved(&self) -> (f64, f64) {
-        let slowest = 1.875_104 / self.length;
-        let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else {
+        let slowest = 1.875_104 / self.model.length;
+        let Some(layer) = self.model.layers.first().filter(|_| self.model.triangles.is_none()) else {
             // On triangles the slowest wave represents the shape, and the area per node gives the
             // spacing.
             let h2 = self.total_mass() / self.material().areal_mass() / self.node_count().max(1) as f64;
@@ -120,10 +120,12 @@ impl CurvatureSums {
     /// Add a line of nodes without two at each end, because differences beside a clamp are not
     /// smooth.
     fn add(&mut self, sheet: &Sheet, line: &[usize]) {
-        let x = |k: usize| sheet.x.get(line[k]);
+        let x = |k: usize| sheet.state.x.get(line[k]);
         let curvature = |k: usize| x(k - 1) - x(k) * 2.0 + x(k + 1);
-        self.spacing =
-            line.windows(2).map(|w| sheet.x.get(w[0]).distance(sheet.x.get(w[1]))).fold(self.spacing, f64::min);
+        self.spacing = line
+            .windows(2)
+            .map(|w| sheet.state.x.get(w[0]).distance(sheet.state.x.get(w[1])))
+            .fold(self.spacing, f64::min);
         for k in 3..line.len().saturating_sub(3) {
             self.curvature += curvature(k).length_squared();
             self.bend += (curvature(k - 1) - curvature(k) * 2.0 + curvature(k + 1)).length_squared();

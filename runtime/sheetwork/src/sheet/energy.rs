@@ -33,10 +33,10 @@ impl Energy {
     }
 
     pub(crate) fn new(sheet: &Sheet, g: DVec3) -> Self {
-        let moves = |i: usize| if sheet.is_detached(i) { 0.0 } else { sheet.mass[i] };
+        let moves = |i: usize| if sheet.is_detached(i) { 0.0 } else { sheet.model.mass[i] };
         let place = |i: usize, x: DVec3| sheet.detached_at(i).unwrap_or(x);
-        let kinetic = sheet.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
-        let gravity = sheet.x.iter().enumerate().map(|(i, x)| -sheet.mass[i] * g.dot(place(i, x))).sum();
+        let kinetic = sheet.state.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
+        let gravity = sheet.state.x.iter().enumerate().map(|(i, x)| -sheet.model.mass[i] * g.dot(place(i, x))).sum();
         let elastic = elastic(sheet);
         Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
     }
@@ -44,9 +44,9 @@ impl Energy {
 
 /// Elastic energy of the present state, J.
 pub(crate) fn elastic(sheet: &Sheet) -> f64 {
-    let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
-    let springs = sheet.inelastic.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
-    springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements
+    let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.state.x)).sum();
+    let springs = sheet.state.inelastic.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.state.x));
+    springs.unwrap_or_else(|| sheet.springs.energy(&sheet.state.x)) + elements
 }
 
 /// Largest angular frequency (rad/s) by power iteration on M⁻¹K, with the tangent stiffness K at
@@ -87,7 +87,7 @@ fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
     let springs = sheet.springs();
     for i in 0..springs.len() {
         let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
-        let along = sheet.x.get(b) - sheet.x.get(a);
+        let along = sheet.state.x.get(b) - sheet.state.x.get(a);
         let length = along.length();
         if length <= 0.0 {
             continue;
@@ -110,10 +110,10 @@ fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
         return;
     }
     let still = Vectors::zeros(d.len());
-    let step = 1e-6 * sheet.initial_diagonal.max(1e-6) / largest;
+    let step = 1e-6 * sheet.model.initial_diagonal.max(1e-6) / largest;
     let (mut ahead, mut behind) = (Vectors::zeros(d.len()), Vectors::zeros(d.len()));
     for (force, sign) in [(&mut ahead, step), (&mut behind, -step)] {
-        let mut x = sheet.x.clone();
+        let mut x = sheet.state.x.clone();
         x.add_scaled(sign, d);
         sheet.elements.iter().for_each(|e| e.add_forces(&x, &still, force));
     }

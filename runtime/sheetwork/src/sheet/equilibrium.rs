@@ -53,8 +53,8 @@ impl Sheet {
     fn iterate_to_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
-        let mut x = self.x.clone();
-        let (start, size) = (self.x.clone(), self.initial_diagonal);
+        let mut x = self.state.x.clone();
+        let (start, size) = (self.state.x.clone(), self.model.initial_diagonal);
         let found = self.with_implicit_sheet(field, &mut system, |problem| {
             let mut found = newton(problem, &mut x, tolerance, size);
             if !found.converged {
@@ -65,8 +65,8 @@ impl Sheet {
         });
         system.forget_constant();
         self.system = Some(system);
-        self.x.copy_from(&x);
-        self.v.clear();
+        self.state.x.copy_from(&x);
+        self.state.v.clear();
         self.engine.restart();
         found
     }

@@ -83,7 +83,7 @@ impl FractureState {
     /// Create the state of `sheet` with all cells closed; `runs` allows cells to open during the
     /// run.
     pub fn new(sheet: &Sheet, runs: bool) -> Self {
-        let bottom = sheet.layers.first().copied().unwrap_or_default();
+        let bottom = sheet.model.layers.first().copied().unwrap_or_default();
         let open = OpenCells::closed(bottom.nx as usize, bottom.nz as usize);
         Self {
             strain_ratio: vec![0.0; open.cells().len()],
@@ -92,7 +92,7 @@ impl FractureState {
             detached: vec![false; sheet.node_count()],
             detached_at: Vec::new(),
             followers: Vec::new(),
-            springs: sheet.spring_parameters.per_unit.clone(),
+            springs: sheet.parameters.springs.per_unit.clone(),
             revision: 0,
             released_energy: 0.0,
             is_reported: false,
@@ -154,52 +154,52 @@ fn corners(layer: &LatticeLayer, c: usize) -> [usize; 4] {
 impl Sheet {
     /// Whether its cells can open.
     pub fn can_open(&self) -> bool {
-        self.fracture.is_some()
+        self.state.fracture.is_some()
     }
 
     /// Whether each cell of the lowest layer is open, with the index along the length running
     /// fastest; `None` for a sheet that cannot open.
     pub fn open_cells(&self) -> Option<&[bool]> {
-        self.fracture.as_ref().map(|t| t.open.cells())
+        self.state.fracture.as_ref().map(|t| t.open.cells())
     }
 
     /// Number of open cells.
     pub fn open_count(&self) -> usize {
-        self.fracture.as_ref().map_or(0, |t| t.open.count())
+        self.state.fracture.as_ref().map_or(0, |t| t.open.count())
     }
 
     /// Number of changes of the open cells; a renderer rebuilds its triangles when it changes.
     pub fn opening_revision(&self) -> u64 {
-        self.fracture.as_ref().map_or(0, |t| t.revision)
+        self.state.fracture.as_ref().map_or(0, |t| t.revision)
     }
 
     /// Energy released by opening so far, J: elastic energy of the cells and energy of detached
     /// nodes.
     pub fn energy_released(&self) -> f64 {
-        self.fracture.as_ref().map_or(0.0, |t| t.released_energy)
+        self.state.fracture.as_ref().map_or(0.0, |t| t.released_energy)
     }
 
     /// Whether node `i` is detached: without a closed cell.
     pub fn is_detached(&self, i: usize) -> bool {
-        self.fracture.as_ref().is_some_and(|t| t.detached[i])
+        self.state.fracture.as_ref().is_some_and(|t| t.detached[i])
     }
 
     /// Position of node `i` when it was detached, m; `None` for any other node.
     pub(crate) fn detached_at(&self, i: usize) -> Option<DVec3> {
-        self.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
+        self.state.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
     }
 
     /// Open cells of a sheet that has some.
     #[doc(hidden)]
     pub fn open_cell_set(&self) -> Option<&OpenCells> {
-        self.fracture.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
+        self.state.fracture.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
     }
 
     /// Material coordinates (u, v) of node `i` in cells of the lowest layer.
     #[doc(hidden)]
     pub fn in_cells(&self, i: u32) -> (f64, f64) {
-        let (columns, rows) = self.fracture.as_ref().map_or((0, 0), |t| t.open.size());
-        let (u, v) = self.uv[i as usize];
+        let (columns, rows) = self.state.fracture.as_ref().map_or((0, 0), |t| t.open.size());
+        let (u, v) = self.model.uv[i as usize];
         (u * columns as f64, v * rows as f64)
     }
 
@@ -219,11 +219,11 @@ impl Sheet {
     /// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
     /// may be any distance apart.
     pub(crate) fn is_intact_within(&self, most: f64) -> bool {
-        let (Some(open), Some(layer)) = (self.open_cell_set(), self.layers.first()) else { return true };
+        let (Some(open), Some(layer)) = (self.open_cell_set(), self.model.layers.first()) else { return true };
         let closed = open.cells().iter().enumerate().filter(|c| !c.1);
-        let mut sound = (0..self.node_count()).all(|i| self.x.get(i).is_finite());
+        let mut sound = (0..self.node_count()).all(|i| self.state.x.get(i).is_finite());
         for (c, _) in closed {
-            let [a, b, d, e] = corners(layer, c).map(|m| self.x.get(m));
+            let [a, b, d, e] = corners(layer, c).map(|m| self.state.x.get(m));
             sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
         }
         sound
@@ -231,11 +231,11 @@ impl Sheet {
 
     /// Open cells after a step. Return the first opening of the sheet, once.
     pub(crate) fn open_cells_after_step(&mut self) -> Option<FractureOpening> {
-        let mut tears = self.fracture.take()?;
+        let mut tears = self.state.fracture.take()?;
         tears.opening_cells.clear();
         let worst = if tears.can_grow { self.find_opening_cells(&mut tears) } else { None };
         if tears.opening_cells.is_empty() {
-            self.fracture = Some(tears);
+            self.state.fracture = Some(tears);
             self.move_detached_nodes();
             return None;
         }
@@ -244,7 +244,7 @@ impl Sheet {
         for k in 0..tears.opening_cells.len() {
             tears.open.set(tears.opening_cells[k] as usize);
         }
-        self.fracture = Some(tears);
+        self.state.fracture = Some(tears);
         self.update_open_cells();
         self.move_detached_nodes();
         first
@@ -252,7 +252,7 @@ impl Sheet {
 
     /// Collect the cells that open; return the one with the largest strain.
     fn find_opening_cells(&self, tears: &mut FractureState) -> Option<usize> {
-        let (melts_at, tears_at) = (self.material.melts_at, self.material.tears_at);
+        let (melts_at, tears_at) = (self.parameters.material.melts_at, self.parameters.material.tears_at);
         let (mut worst, mut most, mut melted) = (None, 1.0, None);
         for c in 0..tears.strain_ratio.len() {
             tears.strain_ratio[c] = 0.0;
@@ -284,25 +284,28 @@ impl Sheet {
     }
 
     fn state_of(&self, c: usize) -> CellState {
-        let Some(layer) = self.layers.first() else { return CellState { strain: 0.0, celsius: None } };
+        let Some(layer) = self.model.layers.first() else { return CellState { strain: 0.0, celsius: None } };
         let m = corners(layer, c);
         let celsius = self.temperatures().map(|t| self.cell_temperature(t, m, c));
-        let [p, q, r, s] = m.map(|m| self.x.get(m));
-        let half = (0.5 * f64::from(layer.nx - 1) / self.extent.0, 0.5 * f64::from(layer.nz - 1) / self.extent.1);
+        let [p, q, r, s] = m.map(|m| self.state.x.get(m));
+        let half =
+            (0.5 * f64::from(layer.nx - 1) / self.model.extent.0, 0.5 * f64::from(layer.nz - 1) / self.model.extent.1);
         let (a, b) = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
         let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
         let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
-        let grown = 1.0 + celsius.map_or(0.0, |t| self.material.expansion * (t - REFERENCE));
+        let grown = 1.0 + celsius.map_or(0.0, |t| self.parameters.material.expansion * (t - REFERENCE));
         CellState { strain: square.sqrt() / grown - 1.0, celsius }
     }
 
     /// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
     fn cell_temperature(&self, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
         let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
-        let Some(bottom) = self.layers.first().filter(|_| self.layers.len() > 1) else { return sum / count };
+        let Some(bottom) = self.model.layers.first().filter(|_| self.model.layers.len() > 1) else {
+            return sum / count;
+        };
         let across = bottom.nx - 1;
         let (i, j) = (c as u32 % across, c as u32 / across);
-        for layer in &self.layers[1..] {
+        for layer in &self.model.layers[1..] {
             if layer.nx == bottom.nx {
                 let over = [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)];
                 sum += over.iter().map(|m| celsius[*m as usize]).sum::<f64>();
@@ -318,18 +321,18 @@ impl Sheet {
     /// Report of the opening of cell `c`.
     fn opening(&self, c: usize) -> FractureOpening {
         let state = self.state_of(c);
-        let middle = self
-            .layers
-            .first()
-            .map_or(DVec3::ZERO, |layer| corners(layer, c).iter().map(|m| self.x.get(*m)).sum::<DVec3>() / 4.0);
-        let melted = self.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
+        let middle =
+            self.model.layers.first().map_or(DVec3::ZERO, |layer| {
+                corners(layer, c).iter().map(|m| self.state.x.get(*m)).sum::<DVec3>() / 4.0
+            });
+        let melted = self.parameters.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
         FractureOpening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
     }
 
     /// Open the cells along `slits` permanently.
     pub(crate) fn open_slits(&mut self, slits: &[Slit]) {
         let cells = self.slit_cells(slits);
-        if let Some(tears) = self.fracture.as_mut().filter(|_| !slits.is_empty()) {
+        if let Some(tears) = self.state.fracture.as_mut().filter(|_| !slits.is_empty()) {
             tears.initial_cells = cells;
             self.set_open(&[]);
         }
@@ -338,14 +341,14 @@ impl Sheet {
     /// Whether each cell has opened since the start, without the slits; empty for a sheet that
     /// cannot open.
     pub(crate) fn torn_cells(&self) -> Vec<bool> {
-        let Some(tears) = &self.fracture else { return Vec::new() };
+        let Some(tears) = &self.state.fracture else { return Vec::new() };
         let slit = tears.initial_cells.iter().copied().chain(std::iter::repeat(false));
         tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
     }
 
     /// Restore the open cells to `torn` (empty: none) and the slits, for a return to another time.
     pub(crate) fn set_open(&mut self, torn: &[bool]) {
-        let Some(tears) = self.fracture.as_mut() else { return };
+        let Some(tears) = self.state.fracture.as_mut() else { return };
         let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
         let cells: Vec<bool> =
             (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.initial_cells, c)).collect();
@@ -360,14 +363,14 @@ impl Sheet {
     /// Update everything that depends on the open cells.
     fn update_open_cells(&mut self) {
         let before = self.energy(DVec3::ZERO).total;
-        let Some(mut tears) = self.fracture.take() else { return };
+        let Some(mut tears) = self.state.fracture.take() else { return };
         tears.revision += 1;
         tears.detached_at.resize(tears.detached.len(), DVec3::ZERO);
         for i in 0..tears.detached.len() {
             let at = self.cells_at(&tears.open, i as u32);
             let was = std::mem::replace(&mut tears.detached[i], tears.open.is_gone(at));
             if tears.detached[i] && !was {
-                tears.detached_at[i] = self.x.get(i);
+                tears.detached_at[i] = self.state.x.get(i);
             }
         }
         for i in 0..self.springs.len() {
@@ -375,15 +378,15 @@ impl Sheet {
             let cut = tears.open.is_spring_cut(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
                 || tears.detached[a as usize]
                 || tears.detached[b as usize];
-            self.spring_parameters.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
+            self.parameters.springs.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
         }
         self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
         self.fix_detached_nodes(&mut tears);
-        let triangles = self.layers.iter().flat_map(LatticeLayer::triangles).collect();
-        self.fracture = Some(tears);
-        self.drag.set_triangles(self.closed_triangles(triangles));
+        let triangles = self.model.layers.iter().flat_map(LatticeLayer::triangles).collect();
+        self.state.fracture = Some(tears);
+        self.parameters.drag.set_triangles(self.closed_triangles(triangles));
         self.update_contact_of_open_cells();
-        if let Some(heat) = &mut self.heat {
+        if let Some(heat) = &mut self.state.heat {
             heat.discard_network();
         }
         self.refresh();
@@ -391,13 +394,13 @@ impl Sheet {
         self.restart_engine();
         self.invalidate_system();
         let after = self.energy(DVec3::ZERO).total;
-        if let Some(tears) = &mut self.fracture {
+        if let Some(tears) = &mut self.state.fracture {
             tears.released_energy += before - after;
         }
     }
 
     fn cells_at(&self, open: &OpenCells, i: u32) -> (f64, f64) {
-        let ((columns, rows), (u, v)) = (open.size(), self.uv[i as usize]);
+        let ((columns, rows), (u, v)) = (open.size(), self.model.uv[i as usize]);
         (u * columns as f64, v * rows as f64)
     }
 
@@ -408,12 +411,12 @@ impl Sheet {
         tears.followers.clear();
         self.pins.set_gone(&tears.detached);
         for i in 0..self.node_count() {
-            self.inverse_mass[i] = if pinned[i] || tears.detached[i] { 0.0 } else { 1.0 / self.mass[i] };
+            self.inverse_mass[i] = if pinned[i] || tears.detached[i] { 0.0 } else { 1.0 / self.model.mass[i] };
             if tears.detached[i] && !pinned[i] {
-                let here = self.uv[i];
+                let here = self.model.uv[i];
                 let apart = |k: &usize| {
-                    let (u, v) = self.uv[*k];
-                    ((u - here.0) * self.extent.0).hypot((v - here.1) * self.extent.1)
+                    let (u, v) = self.model.uv[*k];
+                    ((u - here.0) * self.model.extent.0).hypot((v - here.1) * self.model.extent.1)
                 };
                 let left = (0..self.node_count()).filter(|k| !tears.detached[*k]);
                 let nearest = left.min_by(|a, b| apart(a).total_cmp(&apart(b)));
@@ -424,27 +427,27 @@ impl Sheet {
 
     /// Move detached nodes with the nodes that they follow.
     fn move_detached_nodes(&mut self) {
-        let Some(tears) = self.fracture.as_ref().filter(|t| !t.followers.is_empty()) else { return };
+        let Some(tears) = self.state.fracture.as_ref().filter(|t| !t.followers.is_empty()) else { return };
         for (mass, with) in &tears.followers {
             let (mass, with) = (*mass as usize, *with as usize);
-            self.x.set(mass, self.x.get(with));
-            self.v.set(mass, if mass == with { DVec3::ZERO } else { self.v.get(with) });
+            self.state.x.set(mass, self.state.x.get(with));
+            self.state.v.set(mass, if mass == with { DVec3::ZERO } else { self.state.v.get(with) });
         }
     }
 
     /// Update the limits after a change of the open cells.
     fn update_contact_of_open_cells(&mut self) {
-        if let Some(limit) = self.flexion.limit.as_ref().map(|l| l.limit) {
-            self.flexion.limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
+        if let Some(limit) = self.parameters.flexion.limit.as_ref().map(|l| l.limit) {
+            self.parameters.flexion.limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
         }
-        if let (Some(limit), Some(tears)) = (&mut self.thickness_limit, &self.fracture) {
+        if let (Some(limit), Some(tears)) = (&mut self.parameters.thickness_limit, &self.state.fracture) {
             limit.set_open_cells(&tears.detached);
         }
     }
 
     /// Flexion triples whose two springs are intact.
     pub(crate) fn closed_triples(&self) -> Vec<[u32; 3]> {
-        let mut triples = self.flexion.triples.clone();
+        let mut triples = self.parameters.flexion.triples.clone();
         if let Some(open) = self.open_cell_set() {
             triples.retain(|t| {
                 let [a, b, c] = t.map(|m| self.in_cells(m));

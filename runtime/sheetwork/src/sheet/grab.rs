@@ -27,7 +27,7 @@ impl Sheet {
         if !impulse.is_finite() {
             return Err(InputError::new("impulse", "not finite"));
         }
-        self.v.set(node, self.v.get(node) + impulse * self.inverse_mass[node]);
+        self.state.v.set(node, self.state.v.get(node) + impulse * self.inverse_mass[node]);
         self.wake();
         Ok(())
     }
@@ -45,15 +45,15 @@ impl Sheet {
         if self.grabs.len() >= MAX_GRABS {
             return Err(InputError::new("grab", format!("{MAX_GRABS} pull at {} already", self.name)));
         }
-        let triangles = match (&self.triangles, self.layers.first()) {
+        let triangles = match (&self.model.triangles, self.model.layers.first()) {
             (Some(triangles), _) => triangles.clone(),
             (None, Some(layer)) => layer.triangles(),
             (None, None) => Vec::new(),
         };
-        let first = self.layers.first().map_or(0, |l| l.first);
-        let (masses, weights) = Probe::new("", uv, first, &triangles, &self.uv).terms();
+        let first = self.model.layers.first().map_or(0, |l| l.first);
+        let (masses, weights) = Probe::new("", uv, first, &triangles, &self.model.uv).terms();
         let mut pull = GrabSpring::new(masses, weights, DVec3::ZERO, stiffness);
-        pull.target = pull.point(&self.x);
+        pull.target = pull.point(&self.state.x);
         self.grabs.push(pull);
         self.add_pull();
         Ok(self.grabs.len() - 1)

@@ -75,9 +75,9 @@ impl ImplicitSystem {
         };
         springs.bind_blocks(&block);
         sheet.elements.iter_mut().for_each(|e| e.bind_blocks(&block));
-        let (nu, nv) = (f64::from(sheet.grid.0), f64::from(sheet.grid.2));
+        let (nu, nv) = (f64::from(sheet.model.grid.0), f64::from(sheet.model.grid.2));
         let place = |m: &u32| {
-            let (u, v) = sheet.uv[*m as usize];
+            let (u, v) = sheet.model.uv[*m as usize];
             [u * nu, v * nv]
         };
         let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
@@ -497,15 +497,15 @@ impl Sheet {
     ) -> R {
         let mut problem = ImplicitSheet {
             field,
-            mass: &self.mass,
+            mass: &self.model.mass,
             inverse_mass: &self.inverse_mass,
-            applied: &self.applied,
+            applied: &self.parameters.applied,
             pins: &self.pins,
             springs: &self.springs,
             scratch: &mut self.work.springs,
             elements: &mut self.elements,
             system,
-            drag: &mut self.drag,
+            drag: &mut self.parameters.drag,
         };
         work(&mut problem)
     }
@@ -515,11 +515,11 @@ impl Sheet {
         self.prepare_implicit(field);
         let Some(mut system) = self.system.take() else { return AdvanceReport::default() };
         // Moved out for the step, so that they are borrowed separately from the rest of the sheet.
-        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let (mut x, mut v) = (std::mem::take(&mut self.state.x), std::mem::take(&mut self.state.v));
         let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::IdleIntegrator));
         let done =
             self.with_implicit_sheet(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
-        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
+        (self.state.x, self.state.v, self.engine, self.system) = (x, v, engine, Some(system));
         done
     }
 
@@ -528,12 +528,12 @@ impl Sheet {
     pub(crate) fn prepare_implicit(&mut self, field: Field) {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         if self.last_field.is_none() {
-            let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+            let (x, v) = (std::mem::take(&mut self.state.x), std::mem::take(&mut self.state.v));
             self.with_implicit_sheet(field, &mut system, |problem| {
                 problem.reset_rates();
                 problem.start(&x, &v);
             });
-            (self.x, self.v) = (x, v);
+            (self.state.x, self.state.v) = (x, v);
         }
         if self.last_field != Some(field) {
             system.forget_constant();

@@ -239,24 +239,24 @@ impl Sheet {
     }
 
     pub(crate) fn kinetic_elastic_energy(&self) -> KineticElasticEnergy {
-        let each = self.v.iter().zip(&self.mass).zip(&self.inverse_mass);
+        let each = self.state.v.iter().zip(&self.model.mass).zip(&self.inverse_mass);
         let motion = each.filter(|(_, w)| **w > 0.0).map(|((v, m), _)| 0.5 * m * v.length_squared()).sum();
         KineticElasticEnergy { kinetic: motion, elastic: energy::elastic(self) }
     }
 
     /// Kinetic energy at the start of the step, J.
     pub(crate) fn energy_at_start(&self) -> f64 {
-        self.work.start.1.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
+        self.work.start.1.iter().zip(&self.model.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
     }
 
     /// Work of gravity, applied forces and pressure on the dynamic nodes since the positions
     /// `from`, J.
     pub(crate) fn work_of_loads(&self, from: &Vectors, field: &Field) -> f64 {
-        let mut work = self.drag.pushed(from, &self.x);
+        let mut work = self.parameters.drag.pushed(from, &self.state.x);
         for (i, w) in self.inverse_mass.iter().enumerate() {
             if *w > 0.0 {
-                let force = field.gravity * self.mass[i] + self.applied.get(i);
-                work += force.dot(self.x.get(i) - from.get(i));
+                let force = field.gravity * self.model.mass[i] + self.parameters.applied.get(i);
+                work += force.dot(self.state.x.get(i) - from.get(i));
             }
         }
         work
@@ -266,7 +266,7 @@ impl Sheet {
     /// and the error of the coarsest integrator in free fall.
     pub(crate) fn energy_gain_tolerance(&self, field: &Field, dt: f64) -> f64 {
         let held = (0..self.node_count()).filter(|i| self.inverse_mass[*i] == 0.0);
-        let led = held.map(|i| self.v.get(i).length_squared()).fold(0.0, f64::max);
+        let led = held.map(|i| self.state.v.get(i).length_squared()).fold(0.0, f64::max);
         let glued = self.pins.attached_body_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
         let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
         let fall = field.gravity.length_squared() * dt * dt;
@@ -281,8 +281,8 @@ impl Sheet {
         let joined = closed.map(|i| LimitedSpring { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
         let edges = if springs.is_empty() { self.edges() } else { Vec::new() };
         let place = |i: u32| {
-            let (u, v) = self.uv[i as usize];
-            DVec3::new(u * self.extent.0, v * self.extent.1, 0.0)
+            let (u, v) = self.model.uv[i as usize];
+            DVec3::new(u * self.model.extent.0, v * self.model.extent.1, 0.0)
         };
         joined.chain(
             edges.into_iter().map(move |ends| LimitedSpring { ends, rest: place(ends[0]).distance(place(ends[1])) }),
@@ -295,7 +295,7 @@ impl Sheet {
 
     /// Largest present strain between joined nodes; infinite for non-finite positions.
     pub(crate) fn largest_strain(&self) -> f64 {
-        largest_strain(self.strain_pairs(), &self.x)
+        largest_strain(self.strain_pairs(), &self.state.x)
     }
 
     /// Reduce the kinetic energy to `most` (J). The motion relative to the rigid motion slows down;
@@ -306,15 +306,15 @@ impl Sheet {
         if motion <= most {
             return false;
         }
-        let whole = self.rigid_velocity(&self.x, &self.v);
-        let at = |i: usize| whole.at(self.x.get(i));
-        let own: f64 = (0..self.node_count()).map(|i| 0.5 * self.mass[i] * at(i).length_squared()).sum();
+        let whole = self.rigid_velocity(&self.state.x, &self.state.v);
+        let at = |i: usize| whole.at(self.state.x.get(i));
+        let own: f64 = (0..self.node_count()).map(|i| 0.5 * self.model.mass[i] * at(i).length_squared()).sum();
         // The rigid and the relative motion are orthogonal, so their energies add.
         let keep = ((most - own).max(0.0) / (motion - own).max(f64::MIN_POSITIVE)).min(1.0).sqrt();
         for i in 0..self.node_count() {
             if self.inverse_mass[i] > 0.0 {
-                let base = whole.at(self.x.get(i));
-                self.v.set(i, base + (self.v.get(i) - base) * keep);
+                let base = whole.at(self.state.x.get(i));
+                self.state.v.set(i, base + (self.state.v.get(i) - base) * keep);
             }
         }
         true
@@ -323,15 +323,15 @@ impl Sheet {
     /// Reduce the spin of the whole sheet until its kinetic energy is `most` (J) or the spin is
     /// zero. After a failed integrator step the spin is unreliable.
     pub(crate) fn limit_spin(&mut self, most: f64) {
-        let whole = self.rigid_velocity(&self.x, &self.v);
-        let turning = |i: usize| whole.spin.cross(self.x.get(i) - whole.centre);
-        let turns: f64 = (0..self.node_count()).map(|i| 0.5 * self.mass[i] * turning(i).length_squared()).sum();
+        let whole = self.rigid_velocity(&self.state.x, &self.state.v);
+        let turning = |i: usize| whole.spin.cross(self.state.x.get(i) - whole.centre);
+        let turns: f64 = (0..self.node_count()).map(|i| 0.5 * self.model.mass[i] * turning(i).length_squared()).sum();
         let excess = self.kinetic_elastic_energy().kinetic - most;
         if excess > 0.0 && turns > 0.0 {
             let less = 1.0 - (1.0 - excess / turns).max(0.0).sqrt();
             for i in 0..self.node_count() {
-                let slowed = self.v.get(i) - turning(i) * less;
-                self.v.set(i, slowed);
+                let slowed = self.state.v.get(i) - turning(i) * less;
+                self.state.v.set(i, slowed);
             }
         }
     }
@@ -344,12 +344,12 @@ impl Sheet {
             return;
         }
         let total = self.total_mass();
-        let mean = |v: &Vectors| v.iter().zip(&self.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
-        let (was, is) = (mean(&self.work.v_before) + fallen, mean(&self.v));
+        let mean = |v: &Vectors| v.iter().zip(&self.model.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
+        let (was, is) = (mean(&self.work.v_before) + fallen, mean(&self.state.v));
         if is.length_squared() > was.length_squared() {
             for i in 0..self.node_count() {
-                let moved = self.v.get(i) + (was - is);
-                self.v.set(i, moved);
+                let moved = self.state.v.get(i) + (was - is);
+                self.state.v.set(i, moved);
             }
         }
     }
@@ -361,19 +361,19 @@ impl Sheet {
         let turn = DQuat::from_scaled_axis(shift.spin * dt);
         let total = self.total_mass();
         let ahead = shift.centre + shift.velocity * dt;
-        let drift = (0..self.node_count()).map(|i| end.1.get(i) * self.mass[i]).sum::<DVec3>() / total;
+        let drift = (0..self.node_count()).map(|i| end.1.get(i) * self.model.mass[i]).sum::<DVec3>() / total;
         // A sheet with fixed nodes has no free rigid motion.
         let drift = if self.pins.is_empty() { drift } else { DVec3::ZERO };
         for i in 0..self.node_count() {
             if self.inverse_mass[i] == 0.0 {
-                self.x.set(i, end.0.get(i));
-                self.v.set(i, end.1.get(i));
+                self.state.x.set(i, end.0.get(i));
+                self.state.v.set(i, end.1.get(i));
                 continue;
             }
             let carried = ahead + turn * (start.get(i) - shift.centre);
-            self.x.set(i, carried + (end.0.get(i) - carried) * part);
+            self.state.x.set(i, carried + (end.0.get(i) - carried) * part);
             let base = drift + shift.spin.cross(carried - ahead);
-            self.v.set(i, base + (end.1.get(i) - base) * part);
+            self.state.v.set(i, base + (end.1.get(i) - base) * part);
         }
     }
 
@@ -405,11 +405,12 @@ impl Sheet {
             return RigidVelocity::default();
         }
         let total = self.total_mass();
-        let mean =
-            |of: &dyn Fn(usize) -> DVec3| (0..self.node_count()).map(|i| of(i) * self.mass[i]).sum::<DVec3>() / total;
+        let mean = |of: &dyn Fn(usize) -> DVec3| {
+            (0..self.node_count()).map(|i| of(i) * self.model.mass[i]).sum::<DVec3>() / total
+        };
         let (centre, velocity) = (mean(&|i| x.get(i)), mean(&v));
         let (mut inertia, mut turning) = (DMat3::ZERO, DVec3::ZERO);
-        for (i, m) in self.mass.iter().enumerate() {
+        for (i, m) in self.model.mass.iter().enumerate() {
             let r = x.get(i) - centre;
             let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
             inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * *m;

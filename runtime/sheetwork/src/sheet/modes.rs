@@ -38,10 +38,10 @@ impl Sheet {
         // The shift is a tenth of the lowest cantilever frequency: far below the requested modes,
         // far above rounding.
         let stiffness = law.bending[0][0].max(law.bending[1][1]);
-        let area: f64 = self.length * self.length;
+        let area: f64 = self.model.length * self.model.length;
         let slowest = 3.516 * (stiffness * area / self.total_mass().max(f64::MIN_POSITIVE)).sqrt() / area;
         let mut shift = 0.1 * slowest.max(1e-3);
-        let x = self.x.clone();
+        let x = self.state.x.clone();
         // An unstable state needs a shift above its largest growth rate.
         let mut found = false;
         for _ in 0..20 {
@@ -69,7 +69,7 @@ impl Sheet {
         self.use_instantaneous_law();
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
-        let x = self.x.clone();
+        let x = self.state.x.clone();
         let stands = self.with_implicit_sheet(Field::default(), &mut system, |problem| {
             let still = Vectors::zeros(x.len());
             problem.start(&x, &still);
@@ -89,7 +89,7 @@ fn iterate(sheet: &Sheet, system: &mut ImplicitSystem, count: usize, shift: f64)
     let weight: Vec<f64> = system
         .masses()
         .iter()
-        .flat_map(|m| [sheet.mass[*m as usize]; 3])
+        .flat_map(|m| [sheet.model.mass[*m as usize]; 3])
         .zip(system.free_entries())
         .map(|(m, f)| m * f)
         .collect();

@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::integrators::implicit::staged::ContactJump;
 use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, SheetState};
 
 impl Sheet {
     /// Size the work arrays of a step.
@@ -18,15 +18,15 @@ impl Sheet {
         if self.work.x_before.len() != n {
             self.work.x_before = Vectors::zeros(n);
             self.work.v_before = Vectors::zeros(n);
-            self.rest_positions = Vectors::zeros(n);
+            self.state.rest_positions = Vectors::zeros(n);
             self.work.layer_impacts = vec![Default::default(); n];
-            self.work.touching = vec![false; n];
+            self.state.touching = vec![false; n];
         }
     }
 
     /// Material name, friction and restitution coefficient.
     pub(crate) fn surface_coefficients(&self) -> (&str, f64, f64) {
-        (&self.material().name, self.friction, self.restitution)
+        (&self.material().name, self.parameters.friction, self.parameters.restitution)
     }
 
     /// Whether its integrator is explicit.
@@ -43,13 +43,13 @@ impl Sheet {
     /// Contact offset from the nodes, m: half the thickness of a single layer with the stiffness of
     /// its material, otherwise the minimum offset.
     pub fn contact_offset(&self) -> f64 {
-        let has_thickness = self.layers.len() <= 1 && self.follows_material();
+        let has_thickness = self.model.layers.len() <= 1 && self.follows_material();
         if has_thickness { 0.5 * self.material().thickness } else { crate::scene::contact::MINIMUM_CONTACT_OFFSET }
     }
 
     /// Corners of the bounding box of the collision surface, m.
     pub(crate) fn bounding_box(&self) -> (DVec3, DVec3) {
-        let (low, high) = self.x.bounds().unwrap_or_default();
+        let (low, high) = self.state.x.bounds().unwrap_or_default();
         let offset = self.contact_offset();
         (low - offset, high + offset)
     }
@@ -62,7 +62,7 @@ impl Sheet {
 
     /// Bounding box of a resting sheet, m, cached until its first or last node has moved.
     pub(crate) fn resting_box(&mut self) -> (DVec3, DVec3) {
-        let end = |i: Option<usize>| i.filter(|i| *i < self.node_count()).map(|i| self.x.get(i));
+        let end = |i: Option<usize>| i.filter(|i| *i < self.node_count()).map(|i| self.state.x.get(i));
         let ends = (end(Some(0)), end(self.node_count().checked_sub(1)));
         if let Some((known, around)) = &self.work.resting
             && *known == ends
@@ -77,20 +77,20 @@ impl Sheet {
     /// Save the state at the start of a step.
     pub(crate) fn save_start(&mut self) {
         let (x, v) = &mut self.work.start;
-        x.clone_from(&self.x);
-        v.clone_from(&self.v);
+        x.clone_from(&self.state.x);
+        v.clone_from(&self.state.v);
     }
 
     /// Swap the state with that at the start of the integrator step.
     pub(crate) fn swap_with_step_start(&mut self) {
-        std::mem::swap(&mut self.x, &mut self.work.x_before);
-        std::mem::swap(&mut self.v, &mut self.work.v_before);
+        std::mem::swap(&mut self.state.x, &mut self.work.x_before);
+        std::mem::swap(&mut self.state.v, &mut self.work.v_before);
     }
 
     /// Make the result of a step of `dt` (s) the free motion of a contact stage, and return to the
     /// start of the step.
     pub(crate) fn begin_contact_stage(&mut self, dt: f64) {
-        let Self { work, x, v, .. } = self;
+        let Self { work, state: SheetState { x, v, .. }, .. } = self;
         let stage = &mut work.stage;
         (stage.length, stage.h, stage.is_finished, stage.has_failed, stage.node_by_node) = (dt, dt, false, false, true);
         stage.free_positions.clone_from(x);
@@ -100,7 +100,7 @@ impl Sheet {
 
     /// Restore the state at the start of the step.
     pub(crate) fn restore_start(&mut self) {
-        let Self { work, x, v, .. } = self;
+        let Self { work, state: SheetState { x, v, .. }, .. } = self;
         x.clone_from(&work.start.0);
         v.clone_from(&work.start.1);
     }
@@ -119,7 +119,7 @@ impl Sheet {
 
     /// Set the free motion plus the displacement and velocity change by contact.
     pub(crate) fn apply_contact(&mut self, jump: Option<&ContactJump>) {
-        let Self { work, x, v, .. } = self;
+        let Self { work, state: SheetState { x, v, .. }, .. } = self;
         x.clone_from(&work.stage.free_positions);
         v.clone_from(&work.stage.velocity);
         if let Some(jump) = jump {
@@ -130,7 +130,7 @@ impl Sheet {
 
     /// Largest displacement of a node in the stage, m.
     pub(crate) fn largest_travel(&self) -> f64 {
-        let pairs = self.x.iter().zip(self.work.stage.free_positions.iter());
+        let pairs = self.state.x.iter().zip(self.work.stage.free_positions.iter());
         pairs.map(|(p, q)| p.distance_squared(q)).fold(0.0, f64::max).sqrt()
     }
 

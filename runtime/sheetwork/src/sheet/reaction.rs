@@ -22,9 +22,9 @@ impl Sheet {
             return;
         }
         let still = Vectors::zeros(n);
-        let (mut force, mut scratch) = (self.applied.clone(), SpringWorkspace::default());
-        self.springs.add_forces(&self.x, &still, false, &mut scratch, &mut force);
-        self.elements.iter().for_each(|e| e.add_forces(&self.x, &still, &mut force));
+        let (mut force, mut scratch) = (self.parameters.applied.clone(), SpringWorkspace::default());
+        self.springs.add_forces(&self.state.x, &still, false, &mut scratch, &mut force);
+        self.elements.iter().for_each(|e| e.add_forces(&self.state.x, &still, &mut force));
         // A contact within a face or an edge acts on its corners.
         let mut near = self.touching().to_vec();
         for [a, b] in self.edges() {

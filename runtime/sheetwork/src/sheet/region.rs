@@ -13,7 +13,7 @@ const BORDER_TOLERANCE: f64 = 1e-9;
 /// # Errors
 /// When a node index does not exist, or the region contains no node.
 pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
-    let (layers, uv) = (&sheet.layers, &sheet.uv);
+    let (layers, uv) = (&sheet.model.layers, &sheet.model.uv);
     let all = 0..uv.len() as u32;
     let columns = |last: bool| {
         let rows = layers.iter().flat_map(move |l| (0..l.nz).map(move |j| l.at(if last { l.nx - 1 } else { 0 }, j)));
@@ -29,12 +29,12 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
     };
     let masses: Vec<u32> = match region {
         Region::All => all.collect(),
-        Region::Border => all.filter(|i| sheet.border[*i as usize]).collect(),
+        Region::Border => all.filter(|i| sheet.model.border[*i as usize]).collect(),
         // The sides of a mesh are its nodes on the sides of its bounding box.
-        Region::Left if sheet.triangles.is_some() => beyond(|(u, _)| u),
-        Region::Right if sheet.triangles.is_some() => beyond(|(u, _)| 1.0 - u),
-        Region::Back if sheet.triangles.is_some() => beyond(|(_, v)| v),
-        Region::Front if sheet.triangles.is_some() => beyond(|(_, v)| 1.0 - v),
+        Region::Left if sheet.model.triangles.is_some() => beyond(|(u, _)| u),
+        Region::Right if sheet.model.triangles.is_some() => beyond(|(u, _)| 1.0 - u),
+        Region::Back if sheet.model.triangles.is_some() => beyond(|(_, v)| v),
+        Region::Front if sheet.model.triangles.is_some() => beyond(|(_, v)| 1.0 - v),
         Region::Left => columns(false),
         Region::Right => columns(true),
         Region::Back => rows(false),

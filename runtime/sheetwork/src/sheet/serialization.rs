@@ -19,29 +19,34 @@ impl Sheet {
     pub(crate) fn serialise_layout(&self, to: &mut StateWriter) {
         to.text(&self.name);
         let own = self.elements.len() - self.grabs.len();
-        for count in [self.node_count(), self.springs.len(), own, self.layers.len()] {
+        for count in [self.node_count(), self.springs.len(), own, self.model.layers.len()] {
             to.count(count as u64);
         }
         to.count(self.open_cells().map_or(0, <[bool]>::len) as u64);
-        to.flag(self.inelastic.is_some());
+        to.flag(self.state.inelastic.is_some());
     }
 
     /// Whether steps have changed the law of its elements or its open cells.
     pub(crate) fn is_changed(&self) -> bool {
-        self.heat.is_some() || self.inelastic.is_some() || self.open_count() > 0
+        self.state.heat.is_some() || self.state.inelastic.is_some() || self.open_count() > 0
     }
 
     /// Serialise the parameters that can change during a run.
     pub(crate) fn serialise_settings(&self, to: &mut StateWriter) {
-        serialise_material(&self.material, to);
-        to.numbers(&[self.friction, self.restitution, self.spring_parameters.damping, self.damping_ratio]);
+        serialise_material(&self.parameters.material, to);
+        to.numbers(&[
+            self.parameters.friction,
+            self.parameters.restitution,
+            self.parameters.springs.damping,
+            self.parameters.damping_ratio,
+        ]);
         to.optional(self.flexion_angle_limit());
-        self.drag.serialise_settings(to);
-        to.optional(self.inelastic.as_ref().map(|f| f.celsius()));
+        self.parameters.drag.serialise_settings(to);
+        to.optional(self.state.inelastic.as_ref().map(|f| f.celsius()));
         to.text(self.chosen_engine().name());
         self.when_unstable().serialise(to);
-        to.number(self.max_step);
-        self.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
+        to.number(self.parameters.max_step);
+        self.parameters.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
         to.count(self.grabs.len() as u64);
         self.grabs.iter().for_each(|pull| pull.serialise(to));
     }
@@ -49,22 +54,22 @@ impl Sheet {
     /// Deserialise the parameters; `tolerance` is that of an adaptive integrator, m.
     pub(crate) fn deserialise_settings(&mut self, from: &mut StateReader, tolerance: f64) -> ReadResult {
         let material = deserialise_material(from)?;
-        (self.friction, self.restitution) = (from.number()?, from.number()?);
+        (self.parameters.friction, self.parameters.restitution) = (from.number()?, from.number()?);
         let (damping, ratio) = (from.number()?, from.number()?);
-        if (damping, ratio) != (self.spring_parameters.damping, self.damping_ratio) {
-            (self.spring_parameters.damping, self.damping_ratio) = (damping, ratio);
+        if (damping, ratio) != (self.parameters.springs.damping, self.parameters.damping_ratio) {
+            (self.parameters.springs.damping, self.parameters.damping_ratio) = (damping, ratio);
             self.refresh();
         }
-        if material != self.material {
+        if material != self.parameters.material {
             self.set_material(material).map_err(|_| CorruptState)?;
         }
         let limit = from.optional()?;
         if limit != self.flexion_angle_limit() {
             self.set_flexion_limit(limit).map_err(|_| CorruptState)?;
         }
-        self.drag.deserialise_settings(from)?;
+        self.parameters.drag.deserialise_settings(from)?;
         let celsius = from.optional()?;
-        if let Some((flow, celsius)) = self.inelastic.as_mut().zip(celsius) {
+        if let Some((flow, celsius)) = self.state.inelastic.as_mut().zip(celsius) {
             flow.set_celsius(celsius);
         }
         let engine = from.text()?.parse().map_err(|_| CorruptState)?;
@@ -77,12 +82,12 @@ impl Sheet {
             self.set_recovery_policy(policy, tolerance);
         }
         self.recovery.iter_mut().for_each(|guard| guard.tolerance = tolerance);
-        self.max_step = from.number()?;
+        self.parameters.max_step = from.number()?;
         // A shorter step than 1e-9 s would need an unbounded number of substeps.
-        if self.max_step.is_nan() || self.max_step < 1e-9 {
+        if self.parameters.max_step.is_nan() || self.parameters.max_step < 1e-9 {
             return Err(CorruptState);
         }
-        self.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
+        self.parameters.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
         self.deserialise_grabs(from)
     }
 
@@ -107,34 +112,34 @@ impl Sheet {
     /// Serialise the state that a step takes from earlier steps, without contact.
     pub(crate) fn serialise_state(&self, to: &mut StateWriter, clearance: impl FnOnce(&mut StateWriter)) {
         self.pins.serialise(to);
-        serialise_status(&self.status, to);
-        to.byte(self.interpenetration as u8);
-        to.numbers(&[self.rest_time, self.drag.pressure]);
-        let c = &self.counters;
+        serialise_status(&self.state.status, to);
+        to.byte(self.state.interpenetration as u8);
+        to.numbers(&[self.state.rest_time, self.parameters.drag.pressure]);
+        let c = &self.state.counters;
         [c.accepted, c.rejected, c.evaluations, c.guarded, c.contacts].into_iter().for_each(|n| to.count(n));
-        to.vectors(&self.x);
-        to.vectors(&self.v);
-        if self.rest_time > 0.0 {
-            to.vector_list(&self.rest_positions);
+        to.vectors(&self.state.x);
+        to.vectors(&self.state.v);
+        if self.state.rest_time > 0.0 {
+            to.vector_list(&self.state.rest_positions);
         }
-        if let Some(tears) = &self.fracture {
+        if let Some(tears) = &self.state.fracture {
             to.flags(tears.cells());
             tears.serialise(to);
         }
-        to.flag(self.heat.is_some());
-        self.heat.iter().for_each(|heat| heat.serialise(to));
+        to.flag(self.state.heat.is_some());
+        self.state.heat.iter().for_each(|heat| heat.serialise(to));
         if self.is_changed() {
             self.serialise_changes(to);
         }
         self.recovery.iter().for_each(|guard| guard.state.serialise(to));
         self.serialise_history(to);
-        to.flags(&self.work.touching);
+        to.flags(&self.state.touching);
         to.flag(self.work.stage.has_diverged);
         clearance(to);
-        to.flag(self.work.adhesion.is_some());
-        self.work.adhesion.iter().for_each(|stuck| stuck.serialise(to));
-        to.flag(self.buckle_detector.is_some());
-        self.buckle_detector.iter().for_each(|watch| watch.serialise(to));
+        to.flag(self.state.adhesion.is_some());
+        self.state.adhesion.iter().for_each(|stuck| stuck.serialise(to));
+        to.flag(self.state.buckle_detector.is_some());
+        self.state.buckle_detector.iter().for_each(|watch| watch.serialise(to));
     }
 
     /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
@@ -148,15 +153,15 @@ impl Sheet {
         deserialise_pins(self, from)?;
         let status = deserialise_status(from)?;
         let crossing = deserialise_interpenetration(from)?;
-        (self.rest_time, self.drag.pressure) = (from.number()?, from.number()?);
-        let c = &mut self.counters;
+        (self.state.rest_time, self.parameters.drag.pressure) = (from.number()?, from.number()?);
+        let c = &mut self.state.counters;
         let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
         counts.into_iter().try_for_each(|n| from.count().map(|count| *n = count))?;
-        let quiet = self.rest_time;
-        from.vectors(&mut self.x)?;
-        from.vectors(&mut self.v)?;
+        let quiet = self.state.rest_time;
+        from.vectors(&mut self.state.x)?;
+        from.vectors(&mut self.state.v)?;
         if quiet > 0.0 {
-            from.vector_list(&mut self.rest_positions, masses)?;
+            from.vector_list(&mut self.state.rest_positions, masses)?;
         }
         self.deserialise_fracture(from)?;
         self.deserialise_heat(from)?;
@@ -171,12 +176,12 @@ impl Sheet {
         deserialise_touching(self, from)?;
         self.work.stage.has_diverged = from.flag()?;
         clearance(from, masses)?;
-        self.displaced = false;
-        self.work.adhesion =
+        self.state.displaced = false;
+        self.state.adhesion =
             if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
         deserialise_buckle_detector(self, from)?;
         // Deserialising the other state may have woken the sheet.
-        (self.status, self.interpenetration, self.rest_time) = (status, crossing, quiet);
+        (self.state.status, self.state.interpenetration, self.state.rest_time) = (status, crossing, quiet);
         Ok(())
     }
 
@@ -185,13 +190,13 @@ impl Sheet {
         let mut held = vec![false; self.node_count()];
         self.pins.masses().for_each(|m| held[m as usize] = true);
         for (i, held) in held.into_iter().enumerate() {
-            self.inverse_mass[i] = if held || self.is_detached(i) { 0.0 } else { 1.0 / self.mass[i] };
+            self.inverse_mass[i] = if held || self.is_detached(i) { 0.0 } else { 1.0 / self.model.mass[i] };
         }
         self.invalidate_system();
     }
 
     fn deserialise_fracture(&mut self, from: &mut StateReader) -> ReadResult {
-        if self.fracture.is_none() {
+        if self.state.fracture.is_none() {
             return Ok(());
         }
         let mut cells = Vec::new();
@@ -200,17 +205,17 @@ impl Sheet {
             return Err(CorruptState);
         }
         self.set_open(&cells);
-        self.fracture.as_mut().map_or(Ok(()), |tears| tears.deserialise(from))
+        self.state.fracture.as_mut().map_or(Ok(()), |tears| tears.deserialise(from))
     }
 
     fn deserialise_heat(&mut self, from: &mut StateReader) -> ReadResult {
         if !from.flag()? {
-            return if self.heat.is_none() { Ok(()) } else { Err(CorruptState) };
+            return if self.state.heat.is_none() { Ok(()) } else { Err(CorruptState) };
         }
         self.start_temperatures(crate::units::temperature::REFERENCE);
-        let Some(mut heat) = self.heat.take() else { return Err(CorruptState) };
+        let Some(mut heat) = self.state.heat.take() else { return Err(CorruptState) };
         let taken = heat.deserialise(from, self);
-        self.heat = Some(heat);
+        self.state.heat = Some(heat);
         taken
     }
 
@@ -223,7 +228,7 @@ impl Sheet {
             to.numbers(list);
         }
         self.own_elements().iter().for_each(|e| e.serialise_changes(to));
-        self.inelastic.iter().for_each(|flow| flow.serialise(to));
+        self.state.inelastic.iter().for_each(|flow| flow.serialise(to));
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
@@ -235,10 +240,10 @@ impl Sheet {
             self.springs.set_law(i, stiffness[i], damping[i]);
             self.springs.set_rest(i, rest[i]);
         }
-        self.spring_parameters.has_dashpots = self.springs.is_damped();
+        self.parameters.springs.has_dashpots = self.springs.is_damped();
         let own = self.elements.len() - self.grabs.len();
         self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_changes(from))?;
-        if let Some(flow) = &mut self.inelastic {
+        if let Some(flow) = &mut self.state.inelastic {
             flow.deserialise(from)?;
         }
         if let Some(system) = &mut self.system {
@@ -331,7 +336,7 @@ fn deserialise_touching(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult
     from.flags(&mut touching)?;
     if touching.len() == sheet.node_count() {
         sheet.resize_workspace();
-        sheet.work.touching = touching;
+        sheet.state.touching = touching;
     } else if !touching.is_empty() {
         return Err(CorruptState);
     }
@@ -342,7 +347,7 @@ fn deserialise_buckle_detector(sheet: &mut Sheet, from: &mut StateReader) -> Rea
     if from.flag()? {
         let mut watch = crate::sheet::buckling::BuckleDetector::default();
         watch.deserialise(from, sheet.node_count(), sheet.opening_revision())?;
-        sheet.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
+        sheet.state.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
     }
     Ok(())
 }

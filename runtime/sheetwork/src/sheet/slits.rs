@@ -6,7 +6,7 @@ use crate::sheet::Sheet;
 impl Sheet {
     /// For each cell, whether one of `slits` crosses it.
     pub(crate) fn slit_cells(&self, slits: &[Slit]) -> Vec<bool> {
-        let bottom = self.layers.first().copied().unwrap_or_default();
+        let bottom = self.model.layers.first().copied().unwrap_or_default();
         let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);
         let mut cells = vec![false; size.0 * size.1];
         for slit in slits {

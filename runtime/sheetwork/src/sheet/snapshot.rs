@@ -73,20 +73,26 @@ impl Sheet {
     /// Copy the present state.
     pub(crate) fn to_state(&self) -> SavedSheetState {
         let open = self.torn_cells();
-        let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.adhesion.clone());
+        let (x, v, stuck) = (self.state.x.clone(), self.state.v.clone(), self.state.adhesion.clone());
         let own = self.elements.len() - self.grabs.len();
-        let changes = self.heat.is_some() || self.inelastic.is_some();
+        let changes = self.state.heat.is_some() || self.state.inelastic.is_some();
         let changed = changes.then(|| {
             let elements = &self.elements[..own];
-            ElementState::copy(elements, &self.springs, self.heat.as_deref(), self.inelastic.as_deref(), &self.material)
+            ElementState::copy(
+                elements,
+                &self.springs,
+                self.state.heat.as_deref(),
+                self.state.inelastic.as_deref(),
+                &self.parameters.material,
+            )
         });
         let guard = self.recovery.as_ref().map(|g| g.state);
-        let still_at = (self.rest_time > 0.0).then(|| self.rest_positions.clone());
+        let still_at = (self.state.rest_time > 0.0).then(|| self.state.rest_positions.clone());
         SavedSheetState {
             x,
             v,
-            status: self.status,
-            rest_time: self.rest_time,
+            status: self.state.status,
+            rest_time: self.state.rest_time,
             rest_positions: still_at,
             open,
             adhesion: stuck,
@@ -101,7 +107,7 @@ impl Sheet {
         // A later change of the slits leaves the nodes as they are.
         let cells = state.open.len() == own || !state.open.contains(&true);
         let flows = |c: &ElementState| {
-            c.inelastic.is_some() == self.inelastic.is_some() && c.springs.len() == self.springs.len()
+            c.inelastic.is_some() == self.state.inelastic.is_some() && c.springs.len() == self.springs.len()
         };
         state.x.len() == self.node_count() && cells && state.changed.as_ref().is_none_or(flows)
     }
@@ -109,20 +115,20 @@ impl Sheet {
     /// Restore a compatible `state`. The integrator restarts; the material stays as it is.
     pub(crate) fn restore(&mut self, state: &SavedSheetState) {
         self.wake();
-        self.x.copy_from(&state.x);
-        self.v.copy_from(&state.v);
+        self.state.x.copy_from(&state.x);
+        self.state.v.copy_from(&state.v);
         self.set_open(&state.open);
-        self.work.adhesion.clone_from(&state.adhesion);
+        self.state.adhesion.clone_from(&state.adhesion);
         match &state.changed {
             Some(changed) => self.restore_elements(changed.clone()),
             // A state without temperatures is at the reference temperature.
-            None if self.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
+            None if self.state.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
             None => {}
         }
-        self.status = state.status;
-        self.rest_time = state.rest_time;
-        state.rest_positions.iter().for_each(|at| self.rest_positions.clone_from(at));
-        self.work.touching.fill(false);
+        self.state.status = state.status;
+        self.state.rest_time = state.rest_time;
+        state.rest_positions.iter().for_each(|at| self.state.rest_positions.clone_from(at));
+        self.state.touching.fill(false);
         self.work.stage.has_diverged = false;
         self.restore_recovery_state(state.recovery);
         self.engine.restart();
@@ -132,14 +138,14 @@ impl Sheet {
     fn restore_elements(&mut self, changed: ElementState) {
         let own = self.elements.len() - self.grabs.len();
         self.elements.splice(..own, changed.elements);
-        (self.springs, self.inelastic) = (changed.springs, changed.inelastic);
+        (self.springs, self.state.inelastic) = (changed.springs, changed.inelastic);
         if changed.heat.is_some() {
-            self.heat = changed.heat;
+            self.state.heat = changed.heat;
         }
         // The restored elements are bound to the blocks of another linear system.
         self.system = None;
-        let now = std::mem::replace(&mut self.material, changed.material);
-        if now != self.material {
+        let now = std::mem::replace(&mut self.parameters.material, changed.material);
+        if now != self.parameters.material {
             // Both materials are valid, and a creeping sheet keeps its creep constants, so this
             // succeeds.
             let _ = self.set_material(now);

@@ -15,7 +15,7 @@ use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, ImplicitSystem};
-use crate::sheet::{Field, Sheet};
+use crate::sheet::{Field, Sheet, SheetState};
 
 const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 
@@ -68,13 +68,13 @@ impl Sheet {
         ) -> R,
     ) -> Option<R> {
         let mut system = self.system.take()?;
-        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let (mut x, mut v) = (std::mem::take(&mut self.state.x), std::mem::take(&mut self.state.v));
         let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::IdleIntegrator));
         let mut stage = std::mem::take(&mut self.work.stage);
         let result = engine.staged().map(|scheme| {
             self.with_implicit_sheet(field, &mut system, |problem| work(problem, scheme, &mut stage, (&mut x, &mut v)))
         });
-        (self.x, self.v, self.engine, self.system, self.work.stage) = (x, v, engine, Some(system), stage);
+        (self.state.x, self.state.v, self.engine, self.system, self.work.stage) = (x, v, engine, Some(system), stage);
         result
     }
 
@@ -91,8 +91,8 @@ impl Sheet {
             }
         }
         let solves = self.with_scheme(field, |problem, scheme, _, (x, v)| scheme.begin(problem, dt, x, v));
-        self.counters.evaluations += u64::from(solves.unwrap_or(0));
-        self.counters.accepted += 1;
+        self.state.counters.evaluations += u64::from(solves.unwrap_or(0));
+        self.state.counters.accepted += 1;
     }
 
     /// Restart the integrator after a discontinuity of the motion; its history is discarded.
@@ -163,7 +163,7 @@ impl Sheet {
     /// Solve for the positions without contact, linearised at the iterate; false without a finite
     /// solution.
     pub(crate) fn solve_free_motion(&mut self, field: Field) -> bool {
-        self.counters.evaluations += 1;
+        self.state.counters.evaluations += 1;
         let found = self.with_scheme(field, |problem, scheme, stage, _| {
             let problem_stage = scheme.stage();
             let mut found = problem.newton_direction(&problem_stage, &stage.iterate, Geometric::Mixed, &mut stage.d);
@@ -210,7 +210,7 @@ impl Sheet {
 
     /// Whether the stage has moved any node further than `by` (m) so far.
     pub(crate) fn has_moved(&self, by: f64) -> bool {
-        let (from, to) = (self.x.iter(), self.work.stage.iterate.iter());
+        let (from, to) = (self.state.x.iter(), self.work.stage.iterate.iter());
         from.zip(to).any(|(p, q)| p.distance_squared(q) > by * by)
     }
 
@@ -234,8 +234,8 @@ impl Sheet {
             solved
         });
         let solved = solved.unwrap_or_default();
-        self.counters.evaluations += u64::from(solved.solves);
-        self.counters.guarded += u64::from(solved.globalised);
+        self.state.counters.evaluations += u64::from(solved.solves);
+        self.state.counters.guarded += u64::from(solved.globalised);
     }
 
     /// Finish stage `k` with the displacement and velocity change by contact.
@@ -320,7 +320,7 @@ impl Sheet {
     /// Save the state of the sheet for [`Sheet::restore_state`].
     pub(crate) fn save_state(&mut self) {
         self.update_trace(|trace, _| trace.mark_saved());
-        let Self { work, x, v, engine, .. } = self;
+        let Self { work, state: SheetState { x, v, .. }, engine, .. } = self;
         let stage = &mut work.stage;
         stage.saved_positions.clone_from(x);
         stage.saved_velocities.clone_from(v);
@@ -338,7 +338,7 @@ impl Sheet {
     /// Restore the saved state.
     pub(crate) fn restore_state(&mut self) {
         self.update_trace(|trace, _| trace.truncate_to_saved());
-        let Self { work, x, v, engine, .. } = self;
+        let Self { work, state: SheetState { x, v, .. }, engine, .. } = self;
         x.clone_from(&work.stage.saved_positions);
         v.clone_from(&work.stage.saved_velocities);
         let mut rest = work.stage.saved_history.as_slice();

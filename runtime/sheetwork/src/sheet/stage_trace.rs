@@ -47,7 +47,7 @@ impl Sheet {
     /// Call `with` on the trace of a sheet with recording.
     pub(crate) fn update_trace(&mut self, with: impl FnOnce(&mut StageTrace, &Vectors)) {
         if let Some(trace) = &mut self.work.trace {
-            with(trace, &self.x);
+            with(trace, &self.state.x);
         }
     }
 }

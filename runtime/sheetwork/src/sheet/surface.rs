@@ -278,7 +278,7 @@ mod tests {
         for structure in ["samm", "trimm"] {
             let sheet = sheet(structure);
             for parts in [1, 4] {
-                let mesh = DrawingSurface::new(&sheet.layers[0], &sheet.uv, parts).mesh(&sheet.x);
+                let mesh = DrawingSurface::new(&sheet.model.layers[0], &sheet.model.uv, parts).mesh(&sheet.state.x);
                 for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
                     assert!(p[1].abs() < 1e-7 && p[0].abs() < 0.2501 && p[2].abs() < 0.2001, "{structure} {p:?}");
                     assert!((n[1] - 1.0).abs() < 1e-5, "{structure} {n:?}");
@@ -291,11 +291,11 @@ mod tests {
     fn values_are_interpolated_like_positions_without_overshoot() {
         for structure in ["samm", "trimm"] {
             let sheet = sheet(structure);
-            let surface = DrawingSurface::new(&sheet.layers[0], &sheet.uv, 4);
+            let surface = DrawingSurface::new(&sheet.model.layers[0], &sheet.model.uv, 4);
             let mut seen = vec![0.0; surface.len()];
-            let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
+            let along: Vec<f64> = sheet.state.x.iter().map(|p| p.x).collect();
             surface.interpolate(&along, &mut seen);
-            let drawn = surface.mesh(&sheet.x).positions;
+            let drawn = surface.mesh(&sheet.state.x).positions;
             // Shifted rows are drawn beyond their ends, where positions are extrapolated linearly
             // and values are clamped.
             let inside = |p: &[f32; 3]| structure == "samm" || p[0].abs() < 0.15;
@@ -311,12 +311,12 @@ mod tests {
     fn the_smooth_surface_passes_through_every_node_of_a_square_layer() {
         let mut sheet = sheet("samm");
         for i in 0..sheet.node_count() {
-            let mut p = sheet.x.get(i);
+            let mut p = sheet.state.x.get(i);
             p.y = (7.0 * p.x).sin() * (5.0 * p.z).cos();
-            sheet.x.set(i, p);
+            sheet.state.x.set(i, p);
         }
-        let mesh = DrawingSurface::new(&sheet.layers[0], &sheet.uv, 3).mesh(&sheet.x);
-        for p in sheet.x.iter() {
+        let mesh = DrawingSurface::new(&sheet.model.layers[0], &sheet.model.uv, 3).mesh(&sheet.state.x);
+        for p in sheet.state.x.iter() {
             let near = |q: &[f32; 3]| Vec3::from(*q).distance(p.as_vec3()) < 1e-6;
             assert!(mesh.positions.iter().any(near), "no drawn vertex at {p}");
         }

@@ -5,9 +5,9 @@ use crate::sheet::Sheet;
 impl Sheet {
     /// Pairs of neighbouring nodes of a layer, each once: the edges of its triangles.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let triangles = match &self.triangles {
+        let triangles = match &self.model.triangles {
             Some(triangles) => triangles.clone(),
-            None => self.closed_triangles(self.layers.iter().flat_map(|layer| layer.triangles()).collect()),
+            None => self.closed_triangles(self.model.layers.iter().flat_map(|layer| layer.triangles()).collect()),
         };
         let sides = triangles.into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -23,7 +23,7 @@ impl Sheet {
         let none = (f64::INFINITY, 0.0);
         let rest = &self.springs.rest;
         let (low, high) = if rest.is_empty() {
-            let at = |i: u32| self.x.get(i as usize);
+            let at = |i: u32| self.state.x.get(i as usize);
             self.edges().iter().map(|[a, b]| at(*a).distance(at(*b))).fold(none, widen)
         } else {
             rest.iter().copied().fold(none, widen)

@@ -146,7 +146,7 @@ impl ThermalModel {
         }
         let moment = SourceInputs { time, room, view, rigid };
         for (index, sheet) in sheets.iter_mut().enumerate() {
-            if !matches!(sheet.status, Status::Unstable { .. }) {
+            if !matches!(sheet.state.status, Status::Unstable { .. }) {
                 self.heat(index, sheet, &moment, span);
             }
         }
@@ -155,18 +155,18 @@ impl ThermalModel {
     fn heat(&mut self, index: usize, sheet: &mut Sheet, moment: &SourceInputs, span: f64) {
         sheet.start_temperatures(moment.room.celsius);
         // A sheet at the temperature of its surroundings keeps it.
-        let is_even = sheet.heat.as_ref().is_some_and(|heat| heat.is_all_at(moment.room.celsius));
+        let is_even = sheet.state.heat.as_ref().is_some_and(|heat| heat.is_all_at(moment.room.celsius));
         if is_even && !self.sources.iter().any(|s| s.is_active()) {
             return sheet.update_thermal_stiffness();
         }
-        let Some(mut heat) = sheet.heat.take() else { return };
+        let Some(mut heat) = sheet.state.heat.take() else { return };
         let body = heat.body(sheet);
         body.faces.update_normals(sheet);
         body.exchange.clear(body.stepper.network().capacity.len());
         let mut target = HeatedSheet { sheet, faces: &body.faces, exchange: &mut body.exchange };
         self.sources.iter_mut().for_each(|source| source.add_exchange(index, moment, &mut target));
         heat.advance(span);
-        sheet.heat = Some(heat);
+        sheet.state.heat = Some(heat);
         sheet.update_thermal_stiffness();
     }
 

@@ -66,7 +66,7 @@ impl SelfShadow {
     pub fn refresh(&mut self, sheet: &Sheet, faces: &SheetPatches) {
         let normals = || {
             faces.triangles().map(|t| {
-                let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
+                let [a, b, c] = t.map(|m| sheet.state.x.get(m as usize));
                 (b - a).cross(c - a)
             })
         };
@@ -92,14 +92,14 @@ impl SelfShadow {
         let mut near = self.tree.leaves(move |node| ray.intersects(&node.aabb()));
         near.any(|i| {
             let t = self.triangles[i as usize];
-            !t.contains(&mass) && pierces(t.map(|m| sheet.x.get(m as usize)), from, way)
+            !t.contains(&mass) && pierces(t.map(|m| sheet.state.x.get(m as usize)), from, way)
         })
     }
 }
 
 /// Lowest and highest corner of the box of a triangle.
 fn around(sheet: &Sheet, t: [u32; 3]) -> [f32; 6] {
-    let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
+    let [a, b, c] = t.map(|m| sheet.state.x.get(m as usize));
     // Boxes are rounded to single precision without a margin: a ray at the edge of a box only
     // grazes the triangle.
     let (low, high) = (a.min(b).min(c).as_vec3(), a.max(b).max(c).as_vec3());

@@ -73,13 +73,13 @@ impl ThesisHeat {
     /// Set the stiffness of `sheet` from the room and the heaters.
     pub fn apply(&self, sheet: &mut Sheet, room: &Surroundings) {
         sheet.start_temperatures(room.celsius);
-        let Some(mut heat) = sheet.heat.take() else { return };
+        let Some(mut heat) = sheet.state.heat.take() else { return };
         let whole = sheet.material().young * sheet.material().thickness;
         let centre = sheet.centre_of_mass();
         let normal = mean_normal(sheet);
         let oven = self.sensitivity * (room.celsius - REFERENCE);
         heat.set_fractions(room.celsius, |mass| {
-            let place = sheet.x.get(mass);
+            let place = sheet.state.x.get(mass);
             let each = self.faces.iter().map(|face| {
                 let (way, distance) = (centre - face.centre, centre.distance(face.centre));
                 let own = place.distance(face.centre);
@@ -95,7 +95,7 @@ impl ThesisHeat {
             });
             (1.0 - (oven + each.sum::<f64>()) / whole).max(MIN_STIFFNESS)
         });
-        sheet.heat = Some(heat);
+        sheet.state.heat = Some(heat);
         sheet.update_thermal_stiffness();
     }
 }
@@ -103,15 +103,16 @@ impl ThesisHeat {
 /// Mean unit normal of the sheet's lowest layer.
 fn mean_normal(sheet: &Sheet) -> DVec3 {
     let area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
+        let [a, b, c] = t.map(|m| sheet.state.x.get(m as usize));
         (b - a).cross(c - a)
     };
-    let sum: DVec3 = match (&sheet.triangles, sheet.layers.first()) {
+    let sum: DVec3 = match (&sheet.model.triangles, sheet.model.layers.first()) {
         (Some(triangles), _) => triangles.iter().map(area).sum(),
         (None, Some(layer)) => {
             // Normal from the diagonals of the outline.
             let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
-            let [a, b, c, d] = [(0, 0), (i, j), (i, 0), (0, j)].map(|(i, j)| sheet.x.get(layer.at(i, j) as usize));
+            let [a, b, c, d] =
+                [(0, 0), (i, j), (i, 0), (0, j)].map(|(i, j)| sheet.state.x.get(layer.at(i, j) as usize));
             (d - c).cross(b - a)
         }
         (None, None) => DVec3::Y,

@@ -11,7 +11,7 @@ impl World {
         let mut changed = false;
         for index in 0..self.sheets.len() {
             let sheet = &mut self.sheets[index];
-            if !sheet.can_open() || sheet.status != Status::Awake {
+            if !sheet.can_open() || sheet.state.status != Status::Awake {
                 continue;
             }
             let before = sheet.opening_revision();

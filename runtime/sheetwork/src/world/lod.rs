@@ -82,7 +82,7 @@ impl LodState {
     /// State for a scene; `None` when no sheet has levels.
     pub fn of(scene: &Scene, sheets: &[Sheet]) -> Option<Box<Self>> {
         let any = scene.sheets.iter().any(|s| s.detail.is_some());
-        let state = |s: &Sheet| SheetLod { counted: s.counters.evaluations, ..SheetLod::default() };
+        let state = |s: &Sheet| SheetLod { counted: s.state.counters.evaluations, ..SheetLod::default() };
         any.then(|| {
             let viewpoint = scene.camera.map(|c| c.eye);
             let sheets = sheets.iter().map(state).collect();
@@ -137,9 +137,9 @@ impl SheetLod {
     /// Add a step of `dt` (s) to the counters. Returns its cost, ns.
     fn record_step(&mut self, sheet: &Sheet, dt: f64) -> f64 {
         self.since += dt;
-        let taken = sheet.counters.evaluations.saturating_sub(self.counted);
-        self.counted = sheet.counters.evaluations;
-        if sheet.status == Status::Awake && taken > 0 {
+        let taken = sheet.state.counters.evaluations.saturating_sub(self.counted);
+        self.counted = sheet.state.counters.evaluations;
+        if sheet.state.status == Status::Awake && taken > 0 {
             let mean = self.solves.unwrap_or(taken as f64);
             self.solves = Some(mean + MEAN_WEIGHT * (taken as f64 - mean));
         }
@@ -148,17 +148,17 @@ impl SheetLod {
 
     /// Cost of a step of `sheet` on `grid`, ns.
     fn cost(&self, sheet: &Sheet, grid: Grid) -> f64 {
-        if sheet.status != Status::Awake {
+        if sheet.state.status != Status::Awake {
             return 0.0;
         }
-        let masses = nodes_of((grid.0, sheet.grid.1, grid.1)) as usize;
+        let masses = nodes_of((grid.0, sheet.model.grid.1, grid.1)) as usize;
         self.solves.unwrap_or(DEFAULT_SOLVES) * cost_of(masses, !sheet.is_explicit())
     }
 }
 
 /// Distance of the bounding box of `sheet` from `eye`, m; 0 without a viewpoint.
 fn distance(sheet: &Sheet, eye: Option<DVec3>) -> f64 {
-    let Some((eye, (low, high))) = eye.zip(sheet.x.bounds()) else { return 0.0 };
+    let Some((eye, (low, high))) = eye.zip(sheet.state.x.bounds()) else { return 0.0 };
     eye.distance(eye.clamp(low, high))
 }
 

@@ -262,9 +262,9 @@ impl World {
     fn release_due_pins(&mut self, dt: f64) {
         let now = self.time + 1e-9 * dt;
         for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
-            let slept = sheet.status == Status::Asleep;
+            let slept = sheet.state.status == Status::Asleep;
             sheet.release_pins(now);
-            if slept && sheet.status != Status::Asleep {
+            if slept && sheet.state.status != Status::Asleep {
                 touches.events.push((self.time, EventKind::Woke, None));
             }
         }
@@ -518,13 +518,13 @@ impl World {
 
     /// Whether all sheets are asleep or stopped and all dynamic bodies are asleep.
     pub fn is_resting(&self) -> bool {
-        let rests = self.sheets.iter().all(|s| s.status != Status::Awake);
+        let rests = self.sheets.iter().all(|s| s.state.status != Status::Awake);
         rests && self.rigid.as_ref().is_none_or(RigidWorld::all_asleep)
     }
 
     /// The first unstable sheet, if any.
     pub fn unstable(&self) -> Option<&Sheet> {
-        self.sheets.iter().find(|s| matches!(s.status, Status::Unstable { .. }))
+        self.sheets.iter().find(|s| matches!(s.state.status, Status::Unstable { .. }))
     }
 
     /// Largest penetration of a body by a node, m.

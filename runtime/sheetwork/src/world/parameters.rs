@@ -204,7 +204,7 @@ fn canonical(sheets: &[Sheet], path: &str) -> String {
 
 /// Numbers of nodes along length and width, as `21x11`.
 fn grid_text(sheet: &Sheet) -> String {
-    format!("{}x{}", sheet.grid.0, sheet.grid.2)
+    format!("{}x{}", sheet.model.grid.0, sheet.model.grid.2)
 }
 
 fn grid(path: &str, value: &str) -> Result<(u32, u32), InputError> {
@@ -225,10 +225,10 @@ fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
         "drag.0" => sheet.drag().0.to_string(),
         "drag.1" => sheet.drag().1.to_string(),
         "pressure" => sheet.pressure().to_string(),
-        "friction" => sheet.friction.to_string(),
-        "restitution" => sheet.restitution.to_string(),
+        "friction" => sheet.parameters.friction.to_string(),
+        "restitution" => sheet.parameters.restitution.to_string(),
         "temperature" => sheet.temperature()?.to_string(),
-        "flexion_limit" if sheet.flexion.triples.is_empty() => return None,
+        "flexion_limit" if sheet.parameters.flexion.triples.is_empty() => return None,
         "flexion_limit" => sheet.flexion_angle_limit().map_or_else(|| "none".to_owned(), |l| l.to_string()),
         _ => return None,
     })
@@ -251,7 +251,8 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
         // Contact coefficients only: setting the material again would discard the factors of its
         // stiffness.
         _ => {
-            *(if name == "friction" { &mut sheet.friction } else { &mut sheet.restitution }) = value;
+            *(if name == "friction" { &mut sheet.parameters.friction } else { &mut sheet.parameters.restitution }) =
+                value;
             sheet.wake();
             return Ok(());
         }

@@ -42,8 +42,8 @@ impl World {
         self.can_show(frame)?;
         for (index, (sheet, places)) in self.sheets.iter_mut().zip(&frame.sheets).enumerate() {
             for (i, place) in places.iter().enumerate() {
-                sheet.x.set(i, place.as_dvec3());
-                sheet.v.set(i, DVec3::ZERO);
+                sheet.state.x.set(i, place.as_dvec3());
+                sheet.state.v.set(i, DVec3::ZERO);
             }
             match frame.open_of(index) {
                 // No open cell.
@@ -72,7 +72,7 @@ impl World {
         let part = part.clamp(0.0, 1.0);
         for (sheet, places) in self.sheets.iter_mut().zip(&before.sheets) {
             for (i, place) in places.iter().enumerate() {
-                sheet.x.set(i, place.as_dvec3().lerp(sheet.x.get(i), part));
+                sheet.state.x.set(i, place.as_dvec3().lerp(sheet.state.x.get(i), part));
             }
         }
         if let Some(rigid) = &mut self.rigid {

@@ -18,7 +18,7 @@ const MAX_NODES_PER_SIDE: u32 = 2000;
 
 /// Grid of a sheet.
 pub(crate) fn grid_of(sheet: &Sheet) -> Grid {
-    (sheet.grid.0, sheet.grid.2)
+    (sheet.model.grid.0, sheet.model.grid.2)
 }
 
 /// Serialise the grids for a snapshot.

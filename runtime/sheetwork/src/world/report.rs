@@ -151,23 +151,23 @@ impl World {
         let room = self.room_temperature();
         let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| SheetReport {
             name: sheet.name.clone(),
-            structure: sheet.structure.name(),
+            structure: sheet.model.structure.name(),
             masses: sheet.node_count(),
             springs: sheet.springs().len(),
-            asleep: sheet.status == Status::Asleep,
-            status: describe(&sheet.name, &sheet.status),
+            asleep: sheet.state.status == Status::Asleep,
+            status: describe(&sheet.name, &sheet.state.status),
             when_unstable: sheet.when_unstable().to_string(),
             energy_j: sheet.energy(self.gravity),
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
             temperature_c: TemperatureReport::of(sheet, room),
-            probes: sheet.probes.iter().map(|p| (p.name.clone(), p.at(&sheet.x).to_array())).collect(),
-            steps_accepted: sheet.counters.accepted,
-            steps_rejected: sheet.counters.rejected,
-            evaluations: sheet.counters.evaluations,
-            guarded: sheet.counters.guarded,
+            probes: sheet.probes.iter().map(|p| (p.name.clone(), p.at(&sheet.state.x).to_array())).collect(),
+            steps_accepted: sheet.state.counters.accepted,
+            steps_rejected: sheet.state.counters.rejected,
+            evaluations: sheet.state.counters.evaluations,
+            guarded: sheet.state.counters.guarded,
             stiffness: sheet.delivered_stiffness(self.dt),
-            contacts: sheet.counters.contacts,
+            contacts: sheet.state.counters.contacts,
             opening: OpeningReport::of(sheet),
             detection: self.groups.detection_counters(index),
             contact_work: self.groups.contact_counters(index),
@@ -190,7 +190,7 @@ impl World {
         // stable.
         let mut events = self.events.clone();
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.status));
+        let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.state.status));
         Report {
             scene: self.scene.name.clone(),
             engine: self.engine.name(),

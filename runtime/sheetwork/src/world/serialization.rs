@@ -127,7 +127,7 @@ impl World {
         self.rigid.iter().for_each(|rigid| rigid.serialise(to));
         for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
             contact.keep_surface(to);
-            sheet.serialise_state(to, |to| contact.clearance.serialise(to, sheet.displaced));
+            sheet.serialise_state(to, |to| contact.clearance.serialise(to, sheet.state.displaced));
         }
         self.groups.serialise(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.serialise(to));

@@ -116,7 +116,7 @@ mod tests {
         let run = |world: &mut World| {
             world.advance(0.1);
             let ball = world.body_state("ball").expect("there").origin();
-            (world.sheets()[0].x.clone(), ball, world.time(), world.steps(), world.events().len())
+            (world.sheets()[0].state.x.clone(), ball, world.time(), world.steps(), world.events().len())
         };
         let first = run(&mut world);
         world.restore(&snapshot).expect("of this world");
@@ -144,7 +144,7 @@ mod tests {
         );
         let mut world = World::new(&scene.expect("valid")).expect("valid");
         let seen = |world: &World| {
-            let of = |s: &crate::sheet::Sheet| (s.x.clone(), s.temperatures().map(<[f64]>::to_vec));
+            let of = |s: &crate::sheet::Sheet| (s.state.x.clone(), s.temperatures().map(<[f64]>::to_vec));
             world.sheets().iter().map(of).collect::<Vec<_>>()
         };
         world.advance(1.0);

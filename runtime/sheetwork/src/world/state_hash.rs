@@ -7,7 +7,7 @@ impl World {
     pub fn state_hash(&self) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         for sheet in &self.sheets {
-            for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
+            for axis in sheet.state.x.axes().into_iter().chain(sheet.state.v.axes()) {
                 for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
                     hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
                 }

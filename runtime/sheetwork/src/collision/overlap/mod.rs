@@ -19,7 +19,7 @@ use crate::sheet::Sheet;
 
 /// Distance from the nodes of a sheet at which it touches, m.
 pub fn half_thickness(sheet: &Sheet) -> f64 {
-    if sheet.layers.len() == 1 && sheet.follows_material() {
+    if sheet.model.layers.len() == 1 && sheet.follows_material() {
         0.5 * sheet.material().thickness
     } else {
         MINIMUM_CONTACT_OFFSET
@@ -28,10 +28,15 @@ pub fn half_thickness(sheet: &Sheet) -> f64 {
 
 /// Outer surfaces of a sheet as triangles between its nodes.
 pub fn faces(sheet: &Sheet) -> Vec<[u32; 3]> {
-    if let Some(triangles) = &sheet.triangles {
+    if let Some(triangles) = &sheet.model.triangles {
         return triangles.clone();
     }
-    let outer = sheet.layers.first().into_iter().chain(sheet.layers.last().filter(|_| sheet.layers.len() > 1));
+    let outer = sheet
+        .model
+        .layers
+        .first()
+        .into_iter()
+        .chain(sheet.model.layers.last().filter(|_| sheet.model.layers.len() > 1));
     outer.flat_map(crate::mesh::structure::LatticeLayer::triangles).collect()
 }
 
@@ -60,7 +65,7 @@ impl BodyPose {
 /// negative if they are farther away than the half thickness.
 pub fn with_body(sheet: &Sheet, faces: &[[u32; 3]], solid: &OverlapSolid, frame: &BodyPose) -> (f64, f64) {
     let half = half_thickness(sheet);
-    let local: Vec<DVec3> = sheet.x.iter().map(|p| frame.local(p)).collect();
+    let local: Vec<DVec3> = sheet.state.x.iter().map(|p| frame.local(p)).collect();
     let masses = local.iter().map(|p| half + solid.depth(*p)).fold(f64::NEG_INFINITY, f64::max);
     if matches!(solid, OverlapSolid::HalfSpace) {
         return (masses, masses);

@@ -14,7 +14,7 @@ struct BoundedTriangle {
 
 fn boxed(sheet: &Sheet) -> Vec<BoundedTriangle> {
     let of = |t: &[u32; 3]| {
-        let corners = corners(&sheet.x, t);
+        let corners = corners(&sheet.state.x, t);
         let [a, b, c] = corners;
         BoundedTriangle { corners, low: a.min(b).min(c), high: a.max(b).max(c) }
     };
@@ -35,7 +35,7 @@ pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
         for (j, b) in sheets.iter().enumerate().skip(i + 1) {
             let touching = half_thickness(a) + half_thickness(b);
             let reach = touching + slack;
-            let (Some(around), Some(other)) = (a.x.bounds(), b.x.bounds()) else { continue };
+            let (Some(around), Some(other)) = (a.state.x.bounds(), b.state.x.bounds()) else { continue };
             if apart(around, other, reach) {
                 continue;
             }

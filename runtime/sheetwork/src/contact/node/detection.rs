@@ -44,14 +44,14 @@ pub(crate) fn resolve_node_contact(
 ) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = sheet.contact_offset();
-    let margin = (SETTINGS.search_margin * sheet.initial_diagonal).max(2.0 * offset);
+    let margin = (SETTINGS.search_margin * sheet.model.initial_diagonal).max(2.0 * offset);
     // A sheet may have been displaced between steps, and a caller may move its own bodies without
     // setting their velocity.
-    if std::mem::take(&mut sheet.displaced) || !view.is_world_owned {
+    if std::mem::take(&mut sheet.state.displaced) || !view.is_world_owned {
         clearance.clear();
     }
     let inverse_mass = &sheet.inverse_mass;
-    if !clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+    if !clearance.begin(&sheet.state.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
         return;
     }
     let Some((low, high)) = swept_bounds(sheet) else { return };
@@ -73,7 +73,7 @@ pub(crate) fn resolve_node_contact(
     if !clearance.between_bodies.is_empty() {
         separate_from_two_bodies(sheet, clearance, view, around, (dt, remaining));
     }
-    clearance.end(&sheet.x);
+    clearance.end(&sheet.state.x);
 }
 
 /// Upper bound of the displacement of any point of a kinematic body in `time` (s), m: speed, plus
@@ -103,14 +103,14 @@ fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
 /// Corners of the bounding box that the sheet swept in the step, m.
 fn swept_bounds(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.x_before.bounds()?;
-    let (c, d) = sheet.x.bounds()?;
+    let (c, d) = sheet.state.x.bounds()?;
     Some((a.min(c), b.max(d)))
 }
 
 /// Test all nodes that need it against one collider, and keep the first hit of each.
 fn test_nodes(sheet: &Sheet, clearance: &mut Clearance, target: &StepTarget, dt: f64, margin: f64) {
     let offset = sheet.contact_offset();
-    for i in 0..sheet.x.len() {
+    for i in 0..sheet.state.x.len() {
         if clearance.nearest[i] < 0.0 {
             continue;
         }
@@ -145,7 +145,14 @@ fn test_nodes(sheet: &Sheet, clearance: &mut Clearance, target: &StepTarget, dt:
 fn path_of_node(sheet: &Sheet, i: usize, dt: f64) -> NodePath {
     let work = &sheet.work;
     let drift = sheet.engine_kind.info().drift;
-    NodePath { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
+    NodePath {
+        x0: work.x_before.get(i),
+        v0: work.v_before.get(i),
+        x1: sheet.state.x.get(i),
+        v1: sheet.state.v.get(i),
+        dt,
+        drift,
+    }
 }
 
 /// Apply the response of every node at its first hit. Returns whether any was an impact.
@@ -173,14 +180,14 @@ fn respond(
     another: bool,
 ) -> bool {
     let out = respond_to_surface(flight, surface, sheet.contact_offset());
-    sheet.x.set(i, out.x);
-    sheet.v.set(i, out.v);
-    sheet.counters.contacts += 1;
+    sheet.state.x.set(i, out.x);
+    sheet.state.v.set(i, out.v);
+    sheet.state.counters.contacts += 1;
     clearance.nearest[i] = 0.0;
-    if sheet.work.touching[i] {
+    if sheet.state.touching[i] {
         clearance.between_bodies.push(i as u32);
     }
-    sheet.work.touching[i] = true;
+    sheet.state.touching[i] = true;
     let least = SETTINGS.minimum_remaining_path;
     if out.remaining_time > 0.0 && (another || out.x.distance_squared(out.position_at_contact) > least * least) {
         let (x0, v0, x1, v1) = (out.position_at_contact, out.velocity_after_contact, out.x, out.v);
@@ -229,7 +236,7 @@ fn test_remaining_paths(
                 if leg.from == handle && target.convex {
                     continue;
                 }
-                let flight = NodePath { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
+                let flight = NodePath { x1: sheet.state.x.get(i), v1: sheet.state.v.get(i), ..leg.flight };
                 let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
                 let PathHit::Surface(surface) = target.test_path(a, b, 0.0, &mut { NO_FACE }) else { continue };
                 if leg.from == handle && surface.normal.dot(leg.normal) > SETTINGS.same_face_cosine {
@@ -256,11 +263,11 @@ fn separate_from_two_bodies(
         for (handle, collider) in view.query_fixed().intersect_aabb_conservative(around) {
             let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
             for i in clearance.between_bodies.iter().map(|i| *i as usize) {
-                let Some(surface) = target.surface_at(sheet.x.get(i)) else { continue };
-                let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
-                let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);
-                sheet.x.set(i, sheet.x.get(i) + surface.normal * depth.max(0.0));
-                sheet.v.set(i, sheet.v.get(i) - surface.normal * approach.min(0.0));
+                let Some(surface) = target.surface_at(sheet.state.x.get(i)) else { continue };
+                let depth = sheet.contact_offset() - (sheet.state.x.get(i) - surface.point).dot(surface.normal);
+                let approach = (sheet.state.v.get(i) - surface.velocity).dot(surface.normal);
+                sheet.state.x.set(i, sheet.state.x.get(i) + surface.normal * depth.max(0.0));
+                sheet.state.v.set(i, sheet.state.v.get(i) - surface.normal * approach.min(0.0));
             }
         }
     }
@@ -268,11 +275,11 @@ fn separate_from_two_bodies(
 
 /// Deepest penetration of a node of `sheet` into a body, m; 0 if there is none.
 pub fn deepest_penetration(sheet: &Sheet, view: &RigidView) -> f64 {
-    let Some((low, high)) = sheet.x.bounds() else { return 0.0 };
+    let Some((low, high)) = sheet.state.x.bounds() else { return 0.0 };
     let mut deepest = 0.0_f64;
     for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
         let frame = ColliderFrame::of(collider.position());
-        for p in sheet.x.iter() {
+        for p in sheet.state.x.iter() {
             let local = frame.local(p);
             // Only this projection of Parry distinguishes inside and outside of an oriented mesh.
             let (projection, _) = collider.shape().project_local_point_and_get_feature(local);

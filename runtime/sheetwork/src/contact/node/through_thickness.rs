@@ -11,8 +11,8 @@
 use glam::DVec3;
 
 use crate::contact::node::response::reduce_speed;
-use crate::sheet::Sheet;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack, NeighbourLists};
+use crate::sheet::{Sheet, SheetState};
 
 /// Propagate the impacts in `sheet.work.layer_impacts` from layer to layer, upwards and then
 /// downwards, after a step of `dt` (s).
@@ -28,7 +28,7 @@ pub(crate) fn propagate_impacts(sheet: &mut Sheet, dt: f64) {
 /// Propagate the impacts to the nodes of one layer from the layer on the given `side`.
 fn propagate_to_layer(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&LayerStack) -> &NeighbourLists) {
     let drift = sheet.engine_kind.info().drift - 0.5;
-    let Sheet { stack, work, x, v, inverse_mass, .. } = sheet;
+    let Sheet { stack, work, state: SheetState { x, v, .. }, inverse_mass, .. } = sheet;
     let from = side(stack);
     for i in 0..stack.layer_of.len() {
         if stack.layer_of[i] != layer || work.layer_impacts[i].share > 0.0 || inverse_mass[i] == 0.0 {

@@ -42,13 +42,13 @@ impl IslandContext<'_> {
         let (sheet, contact, touches) = (&mut all.sheets[0], &mut all.contacts[0], &mut all.touches[0]);
         instability::begin_energy_check(sheet);
         let last = advance_free(sheet, contact, touches, self.stage);
-        if sheet.status != Status::Awake {
+        if sheet.state.status != Status::Awake {
             return;
         }
         let near = self.is_near(sheet, contact);
         if !(near && self.resolve_contacts(&mut all, ids, parallel)) {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
-            if sheet.work.touching.contains(&true) {
+            if sheet.state.touching.contains(&true) {
                 instability::finish_energy_check(sheet, touches, self.stage, 0.0);
             }
             finish_step(sheet, touches, self.stage, last);
@@ -133,7 +133,7 @@ impl IslandContext<'_> {
         let mut put_back = false;
         if !lone {
             for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
-                if touched || sheet.work.touching.contains(&true) {
+                if touched || sheet.state.touching.contains(&true) {
                     put_back |= instability::finish_energy_check(sheet, touches, self.stage, brought);
                 }
             }
@@ -206,6 +206,6 @@ fn energy_of_surroundings(group: &IslandView) -> f64 {
 /// Corners of the box that a sheet swept in the step, m, enlarged by `room` (m).
 fn swept_box(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.start.0.bounds()?;
-    let (c, d) = sheet.x.bounds()?;
+    let (c, d) = sheet.state.x.bounds()?;
     Some((a.min(c) - room, b.max(d) + room))
 }

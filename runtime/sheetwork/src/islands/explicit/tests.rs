@@ -166,7 +166,7 @@ fn sheets_of_explicit_and_implicit_engines_meet() {
             assert!((momenta(&world).0 - p).length() < 1e-9 * p.length(), "{implicit}: {}", momenta(&world).0 - p);
             assert!(world.energy().total < energy * (1.0 + 1e-6), "{implicit} gained energy");
         }
-        assert!(world.sheets().iter().all(|s| s.status == crate::sheet::Status::Awake));
+        assert!(world.sheets().iter().all(|s| s.state.status == crate::sheet::Status::Awake));
         let pushed = world.sheets()[0].momentum() - start;
         assert!(pushed.y < -0.3 * p.length(), "{implicit}: the lower one was not pushed: {pushed}");
     }

@@ -22,14 +22,14 @@ impl Sheet {
         let rest = |i: usize| {
             let (u, v) = before.uv[i];
             let along = DVec3::new((u - 0.5) * before.extent.0, 0.0, (v - 0.5) * before.extent.1);
-            spec.placement.apply(along) + up * (f64::from(old.layer_of[i]) * before.gap)
+            spec.placement.apply(along) + up * (f64::from(old.model.layer_of[i]) * before.gap)
         };
         let moved = |starts: Vec<(u32, DVec3)>| {
             let by = |(i, start): (u32, DVec3)| (before.uv[i as usize], (start - rest(i as usize)).to_array());
             RowInterpolation::new(starts.into_iter().map(by))
         };
         let moved: Vec<RowInterpolation<3>> = old.pins.starts().map(moved).collect();
-        let slack = 1e-9 * self.length;
+        let slack = 1e-9 * self.model.length;
         self.pins.shift_starts(|k, i| {
             let by = moved.get(k).and_then(|rows| rows.interpolate(now.uv[i as usize], before.step()));
             let by = by.map_or(DVec3::ZERO, DVec3::from_array);
@@ -42,12 +42,12 @@ impl Sheet {
     pub(crate) fn remap_pinned_velocities(&mut self, old: &Self, (before, now): (&LatticeLayout, &LatticeLayout)) {
         for (layer, own) in before.layers.iter().zip(&now.layers) {
             let held = layer.range().filter(|i| old.inverse_mass[*i] == 0.0);
-            let rows = RowInterpolation::new(held.map(|i| (before.uv[i], old.v.get(i).to_array())));
+            let rows = RowInterpolation::new(held.map(|i| (before.uv[i], old.state.v.get(i).to_array())));
             for i in own.range().filter(|i| self.inverse_mass[*i] == 0.0) {
                 let v = rows.interpolate(now.uv[i], before.step()).map_or(DVec3::ZERO, DVec3::from_array);
-                self.v.set(i, v);
+                self.state.v.set(i, v);
             }
         }
-        self.pins.zero_fixed_axes(&mut self.v);
+        self.pins.zero_fixed_axes(&mut self.state.v);
     }
 }

@@ -24,7 +24,7 @@ use crate::sheet::remap::springs::fit_inelastic_strain;
 type ClampSpringKind = (u32, [i32; 3]);
 
 fn kind(sheet: &Sheet, layout: &LatticeLayout, spec: &SheetSpec, (mass, point): (usize, DVec3)) -> ClampSpringKind {
-    let (layer, (u, v), step) = (sheet.layer_of[mass], layout.uv[mass], layout.step());
+    let (layer, (u, v), step) = (sheet.model.layer_of[mass], layout.uv[mass], layout.step());
     let own = DVec3::new((u - 0.5) * layout.extent.0, f64::from(layer) * layout.gap, (v - 0.5) * layout.extent.1);
     let away = spec.placement.quaternion().inverse() * (point - spec.placement.apply(own));
     let spacings = away / DVec3::new(step.0 * layout.extent.0, layout.gap, step.1 * layout.extent.1);
@@ -49,12 +49,12 @@ impl Sheet {
     /// Remap the inelastic strain of the clamp springs of `old`.
     pub(crate) fn remap_clamp_springs(&mut self, old: &Self, spec: &SheetSpec) {
         let (Some(before), Some(own)) = (clamp_springs(old), clamp_springs(self)) else { return };
-        if old.heat.is_none() {
+        if old.state.heat.is_none() {
             return;
         }
         let (was, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
         let mut kinds: BTreeMap<ClampSpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-        for (mass, point, strain, [set, first, second]) in before.stored_state(&old.x) {
+        for (mass, point, strain, [set, first, second]) in before.stored_state(&old.state.x) {
             let held = [set, first, second, strain - set];
             kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
         }
@@ -65,7 +65,7 @@ impl Sheet {
             let rows = nearest(&kinds, &kind(self, &now, spec, (mass, point)))?;
             rows.interpolate(now.uv[mass], width).map(|held| fit_inelastic_strain(held, strain))
         };
-        let held: Vec<Option<WallSpringState>> = own.stored_state(&self.x).map(read).collect();
+        let held: Vec<Option<WallSpringState>> = own.stored_state(&self.state.x).map(read).collect();
         let own = self.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());
         own.into_iter().for_each(|walls| walls.set_stored_state(&held));
     }

@@ -54,13 +54,13 @@ fn answer(mesh: &StrainGrid, layout: &LatticeLayout, x: &[DVec3], change: &GridS
 impl Sheet {
     /// Whether it is a lattice that can change its grid.
     pub(crate) fn is_lattice(&self) -> bool {
-        self.structure != StructureKind::Shell && !self.springs.is_empty() && self.triangles.is_none()
+        self.model.structure != StructureKind::Shell && !self.springs.is_empty() && self.model.triangles.is_none()
     }
 
     /// Positions of the nodes of another grid, m; `None` for a grid that does not exist.
     pub(crate) fn lattice_positions_at(&self, grid: (u32, u32)) -> Option<Vectors> {
         let (old, new) = (LatticeLayout::from_sheet(self), LatticeLayout::on_grid(self, grid).ok()?);
-        let places = self.with_loose_corners_extrapolated(&self.x);
+        let places = self.with_loose_corners_extrapolated(&self.state.x);
         let x: Vec<DVec3> = places.iter().collect();
         let mut all = surface(&old, &new, &places);
         new.place_upper_layers(&new.interpolate(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
@@ -80,14 +80,14 @@ impl Sheet {
     /// represent the sheet.
     fn with_loose_corners_extrapolated(&self, values: &Vectors) -> Vectors {
         let mut all = values.clone();
-        if self.layers.len() < 2 {
+        if self.model.layers.len() < 2 {
             return all;
         }
         let mut joined = vec![false; self.node_count()];
         for i in (0..self.springs.len()).filter(|i| self.springs.class[*i] == SpringClass::Inter) {
             [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
         }
-        let bottom = &self.layers[0];
+        let bottom = &self.model.layers[0];
         let columns = bottom.nx as usize;
         for loose in bottom.range().filter(|i| !joined[*i]) {
             let column = loose % columns;
@@ -109,7 +109,7 @@ impl Sheet {
         let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
         self.remap_pins(old, spec, (&before, &now));
         let (places, motion) =
-            (old.with_loose_corners_extrapolated(&old.x), old.with_loose_corners_extrapolated(&old.v));
+            (old.with_loose_corners_extrapolated(&old.state.x), old.with_loose_corners_extrapolated(&old.state.v));
         let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
         let offsets = now.interpolate(&before.offsets(&was, &were));
         let mesh = mesh(&now);
@@ -130,9 +130,9 @@ impl Sheet {
             x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
         }
         let x = best.map_or(x, |(_, x)| x);
-        self.x = vectors(&x);
-        if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.node_count());
+        self.state.x = vectors(&x);
+        if old.state.v.max_squared() == 0.0 {
+            self.state.v = Vectors::zeros(self.node_count());
             return;
         }
         let mut v = surface(&before, &now, &motion);
@@ -141,7 +141,7 @@ impl Sheet {
         let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &MembraneStrain::rates(&now, &x, &v)), &held);
         v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
         now.move_upper_layers(&offsets, &x, &mut v);
-        self.v = vectors(&v);
+        self.state.v = vectors(&v);
         self.remap_pinned_velocities(old, (&before, &now));
         self.restore_momentum(old);
     }
@@ -150,9 +150,9 @@ impl Sheet {
     /// at `time` (s).
     fn place_layers_with_pins(&mut self, layout: &LatticeLayout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
         let mut place = |x: &mut [DVec3]| {
-            self.x = vectors(x);
-            self.pins.prescribe_positions(time, &mut self.x);
-            x.iter_mut().zip(self.x.iter()).for_each(|(to, from)| *to = from);
+            self.state.x = vectors(x);
+            self.pins.prescribe_positions(time, &mut self.state.x);
+            x.iter_mut().zip(self.state.x.iter()).for_each(|(to, from)| *to = from);
         };
         place(x);
         layout.place_upper_layers(offsets, x);

@@ -51,7 +51,12 @@ pub(crate) struct LayerOffsets {
 impl LatticeLayout {
     /// Layout of `sheet`.
     pub fn from_sheet(sheet: &Sheet) -> Self {
-        Self { layers: sheet.layers.clone(), uv: sheet.uv.clone(), extent: sheet.extent, gap: sheet.gap }
+        Self {
+            layers: sheet.model.layers.clone(),
+            uv: sheet.model.uv.clone(),
+            extent: sheet.model.extent,
+            gap: sheet.model.gap,
+        }
     }
 
     /// Layout of `sheet` on another grid.
@@ -59,8 +64,8 @@ impl LatticeLayout {
     /// # Errors
     /// When the structure has no such grid.
     pub fn on_grid(sheet: &Sheet, (nu, nv): (u32, u32)) -> Result<Self, InputError> {
-        let (structure, grid) = (sheet.structure, (nu, sheet.grid.1, nv));
-        let spec = LatticeSpec { structure, grid, size: sheet.extent, gap: 1.0, cross_over: false };
+        let (structure, grid) = (sheet.model.structure, (nu, sheet.model.grid.1, nv));
+        let spec = LatticeSpec { structure, grid, size: sheet.model.extent, gap: 1.0, cross_over: false };
         let lattice = lay_out(&spec)?;
         let uv = crate::sheet::build::material_coordinates(&lattice);
         Ok(Self { layers: lattice.layers, uv, ..Self::from_sheet(sheet) })
@@ -362,7 +367,7 @@ mod tests {
                         .all(|(a, b)| { (a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-12 })
             );
             let wave = |p: DVec3| p + DVec3::new(0.002 * p.z, 0.03 * (6.0 * p.x + 2.0 * p.z).sin(), 0.01 * p.x);
-            let x: Vec<DVec3> = sheet.x.iter().map(wave).collect();
+            let x: Vec<DVec3> = sheet.state.x.iter().map(wave).collect();
             let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(p.y, 3.0 * p.x * p.x, p.z * p.x)).collect();
             let own = layout.interpolate(&layout.offsets(&x, &v));
             let bottom = layout.layers[0].len() as usize;
@@ -382,7 +387,7 @@ mod tests {
         // The velocities must equal central differences of the positions.
         let sheet = sheet("trimm", (6, 2, 6));
         let layout = LatticeLayout::from_sheet(&sheet);
-        let x: Vec<DVec3> = sheet.x.iter().map(|p| p + DVec3::Y * (4.0 * p.x).sin() * 0.05).collect();
+        let x: Vec<DVec3> = sheet.state.x.iter().map(|p| p + DVec3::Y * (4.0 * p.x).sin() * 0.05).collect();
         let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(0.2 * p.y, (9.0 * p.x).cos(), p.z)).collect();
         let own = layout.interpolate(&layout.offsets(&x, &vec![DVec3::ZERO; x.len()]));
         let at = |h: f64| {

@@ -27,15 +27,15 @@ impl Sheet {
         if self.is_lattice() {
             return self.remap_layer_forces(old);
         }
-        self.applied.clear();
+        self.parameters.applied.clear();
         let [columns, rows] = self.nodes_along();
         let cell = |at: f64, count: usize| {
             let place = at.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (place.floor() as usize).min(count - 2);
             (low, place - low as f64)
         };
-        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
-            let ((a, s), (b, t)) = (cell(old.uv[i].0, columns), cell(old.uv[i].1, rows));
+        for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+            let ((a, s), (b, t)) = (cell(old.model.uv[i].0, columns), cell(old.model.uv[i].1, rows));
             for (column, row, weight) in [
                 (a, b, (1.0 - s) * (1.0 - t)),
                 (a + 1, b, s * (1.0 - t)),
@@ -43,23 +43,23 @@ impl Sheet {
                 (a + 1, b + 1, s * t),
             ] {
                 let mass = row * columns + column;
-                self.applied.set(mass, self.applied.get(mass) + force * weight);
+                self.parameters.applied.set(mass, self.parameters.applied.get(mass) + force * weight);
             }
         }
     }
 
     fn remap_layer_forces(&mut self, old: &Self) {
-        self.applied.clear();
+        self.parameters.applied.clear();
         let layout = LatticeLayout::from_sheet(self);
         let step = layout.step();
-        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
-            let layer = &layout.layers[old.layer_of[i] as usize];
-            let (u, v) = old.uv[i];
+        for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+            let layer = &layout.layers[old.model.layer_of[i] as usize];
+            let (u, v) = old.model.uv[i];
             let place = |j: usize| layout.uv[layer.at(0, j as u32) as usize];
             for (j, b) in between(v, (place(0).1, step.1, layer.nz as usize)) {
                 for (k, a) in between(u, (place(j).0, step.0, layer.nx as usize)) {
                     let mass = layer.at(k as u32, j as u32) as usize;
-                    self.applied.set(mass, self.applied.get(mass) + force * (a * b));
+                    self.parameters.applied.set(mass, self.parameters.applied.get(mass) + force * (a * b));
                 }
             }
         }
@@ -67,7 +67,7 @@ impl Sheet {
 
     /// Copy the contact flag of the nearest node of `old` to each node.
     pub(crate) fn remap_contact_flags(&mut self, old: &Self) {
-        if !old.work.touching.contains(&true) {
+        if !old.state.touching.contains(&true) {
             return;
         }
         if self.is_lattice() {
@@ -75,8 +75,8 @@ impl Sheet {
         }
         let [columns, rows] = old.nodes_along();
         let near = |at: f64, count: usize| (at * (count - 1) as f64).round() as usize;
-        for (i, (u, v)) in self.uv.iter().enumerate() {
-            self.work.touching[i] = old.work.touching[near(*v, rows) * columns + near(*u, columns)];
+        for (i, (u, v)) in self.model.uv.iter().enumerate() {
+            self.state.touching[i] = old.state.touching[near(*v, rows) * columns + near(*u, columns)];
         }
     }
 
@@ -86,13 +86,13 @@ impl Sheet {
         let near = |at: f64, (first, step, count): (f64, f64, u32)| {
             (((at - first) / step).round().max(0.0) as u32).min(count - 1)
         };
-        for (layer, own) in layout.layers.iter().zip(&self.layers) {
+        for (layer, own) in layout.layers.iter().zip(&self.model.layers) {
             let place = |layer: &LatticeLayer, j: u32| layout.uv[layer.at(0, j) as usize];
             for i in own.range() {
-                let (u, v) = self.uv[i];
+                let (u, v) = self.model.uv[i];
                 let j = near(v, (place(layer, 0).1, step.1, layer.nz));
                 let k = near(u, (place(layer, j).0, step.0, layer.nx));
-                self.work.touching[i] = old.work.touching[layer.at(k, j) as usize];
+                self.state.touching[i] = old.state.touching[layer.at(k, j) as usize];
             }
         }
     }

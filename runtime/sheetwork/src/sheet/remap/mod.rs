@@ -62,7 +62,7 @@ impl Sheet {
         if spec.pins.iter().any(|p| by_number(&p.region)) {
             return refused("cannot change: the sheet is pinned at masses by number");
         }
-        if matches!(self.status, Status::Unstable { .. }) {
+        if matches!(self.state.status, Status::Unstable { .. }) {
             return refused("cannot change: the sheet went unstable");
         }
         Ok(())
@@ -81,7 +81,7 @@ impl Sheet {
         tolerance: f64,
     ) -> Result<(), InputError> {
         self.check_points(old, spec)?;
-        let (from, to) = (old.meshes.present.clone(), self.meshes.present.clone());
+        let (from, to) = (old.model.meshes.present.clone(), self.model.meshes.present.clone());
         let carry = match (&from, &to) {
             (Some(from), Some(to)) => Remap::Mesh(MeshRemap::new(from, to)),
             _ => Remap::Grid(GridRemap { from: old.nodes_along(), to: self.nodes_along() }),
@@ -105,7 +105,7 @@ impl Sheet {
             Remap::Grid(_) => self.remap_forces(old),
         }
         for pull in old.pulls() {
-            let (u, v) = pull.material_point(&old.uv);
+            let (u, v) = pull.material_point(&old.model.uv);
             let index = self.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), pull.stiffness)?;
             self.pull(index, pull.target)?;
         }
@@ -114,13 +114,14 @@ impl Sheet {
             Remap::Grid(_) => self.remap_contact_flags(old),
         }
         self.update_max_step();
-        (self.counters, self.rest_time, self.status) = (old.counters, old.rest_time, old.status);
+        (self.state.counters, self.state.rest_time, self.state.status) =
+            (old.state.counters, old.state.rest_time, old.state.status);
         Ok(())
     }
 
     /// Numbers of nodes along length and width.
     pub(crate) fn nodes_along(&self) -> [usize; 2] {
-        [self.grid.0 as usize, self.grid.2 as usize]
+        [self.model.grid.0 as usize, self.model.grid.2 as usize]
     }
 
     /// Refuse a grid on which a pin at a point prescribes another material point.
@@ -129,11 +130,11 @@ impl Sheet {
             let Region::Point(u, v) = pin.region else { continue };
             let of = |sheet: &Self| {
                 let mass = crate::sheet::select(&pin.region, sheet).ok().and_then(|list| list.first().copied());
-                mass.map_or((f64::NAN, f64::NAN), |m| sheet.uv[m as usize])
+                mass.map_or((f64::NAN, f64::NAN), |m| sheet.model.uv[m as usize])
             };
             let (now, then) = (of(self), of(old));
             if (now.0 - then.0).abs().max((now.1 - then.1).abs()) > 1e-9 {
-                let (nu, nv) = (self.grid.0, self.grid.2);
+                let (nu, nv) = (self.model.grid.0, self.model.grid.2);
                 let problem = format!(
                     "{nu}x{nv} has no mass at ({}, {}), where pins.{i} holds the one next to ({u}, {v})",
                     then.0, then.1
@@ -145,18 +146,19 @@ impl Sheet {
     }
 
     fn copy_settings_from(&mut self, old: &Self, tolerance: f64) -> Result<(), InputError> {
-        (self.friction, self.restitution) = (old.friction, old.restitution);
-        (self.spring_parameters.damping, self.damping_ratio) = (old.spring_parameters.damping, old.damping_ratio);
-        if self.material != old.material {
-            self.set_material(old.material.clone())?;
+        (self.parameters.friction, self.parameters.restitution) = (old.parameters.friction, old.parameters.restitution);
+        (self.parameters.springs.damping, self.parameters.damping_ratio) =
+            (old.parameters.springs.damping, old.parameters.damping_ratio);
+        if self.parameters.material != old.parameters.material {
+            self.set_material(old.parameters.material.clone())?;
         } else {
             self.refresh();
         }
-        if !self.flexion.triples.is_empty() {
+        if !self.parameters.flexion.triples.is_empty() {
             self.set_flexion_limit(old.flexion_angle_limit())?;
         }
-        self.drag.copy_settings(&old.drag);
-        if let Some((flow, before)) = self.inelastic.as_mut().zip(old.inelastic.as_ref()) {
+        self.parameters.drag.copy_settings(&old.parameters.drag);
+        if let Some((flow, before)) = self.state.inelastic.as_mut().zip(old.state.inelastic.as_ref()) {
             flow.set_celsius(before.celsius());
         }
         self.change_engine(old.chosen_engine(), tolerance);
@@ -165,14 +167,14 @@ impl Sheet {
             own.state = RecoveryState { delay: before.state.delay, ..RecoveryState::default() };
         }
         self.set_buckling_detection(old.detects_buckling());
-        self.initial_diagonal = old.initial_diagonal;
+        self.model.initial_diagonal = old.model.initial_diagonal;
         Ok(())
     }
 
     /// Remap the temperatures, and restore their mean, weighted by mass, in each half of the
     /// thickness.
     fn remap_temperatures(&mut self, old: &Self, carry: &Remap) {
-        if old.heat.is_none() {
+        if old.state.heat.is_none() {
             return;
         }
         self.start_temperatures(REFERENCE);
@@ -182,7 +184,7 @@ impl Sheet {
             let mean = |celsius: &[f64], mass: &[f64]| {
                 celsius.iter().zip(mass).map(|(t, m)| t * m).sum::<f64>() / mass.iter().sum::<f64>()
             };
-            let lost = mean(before, &old.mass) - mean(&now, &self.mass);
+            let lost = mean(before, &old.model.mass) - mean(&now, &self.model.mass);
             now.iter_mut().for_each(|t| *t += lost);
             now
         });
@@ -212,14 +214,14 @@ impl Sheet {
         // to three times that ratio where a dozen springs meet.
         let solid = self.follows_material();
         let damping =
-            if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.spring_parameters.damping };
+            if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.parameters.springs.damping };
         let borne = STABILITY_LIMIT / (damping.hypot(1.0) + damping);
-        self.max_step = if frequency > 0.0 { (borne / frequency).max(MIN_SUBSTEP) } else { f64::INFINITY };
+        self.parameters.max_step = if frequency > 0.0 { (borne / frequency).max(MIN_SUBSTEP) } else { f64::INFINITY };
     }
 
     /// Number of substeps of a step of `dt` (s): more than one on a changed grid whose explicit
     /// integrator is unstable for the whole step.
     pub fn substeps_of_step(&self, dt: f64) -> u32 {
-        (dt / self.max_step).ceil().max(1.0) as u32
+        (dt / self.parameters.max_step).ceil().max(1.0) as u32
     }
 }

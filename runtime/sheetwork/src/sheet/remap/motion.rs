@@ -18,13 +18,15 @@ pub(crate) const PIN_TOLERANCE: f64 = 1e-9;
 impl Sheet {
     fn edges_of_grid(&self) -> StrainGrid {
         let [columns, rows] = self.nodes_along();
-        let spacing = (self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64);
+        let spacing = (self.model.extent.0 / (columns - 1) as f64, self.model.extent.1 / (rows - 1) as f64);
         StrainGrid { columns, rows, spacing, triangular: false }
     }
 
     /// Whether it is a shell on a grid.
     fn is_grid(&self) -> bool {
-        self.structure == StructureKind::Shell && self.triangles.is_none() && self.elements.len() > self.grabs.len()
+        self.model.structure == StructureKind::Shell
+            && self.model.triangles.is_none()
+            && self.elements.len() > self.grabs.len()
     }
 
     /// Positions of the nodes of another grid, m; the present positions where the grid is the same
@@ -33,7 +35,7 @@ impl Sheet {
         let [columns, rows] = self.nodes_along();
         let to = (grid.0 as usize, grid.1 as usize);
         if let Some((mesh, first)) = self.meshes_to(grid) {
-            let x: Vec<DVec3> = self.x.iter().collect();
+            let x: Vec<DVec3> = self.state.x.iter().collect();
             return std::borrow::Cow::Owned(vectors(&self.patches(mesh, false).interpolate(
                 first,
                 &x,
@@ -41,21 +43,21 @@ impl Sheet {
             )));
         }
         if to == (columns, rows) || !(self.is_grid() || self.is_lattice()) {
-            return std::borrow::Cow::Borrowed(&self.x);
+            return std::borrow::Cow::Borrowed(&self.state.x);
         }
         if self.is_lattice() {
             return self
                 .lattice_positions_at(grid)
-                .map_or(std::borrow::Cow::Borrowed(&self.x), std::borrow::Cow::Owned);
+                .map_or(std::borrow::Cow::Borrowed(&self.state.x), std::borrow::Cow::Owned);
         }
         let surface = SplineSurface {
             from: (columns, rows),
             to,
             clamped: &vec![false; self.node_count()],
             staggered: false,
-            folds: &self.folds,
+            folds: &self.model.folds,
         };
-        std::borrow::Cow::Owned(vectors(&surface.interpolate(&self.x, [DVec3::ZERO; 2])))
+        std::borrow::Cow::Owned(vectors(&surface.interpolate(&self.state.x, [DVec3::ZERO; 2])))
     }
 
     /// Nodal `values` interpolated at the nodes of another grid.
@@ -77,35 +79,35 @@ impl Sheet {
 
     /// Remap positions and velocities of `old`, with its strains and rates of strain.
     pub(crate) fn remap_motion(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
-        if self.structure != StructureKind::Shell {
+        if self.model.structure != StructureKind::Shell {
             return self.remap_layers(old, spec, time);
         }
         let (before, now) = (old.edges_of_grid(), self.edges_of_grid());
         let surface = SplineSurface {
             from: (before.columns, before.rows),
             to: (now.columns, now.rows),
-            clamped: &old.clamped,
+            clamped: &old.model.clamped,
             staggered: false,
-            folds: &old.folds,
+            folds: &old.model.folds,
         };
         let rotation = spec.placement.quaternion();
         let clamp = [rotation * DVec3::X * before.spacing.0, rotation * DVec3::Z * before.spacing.1];
-        self.x = vectors(&surface.interpolate(&old.x, clamp));
-        self.pins.adopt_positions(time, &mut self.x, PIN_TOLERANCE * self.length);
+        self.state.x = vectors(&surface.interpolate(&old.state.x, clamp));
+        self.pins.adopt_positions(time, &mut self.state.x, PIN_TOLERANCE * self.model.length);
         let held: Vec<bool> = self.inverse_mass.iter().map(|w| *w == 0.0).collect();
-        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
-        let mut x: Vec<DVec3> = self.x.iter().collect();
+        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.state.x.iter().collect(), old.state.v.iter().collect());
+        let mut x: Vec<DVec3> = self.state.x.iter().collect();
         now.restore_strains(&mut x, &before.interpolate(&before.strains(&was), &now), &held);
-        self.x = vectors(&x);
-        self.pins.adopt_positions(time, &mut self.x, PIN_TOLERANCE * self.length);
-        if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.node_count());
+        self.state.x = vectors(&x);
+        self.pins.adopt_positions(time, &mut self.state.x, PIN_TOLERANCE * self.model.length);
+        if old.state.v.max_squared() == 0.0 {
+            self.state.v = Vectors::zeros(self.node_count());
             return;
         }
-        let mut v = surface.interpolate(&old.v, [DVec3::ZERO; 2]);
+        let mut v = surface.interpolate(&old.state.v, [DVec3::ZERO; 2]);
         now.restore_strain_rates(&x, &mut v, &before.interpolate(&before.rates(&was, &were), &now), &held);
-        self.v = vectors(&v);
-        self.pins.zero_fixed_axes(&mut self.v);
+        self.state.v = vectors(&v);
+        self.pins.zero_fixed_axes(&mut self.state.v);
         self.restore_momentum(old);
     }
 
@@ -116,7 +118,7 @@ impl Sheet {
         }
         let centre = self.centre_of_mass();
         let (mut inertia, mut size) = (DMat3::ZERO, 0.0);
-        for (x, m) in self.x.iter().zip(&self.mass) {
+        for (x, m) in self.state.x.iter().zip(&self.model.mass) {
             let r = x - centre;
             inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared()))
                 - DMat3::from_cols(r * r.x, r * r.y, r * r.z))
@@ -127,13 +129,13 @@ impl Sheet {
         let turns = inertia.determinant() > 1e-9 * size * size * size;
         let spin = if turns { inertia.inverse() * lost } else { DVec3::ZERO };
         for i in 0..self.node_count() {
-            let turned = self.v.get(i) + spin.cross(self.x.get(i) - centre);
-            self.v.set(i, turned);
+            let turned = self.state.v.get(i) + spin.cross(self.state.x.get(i) - centre);
+            self.state.v.set(i, turned);
         }
         let drift = (old.momentum() - self.momentum()) / self.total_mass();
         for i in 0..self.node_count() {
-            let moved = self.v.get(i) + drift;
-            self.v.set(i, moved);
+            let moved = self.state.v.get(i) + drift;
+            self.state.v.set(i, moved);
         }
     }
 

@@ -26,61 +26,62 @@ impl Sheet {
     /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its
     /// description.
     pub fn mesh(&self) -> Option<&TriangleMesh> {
-        self.meshes.present.as_deref()
+        self.model.meshes.present.as_deref()
     }
 
     /// Present mesh and that of the scene's `grid`; `None` where they are the same.
     pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
         let (_, first) = self
+            .model
             .meshes
             .described
             .as_ref()
-            .filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
-        Some((self.meshes.present.as_deref()?, first))
+            .filter(|(first, _)| *first == grid && *first != (self.model.grid.0, self.model.grid.2))?;
+        Some((self.model.meshes.present.as_deref()?, first))
     }
 
     /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
     pub(crate) fn copy_described_mesh(&mut self, old: &Self) {
-        let own = || Some(((old.grid.0, old.grid.2), old.meshes.present.clone()?));
-        self.meshes.described = old.meshes.described.clone().or_else(own);
+        let own = || Some(((old.model.grid.0, old.model.grid.2), old.model.meshes.present.clone()?));
+        self.model.meshes.described = old.model.meshes.described.clone().or_else(own);
     }
 
     /// Size of a cell of its grid, m.
     pub(crate) fn cell(&self) -> [f64; 2] {
         let [columns, rows] = self.nodes_along();
-        [self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64]
+        [self.model.extent.0 / (columns - 1) as f64, self.model.extent.1 / (rows - 1) as f64]
     }
 
     /// Remap positions and velocities of `old`, with its edge stretch and its rates.
     pub(crate) fn remap_outline(&mut self, old: &Self, spec: &SheetSpec, meshes: &MeshRemap, time: f64) {
         let surface = old.patches(meshes.from, true);
         let rotation = spec.placement.quaternion();
-        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
+        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.state.x.iter().collect(), old.state.v.iter().collect());
         self.remap_outline_pins(old, spec, meshes);
-        self.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
-        self.pins.prescribe_positions(time, &mut self.x);
+        self.state.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
+        self.pins.prescribe_positions(time, &mut self.state.x);
         self.restore_stretch_of(old, meshes);
-        self.pins.prescribe_positions(time, &mut self.x);
-        if old.v.max_squared() == 0.0 {
-            self.v = Vectors::zeros(self.node_count());
+        self.pins.prescribe_positions(time, &mut self.state.x);
+        if old.state.v.max_squared() == 0.0 {
+            self.state.v = Vectors::zeros(self.node_count());
             return;
         }
         let mut v = vectors(&surface.interpolate(meshes.to, &were, [DVec3::ZERO; 2]));
         if let Some((before, now)) = old.edge_membrane().zip(self.edge_membrane()) {
-            let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.x, &old.v));
+            let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.state.x, &old.state.v));
             let change: Vec<f64> =
-                wanted.iter().zip(now.stretch_rates(&self.x, &v)).map(|(wanted, own)| wanted - own).collect();
+                wanted.iter().zip(now.stretch_rates(&self.state.x, &v)).map(|(wanted, own)| wanted - own).collect();
             let d = self.least_motion_for_stretch(now, &change);
             v.add_scaled(1.0, &d);
         }
-        self.v = v;
-        self.pins.zero_fixed_axes(&mut self.v);
+        self.state.v = v;
+        self.pins.zero_fixed_axes(&mut self.state.v);
         self.restore_momentum(old);
     }
 
     /// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
     pub(crate) fn patches<'a>(&self, mesh: &'a TriangleMesh, slopes: bool) -> MovingLeastSquares<'a> {
-        MovingLeastSquares::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.clamped[i])
+        MovingLeastSquares::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.model.clamped[i])
     }
 
     /// Shift the start positions of pins from those of the description like those of `old`, which a
@@ -92,7 +93,7 @@ impl Sheet {
             PinShifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
         };
         let shifts: Vec<PinShifts> = old.pins.starts().map(shifts).collect();
-        let slack = PIN_TOLERANCE * self.length;
+        let slack = PIN_TOLERANCE * self.model.length;
         self.pins.shift_starts(|k, i| {
             let by = shifts[k].at(meshes.to.positions[i as usize]);
             // A shift within rounding errors counts as zero.
@@ -103,15 +104,16 @@ impl Sheet {
     /// Move nodes towards the edge stretch of `old`.
     fn restore_stretch_of(&mut self, old: &Self, meshes: &MeshRemap) {
         let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
-        let wanted = read_stretch(both, meshes, &both.0.stretch(&old.x));
+        let wanted = read_stretch(both, meshes, &both.0.stretch(&old.state.x));
         for _ in 0..MAX_NEWTON_ITERATIONS {
             let Some(now) = self.edge_membrane() else { return };
-            let change: Vec<f64> = wanted.iter().zip(now.stretch(&self.x)).map(|(wanted, own)| wanted - own).collect();
+            let change: Vec<f64> =
+                wanted.iter().zip(now.stretch(&self.state.x)).map(|(wanted, own)| wanted - own).collect();
             if change.iter().all(|e| e.abs() < STRAIN_THRESHOLD) {
                 return;
             }
             let d = self.least_motion_for_stretch(now, &change);
-            self.x.add_scaled(1.0, &d);
+            self.state.x.add_scaled(1.0, &d);
         }
     }
 
@@ -122,13 +124,13 @@ impl Sheet {
         let scale = MOTION_WEIGHT / (a * b);
         let back = |stress: &[f64], to: &mut [DVec3]| {
             let mut sum = Vectors::zeros(n);
-            membrane.add_edge_forces(&self.x, stress, &mut sum);
+            membrane.add_edge_forces(&self.state.x, stress, &mut sum);
             to.iter_mut().zip(sum.iter()).for_each(|(to, p)| *to = p);
         };
         let mut first = vec![DVec3::ZERO; n];
         back(change, &mut first);
         let normal = |way: &[DVec3], image: &mut [DVec3]| {
-            back(&membrane.stretch_rates(&self.x, &vectors(way)), image);
+            back(&membrane.stretch_rates(&self.state.x, &vectors(way)), image);
             image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
         };
         let free = |d: &mut [DVec3]| {
@@ -139,16 +141,16 @@ impl Sheet {
 
     /// Distribute each applied force of `old` to the corners of its triangle.
     pub(crate) fn remap_outline_forces(&mut self, old: &Self, meshes: &MeshRemap) {
-        self.applied.clear();
-        if old.applied.max_squared() == 0.0 {
+        self.parameters.applied.clear();
+        if old.parameters.applied.max_squared() == 0.0 {
             return;
         }
         let locator = PointLocator::new(meshes.to);
         let sides = inward(meshes.from);
-        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+        for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
             for (mass, part) in hat_weights(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
-                let sum = self.applied.get(mass as usize) + force * part;
-                self.applied.set(mass as usize, sum);
+                let sum = self.parameters.applied.get(mass as usize) + force * part;
+                self.parameters.applied.set(mass as usize, sum);
             }
         }
     }
@@ -156,9 +158,9 @@ impl Sheet {
     /// Interpolate the contact flags of `old` in its triangles; a node touches from a value of 0.5
     /// on.
     pub(crate) fn remap_outline_contact_flags(&mut self, old: &Self, meshes: &MeshRemap) {
-        let before: Vec<[f64; 1]> = old.work.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
+        let before: Vec<[f64; 1]> = old.state.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
         for i in 0..self.node_count() {
-            self.work.touching[i] = meshes.at_node(&before, i)[0] >= 0.5;
+            self.state.touching[i] = meshes.at_node(&before, i)[0] >= 0.5;
         }
     }
 }

@@ -37,7 +37,7 @@ fn kind(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> SpringKind {
     let (a, b) = (sheet.springs.a[i] as usize, sheet.springs.b[i] as usize);
     let (step, p, q) = (layout.step(), layout.uv[a], layout.uv[b]);
     let along = [(q.0 - p.0) / step.0, (q.1 - p.1) / step.1].map(|d| (12.0 * d).round() as i32);
-    (sheet.springs.class[i], [sheet.layer_of[a], sheet.layer_of[b]], along)
+    (sheet.springs.class[i], [sheet.model.layer_of[a], sheet.model.layer_of[b]], along)
 }
 
 fn middle(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> (f64, f64) {
@@ -58,7 +58,7 @@ fn nearest<'a>(
 impl Sheet {
     /// Remap the inelastic strain of the springs of `old`.
     pub(crate) fn remap_springs(&mut self, old: &Self) {
-        if !self.is_lattice() || old.heat.is_none() {
+        if !self.is_lattice() || old.state.heat.is_none() {
             return;
         }
         let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
@@ -81,21 +81,21 @@ impl Sheet {
 
     /// Strain of spring `i` without thermal expansion.
     fn spring_strain(&self, i: usize) -> f64 {
-        let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.x.get(m as usize));
-        self.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
+        let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.state.x.get(m as usize));
+        self.state.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
     }
 
     /// Inelastic strain of spring `i`, and that of its two arms.
     fn spring_held(&self, i: usize) -> WallSpringState {
-        let creeping = self.inelastic.as_ref().and_then(|f| f.spring_held(i));
-        let grown = self.heat.as_ref().map(|h| h.grown_length(i));
+        let creeping = self.state.inelastic.as_ref().and_then(|f| f.spring_held(i));
+        let grown = self.state.heat.as_ref().map(|h| h.grown_length(i));
         creeping.or(grown.map(|length| [self.springs.rest[i] / length - 1.0, 0.0, 0.0])).unwrap_or_default()
     }
 
     fn put_spring(&mut self, i: usize, held: WallSpringState) {
-        if let Some(flow) = self.inelastic.as_mut().filter(|f| f.spring_held(i).is_some()) {
+        if let Some(flow) = self.state.inelastic.as_mut().filter(|f| f.spring_held(i).is_some()) {
             flow.put_spring(i, held, &mut self.springs);
-        } else if let Some(heat) = &self.heat {
+        } else if let Some(heat) = &self.state.heat {
             self.springs.set_rest(i, heat.grown_length(i) * (1.0 + held[0]));
         }
     }

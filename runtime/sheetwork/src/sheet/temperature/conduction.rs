@@ -96,8 +96,8 @@ impl ConductionSystem {
         let pattern = Pattern::new(rows, pairs);
         let place = |row: usize| {
             let mass = (3 * row + 1).min(n - 1) % sheet.node_count();
-            let (u, v) = sheet.uv[mass];
-            [u * f64::from(sheet.grid.0) / 3.0, v * f64::from(sheet.grid.2)]
+            let (u, v) = sheet.model.uv[mass];
+            [u * f64::from(sheet.model.grid.0) / 3.0, v * f64::from(sheet.model.grid.2)]
         };
         let places: Vec<[f64; 2]> = (0..rows).map(place).collect();
         let entry = |a: u32, b: u32| {
@@ -347,12 +347,12 @@ mod tests {
         for (sheet, points) in every() {
             let network = ThermalNetwork::new(&sheet, points);
             let m = sheet.material();
-            let wanted = match &sheet.triangles {
+            let wanted = match &sheet.model.triangles {
                 Some(_) => sheet.total_mass() * m.specific_heat,
                 None => m.areal_mass() * 0.1 * 0.08 * m.specific_heat,
             };
             let held: f64 = network.capacity.iter().sum();
-            assert!((held / wanted - 1.0).abs() < 1e-12, "{}: {held}, not {wanted}", sheet.structure);
+            assert!((held / wanted - 1.0).abs() < 1e-12, "{}: {held}, not {wanted}", sheet.model.structure);
         }
     }
 
@@ -376,13 +376,18 @@ mod tests {
                     stepper.advance(&mut celsius, &exchange, dt);
                 }
                 let change = stepper.heat(&celsius) / before - 1.0;
-                assert!(change.abs() < 1e-12, "{} at {dt}: {change}", sheet.structure);
+                assert!(change.abs() < 1e-12, "{} at {dt}: {change}", sheet.model.structure);
                 // Bridges take the mean of nodes, so that node-to-node noise may change places,
                 // while its total does not grow.
-                assert!(uneven(&celsius) <= first, "{} at {dt}: {} of {first}", sheet.structure, uneven(&celsius));
+                assert!(
+                    uneven(&celsius) <= first,
+                    "{} at {dt}: {} of {first}",
+                    sheet.model.structure,
+                    uneven(&celsius)
+                );
                 if dt >= 1e3 {
                     let furthest = celsius.iter().map(|t| (t - mean).abs()).fold(0.0, f64::max);
-                    assert!(furthest < 1e-6, "{} at {dt}: {furthest}", sheet.structure);
+                    assert!(furthest < 1e-6, "{} at {dt}: {furthest}", sheet.model.structure);
                 }
             }
         }
@@ -393,15 +398,15 @@ mod tests {
         for (sheet, points) in every() {
             let network = ThermalNetwork::new(&sheet, points);
             let n = network.capacity.len();
-            let celsius: Vec<f64> = (0..n).map(|i| 40.0 + 30.0 * sheet.uv[i % sheet.node_count()].0).collect();
+            let celsius: Vec<f64> = (0..n).map(|i| 40.0 + 30.0 * sheet.model.uv[i % sheet.node_count()].0).collect();
             let mut flow = vec![0.0; n];
             network.conduct(&celsius, &mut flow);
             // Inner nodes have no net flow; the border supplies it.
             let m = sheet.material();
             let through = m.conductivity * m.thickness * 30.0;
             for (i, q) in flow.iter().enumerate() {
-                let inner = !sheet.border[i % sheet.node_count()];
-                assert!(!inner || q.abs() < 1e-12 * through, "{}: {q} at {i}", sheet.structure);
+                let inner = !sheet.model.border[i % sheet.node_count()];
+                assert!(!inner || q.abs() < 1e-12 * through, "{}: {q} at {i}", sheet.model.structure);
             }
         }
     }

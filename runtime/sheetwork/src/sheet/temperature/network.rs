@@ -67,13 +67,13 @@ impl ThermalNetwork {
     pub fn new(sheet: &Sheet, points: usize) -> Self {
         let n = sheet.node_count();
         let material = sheet.material();
-        let parts = sheet.layers.len().max(1) * points;
+        let parts = sheet.model.layers.len().max(1) * points;
         let slab = material.thickness / parts as f64;
         let mut area = vec![0.0; n];
         let mut plane = Plane::new();
-        match &sheet.triangles {
+        match &sheet.model.triangles {
             Some(triangles) => of_triangles(sheet, triangles, &mut area, &mut plane),
-            None => sheet.layers.iter().for_each(|layer| of_layer(sheet, layer, &mut area, &mut plane)),
+            None => sheet.model.layers.iter().for_each(|layer| of_layer(sheet, layer, &mut area, &mut plane)),
         }
         let mut network = Self { area: area.repeat(points), ..Self::default() };
         let per_area = material.density * material.specific_heat * slab;
@@ -84,7 +84,7 @@ impl ThermalNetwork {
                 .capacity
                 .iter_mut()
                 .filter(|c| **c == 0.0)
-                .for_each(|c| *c = per_area * sheet.extent.0 * sheet.extent.1);
+                .for_each(|c| *c = per_area * sheet.model.extent.0 * sheet.model.extent.1);
         }
         let k = material.conductivity;
         for half in 0..points {
@@ -154,8 +154,8 @@ fn of_layer(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut P
         fill_outline(sheet, layer, area, plane);
         return;
     }
-    let (nx, _, nz) = sheet.grid;
-    let h = [sheet.extent.0 / f64::from(nx - 1), sheet.extent.1 / f64::from(nz - 1)];
+    let (nx, _, nz) = sheet.model.grid;
+    let h = [sheet.model.extent.0 / f64::from(nx - 1), sheet.model.extent.1 / f64::from(nz - 1)];
     if let Some(open) = sheet.open_cell_set() {
         return of_torn_layer((layer, h, (nx, nz)), open, area, plane);
     }
@@ -211,8 +211,8 @@ fn of_torn_layer(
 /// Area and conductances of triangles: linear finite elements with lumped capacities.
 fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: &mut Plane) {
     let place = |m: u32| {
-        let (u, v) = sheet.uv[m as usize];
-        [u * sheet.extent.0, v * sheet.extent.1]
+        let (u, v) = sheet.model.uv[m as usize];
+        [u * sheet.model.extent.0, v * sheet.model.extent.1]
     };
     for t in triangles {
         let p = t.map(place);
@@ -234,8 +234,8 @@ fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: 
 /// width.
 fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     let place = |m: u32| {
-        let (u, v) = sheet.uv[m as usize];
-        [u * sheet.extent.0, v * sheet.extent.1]
+        let (u, v) = sheet.model.uv[m as usize];
+        [u * sheet.model.extent.0, v * sheet.model.extent.1]
     };
     let (i, j) = (layer.nx - 1, layer.nz - 1);
     let along = (0..i).flat_map(|k| [(layer.at(k, 0), layer.at(k + 1, 0)), (layer.at(k, j), layer.at(k + 1, j))]);
@@ -247,7 +247,7 @@ fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &m
     };
     let around: f64 = border.iter().map(|e| length(*e)).sum();
     let covered: f64 = layer.range().map(|m| area[m]).sum();
-    let width = (sheet.extent.0 * sheet.extent.1 - covered) / around;
+    let width = (sheet.model.extent.0 * sheet.model.extent.1 - covered) / around;
     for edge in border {
         let l = length(edge);
         area[edge.0 as usize] += 0.5 * width * l;

@@ -37,18 +37,18 @@ pub struct SheetPatches {
 impl SheetPatches {
     /// Patches of `sheet`.
     pub fn new(sheet: &Sheet, network: &ThermalNetwork, points: usize) -> Self {
-        let of_layer = |index: usize| match &sheet.triangles {
+        let of_layer = |index: usize| match &sheet.model.triangles {
             Some(triangles) => triangles.clone(),
-            None => sheet.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
+            None => sheet.model.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
         };
-        let top = sheet.layers.len().saturating_sub(1);
+        let top = sheet.model.layers.len().saturating_sub(1);
         let mut faces = Self {
             triangles: [of_layer(0), if top > 0 { of_layer(top) } else { Vec::new() }],
             sums: vec![DVec3::ZERO; sheet.node_count()],
             ..Self::default()
         };
         for (up, index) in [(false, 0), (true, top)] {
-            let Some(layer) = sheet.layers.get(index) else { continue };
+            let Some(layer) = sheet.model.layers.get(index) else { continue };
             for mass in layer.range() {
                 let node = if up && points > 1 { mass + sheet.node_count() } else { mass };
                 let area = network.area[node];
@@ -64,7 +64,7 @@ impl SheetPatches {
     pub fn update_normals(&mut self, sheet: &Sheet) {
         self.sums.fill(DVec3::ZERO);
         for t in self.triangles.iter().flatten() {
-            let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
+            let [a, b, c] = t.map(|m| sheet.state.x.get(m as usize));
             let area = (b - a).cross(c - a);
             t.iter().for_each(|m| self.sums[*m as usize] += area);
         }

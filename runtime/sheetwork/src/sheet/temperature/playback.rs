@@ -92,7 +92,7 @@ impl Sheet {
             return;
         }
         self.start_temperatures(REFERENCE);
-        let Some(mut heat) = self.heat.take() else { return };
+        let Some(mut heat) = self.state.heat.take() else { return };
         let two = heat.halves().is_some();
         let celsius = |t: f32| f64::from(t).clamp(COLDEST, HOTTEST);
         match warmth {
@@ -110,7 +110,7 @@ impl Sheet {
                 heat.set_fractions(room, |i| f64::from(left[i]).clamp(MIN_STIFFNESS, 1.0));
             }
         }
-        self.heat = Some(heat);
+        self.state.heat = Some(heat);
         self.update_thermal_stiffness();
     }
 }

@@ -16,8 +16,8 @@ impl Sheet {
         }
         spots.iter().try_for_each(SpotSpec::check)?;
         self.start_temperatures(ambient);
-        let (extent, uv) = (self.extent, self.uv.clone());
-        if let Some(heat) = &mut self.heat {
+        let (extent, uv) = (self.model.extent, self.model.uv.clone());
+        if let Some(heat) = &mut self.state.heat {
             heat.blend(|i, now| {
                 spots.iter().fold(now, |celsius, spot| {
                     let apart = ((uv[i].0 - spot.at.0) * extent.0).hypot((uv[i].1 - spot.at.1) * extent.1);

@@ -302,12 +302,12 @@ impl SheetTemperature {
 impl Sheet {
     /// Patches of the sheet; `None` before the first thermal step.
     pub(crate) fn faces(&self) -> Option<&SheetPatches> {
-        self.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
+        self.state.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
     }
 
     /// Thermal state; `None` for a sheet without heat.
     pub fn heat(&self) -> Option<&SheetTemperature> {
-        self.heat.as_deref()
+        self.state.heat.as_deref()
     }
 
     /// Temperature of every node, °C, the mean through the thickness; `None` for a sheet without
@@ -344,7 +344,7 @@ impl Sheet {
             )
         })?;
         self.start_temperatures(crate::units::temperature::REFERENCE);
-        if let Some(heat) = &mut self.heat {
+        if let Some(heat) = &mut self.state.heat {
             let count = heat.nodes.len();
             heat.set_nodes((0..count).map(|k| celsius(k % n)));
         }
@@ -355,7 +355,7 @@ impl Sheet {
     /// Set the temperatures of the lower and of the upper half of the thickness, °C, by node;
     /// without a gradient those of the lower. Updates the stiffness.
     pub(crate) fn set_side_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
-        if let Some(heat) = &mut self.heat {
+        if let Some(heat) = &mut self.state.heat {
             heat.set_nodes(lower.iter().chain(upper).copied());
         }
         self.update_thermal_stiffness();
@@ -365,11 +365,11 @@ impl Sheet {
     /// specification. Without effect when it exists.
     #[doc(hidden)]
     pub fn start_temperatures(&mut self, celsius: f64) {
-        if self.heat.is_none() {
-            let points = if self.described_temperature.has_gradient { 2 } else { 1 };
-            self.heat = Some(Box::new(SheetTemperature::new(
+        if self.state.heat.is_none() {
+            let points = if self.model.described_temperature.has_gradient { 2 } else { 1 };
+            self.state.heat = Some(Box::new(SheetTemperature::new(
                 self,
-                self.described_temperature.initial.unwrap_or(celsius),
+                self.model.described_temperature.initial.unwrap_or(celsius),
                 points,
             )));
             self.update_thermal_stiffness();
@@ -378,17 +378,17 @@ impl Sheet {
 
     /// Update stiffness and size where the temperatures have changed enough.
     pub(crate) fn update_thermal_stiffness(&mut self) {
-        let Some(mut heat) = self.heat.take_if(|h| h.needs_update()) else { return };
+        let Some(mut heat) = self.state.heat.take_if(|h| h.needs_update()) else { return };
         let was_as_built = heat.is_as_built();
         heat.apply();
         if was_as_built && heat.is_as_built() {
-            self.heat = Some(heat);
+            self.state.heat = Some(heat);
             return;
         }
         self.warm_springs(&mut heat);
         let warmth = heat.warmth();
-        self.elements.iter_mut().for_each(|e| e.apply_temperature(&self.x, &warmth));
-        self.heat = Some(heat);
+        self.elements.iter_mut().for_each(|e| e.apply_temperature(&self.state.x, &warmth));
+        self.state.heat = Some(heat);
         self.refresh_springs();
     }
 
@@ -398,7 +398,7 @@ impl Sheet {
         for (i, spring) in heat.springs.iter_mut().enumerate() {
             let ends = [self.springs.a[i], self.springs.b[i]];
             let (softness, expansion) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
-            let length = self.x.get(ends[0] as usize).distance(self.x.get(ends[1] as usize));
+            let length = self.state.x.get(ends[0] as usize).distance(self.state.x.get(ends[1] as usize));
             let grown = spring.cold * (expansion - spring.expansion);
             if !self.heat_creeping_spring(i, length, grown, (spring.softness, softness)) {
                 let rest = rest_strain_after_softening(length, self.springs.rest[i] + grown, spring.softness, softness);
@@ -432,9 +432,9 @@ mod tests {
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
         let mut sheet = Sheet::build(&scene, 0).expect("valid");
         for i in 0..sheet.node_count() {
-            let p = sheet.x.get(i);
+            let p = sheet.state.x.get(i);
             let lift = DVec3::new(0.001 * p.z, 0.03 * (6.0 * p.x + 2.0 * p.z).sin(), 0.0);
-            sheet.x.set(i, p * 1.002 + lift);
+            sheet.state.x.set(i, p * 1.002 + lift);
         }
         sheet
     }
@@ -462,7 +462,7 @@ mod tests {
                 let swing = |i: usize| 80.0 + 70.0 * ((step * (3 + step % 5)) as f64 + 0.3 * i as f64).sin();
                 sheet.set_temperatures(swing).expect("valid");
                 let now = sheet.energy(DVec3::ZERO).elastic;
-                assert!(now <= energy * (1.0 + 1e-12), "{}: {energy} to {now} at {step}", sheet.structure);
+                assert!(now <= energy * (1.0 + 1e-12), "{}: {energy} to {now} at {step}", sheet.model.structure);
                 energy = now;
             }
             assert!(energy < 1e-3 * first);
@@ -478,10 +478,10 @@ mod tests {
             let cold = sheet.energy(DVec3::ZERO).elastic;
             sheet.set_temperatures(|_| 140.0).expect("valid");
             let hot = sheet.energy(DVec3::ZERO).elastic;
-            assert!(hot < 2e-3 * cold, "{}: {hot} of {cold}", sheet.structure);
+            assert!(hot < 2e-3 * cold, "{}: {hot} of {cold}", sheet.model.structure);
             sheet.set_temperatures(|_| 20.0).expect("valid");
             let set = sheet.energy(DVec3::ZERO).elastic;
-            assert!((set / hot / (hot / cold) - 1.0).abs() < 1e-9, "{}: {set}", sheet.structure);
+            assert!((set / hot / (hot / cold) - 1.0).abs() < 1e-9, "{}: {set}", sheet.model.structure);
         }
     }
 
@@ -492,12 +492,12 @@ mod tests {
             let before = sheet.energy(DVec3::ZERO).elastic;
             sheet.set_temperatures(|_| 50.0).expect("valid");
             for i in 0..sheet.node_count() {
-                sheet.x.set(i, sheet.x.get(i) * scale);
+                sheet.state.x.set(i, sheet.state.x.get(i) * scale);
             }
             let after = sheet.energy(DVec3::ZERO).elastic;
             let softer = Softening::of(sheet.material()).fraction(50.0);
             // The shape is the same, 0.2 % larger: the energy differs by that and by the stiffness.
-            assert!((after / (before * softer) - 1.0).abs() < 0.02, "{}: {after} of {before}", sheet.structure);
+            assert!((after / (before * softer) - 1.0).abs() < 0.02, "{}: {after} of {before}", sheet.model.structure);
         }
     }
 }

@@ -76,7 +76,7 @@ impl HeatSource for HeatGun {
         let (nozzle, axis) = self.aim(moment.time);
         for i in 0..target.faces.patches.len() {
             let (patch, normal) = (target.faces.patches[i], target.faces.normals[i]);
-            let place = target.sheet.x.get(patch.mass as usize);
+            let place = target.sheet.state.x.get(patch.mass as usize);
             let h = self.convection(nozzle, axis, place, normal);
             if h > 0.0 {
                 target.couple(patch, self.spec.temperature, h * patch.area);

@@ -237,7 +237,7 @@ impl HeaterSource {
             if seen.complete && !shaded && i % VIEW_UPDATE_STEPS != seen.glance {
                 continue;
             }
-            let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
+            let (place, normal) = (target.sheet.state.x.get(patch.mass as usize), target.faces.normals[i]);
             let (was, faced, reach) = seen.at[i];
             let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
             let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];

@@ -48,7 +48,7 @@ struct HotBody {
 
 impl HotBody {
     fn give_from(&self, collider: &Collider, offset: f64, target: &mut HeatedSheet) {
-        let Some((low, high)) = target.sheet.x.bounds() else { return };
+        let Some((low, high)) = target.sheet.state.x.bounds() else { return };
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((MAX_GAP + offset) as Real);
         if !around.intersects(&collider.compute_aabb()) {
             return;
@@ -56,7 +56,7 @@ impl HotBody {
         let (shape, pose) = (collider.shape(), collider.position());
         for i in 0..target.faces.patches.len() {
             let (patch, normal) = (target.faces.patches[i], target.faces.normals[i]);
-            let place = target.sheet.x.get(patch.mass as usize);
+            let place = target.sheet.state.x.get(patch.mass as usize);
             let found = shape.project_point(pose, place.as_vec3(), false);
             let way = found.point.as_dvec3() - place;
             let gap = if found.is_inside { 0.0 } else { (way.length() - offset).max(0.0) };

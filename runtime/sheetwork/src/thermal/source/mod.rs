@@ -82,7 +82,7 @@ impl HeatedSheet<'_> {
     /// Patches with their positions (m) and normals.
     pub fn patches(&self) -> impl Iterator<Item = (Patch, DVec3, DVec3)> + use<'_> {
         let Self { sheet, faces, .. } = self;
-        faces.patches.iter().zip(&faces.normals).map(|(p, n)| (*p, sheet.x.get(p.mass as usize), *n))
+        faces.patches.iter().zip(&faces.normals).map(|(p, n)| (*p, sheet.state.x.get(p.mass as usize), *n))
     }
 
     /// Emissivity of the sheet.

@@ -148,7 +148,7 @@ pub fn state_checksums(world: &World) -> Vec<u32> {
     let mut all = Vec::with_capacity(world.sheets().len() + 1);
     for sheet in world.sheets() {
         let mut sum = crc32fast::Hasher::new();
-        for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
+        for axis in sheet.state.x.axes().into_iter().chain(sheet.state.v.axes()) {
             axis.iter().for_each(|v| sum.update(&v.to_le_bytes()));
         }
         all.push(sum.finalize());

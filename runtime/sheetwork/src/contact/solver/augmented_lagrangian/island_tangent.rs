@@ -253,7 +253,7 @@ impl IslandTangent {
             let sheet = group.sheet(local);
             let height = sheet.centre_of_mass().y;
             for mass in sheet.block_masses() {
-                let x = sheet.x.get(*mass as usize);
+                let x = sheet.state.x.get(*mass as usize);
                 self.places.push([x.x, x.z]);
                 self.depths.push(height);
             }
