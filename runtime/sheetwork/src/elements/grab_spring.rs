@@ -88,10 +88,6 @@ impl GrabSpring {
 }
 
 impl Element for GrabSpring {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(*self)
-    }
-
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for (i, j) in PAIRS.into_iter().filter(|(i, j)| i != j) {
             if self.weights[i] != 0.0 && self.weights[j] != 0.0 {

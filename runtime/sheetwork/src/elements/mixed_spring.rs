@@ -64,10 +64,6 @@ impl MixedSpring {
 }
 
 impl Element for MixedSprings {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(self.clone())
-    }
-
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         self.springs.iter().for_each(|s| visit(s.masses.0, s.masses.1));
     }

@@ -98,9 +98,6 @@ pub enum Geometric {
 
 /// All elements of one kind in a sheet.
 pub trait Element: std::any::Any + Send + Sync {
-    /// Returns a copy with its whole state.
-    fn clone_box(&self) -> Box<dyn Element>;
-
     /// Calls `visit(a, b)` for each pair of nodes, a > b, whose positions enter a common energy
     /// term; pairs may repeat.
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32));

@@ -135,10 +135,6 @@ impl ClampSpring {
 }
 
 impl Element for WallSprings {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(self.clone())
-    }
-
     fn visit_coupled_nodes(&self, _visit: &mut dyn FnMut(u32, u32)) {}
 
     fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32) {

@@ -5,14 +5,12 @@
 //! workspace of a step. Elements serialise their rates and stresses while an implicit integrator
 //! runs, and their law where temperature, creep, plasticity or fracture have changed it.
 
-use glam::DVec3;
-
 use crate::elements::Element;
 use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::bonds::AdhesionState;
-use crate::sheet::{Field, ImplicitSystem, Interpenetration, RecoveryState, Sheet, Status};
+use crate::sheet::{Field, ImplicitSystem, RecoveryState, Sheet, SheetState};
 
 impl Sheet {
     /// Serialise the layout that a snapshot must match.
@@ -111,35 +109,44 @@ impl Sheet {
 
     /// Serialise the state that a step takes from earlier steps, without contact.
     pub(crate) fn serialise_state(&self, to: &mut StateWriter, clearance: impl FnOnce(&mut StateWriter)) {
+        // Every field is named: a new one that is not serialised does not compile.
+        let SheetState {
+            x: _,
+            v: _,
+            status: _,
+            counters: _,
+            rest_time: _,
+            rest_positions: _,
+            interpenetration: _,
+            displaced: _,
+            touching,
+            adhesion,
+            heat,
+            inelastic: _,
+            fracture,
+            buckle_detector,
+        } = &self.state;
         self.pins.serialise(to);
-        serialise_status(&self.state.status, to);
-        to.byte(self.state.interpenetration as u8);
-        to.numbers(&[self.state.rest_time, self.parameters.drag.pressure]);
-        let c = &self.state.counters;
-        [c.accepted, c.rejected, c.evaluations, c.guarded, c.contacts].into_iter().for_each(|n| to.count(n));
-        to.vectors(&self.state.x);
-        to.vectors(&self.state.v);
-        if self.state.rest_time > 0.0 {
-            to.vector_list(&self.state.rest_positions);
-        }
-        if let Some(tears) = &self.state.fracture {
+        to.number(self.parameters.drag.pressure);
+        self.state.serialise_motion(to);
+        if let Some(tears) = fracture {
             to.flags(tears.cells());
             tears.serialise(to);
         }
-        to.flag(self.state.heat.is_some());
-        self.state.heat.iter().for_each(|heat| heat.serialise(to));
+        to.flag(heat.is_some());
+        heat.iter().for_each(|heat| heat.serialise(to));
         if self.is_changed() {
             self.serialise_changes(to);
         }
         self.recovery.iter().for_each(|guard| guard.state.serialise(to));
         self.serialise_history(to);
-        to.flags(&self.state.touching);
+        to.flags(touching);
         to.flag(self.work.stage.has_diverged);
         clearance(to);
-        to.flag(self.state.adhesion.is_some());
-        self.state.adhesion.iter().for_each(|stuck| stuck.serialise(to));
-        to.flag(self.state.buckle_detector.is_some());
-        self.state.buckle_detector.iter().for_each(|watch| watch.serialise(to));
+        to.flag(adhesion.is_some());
+        adhesion.iter().for_each(|stuck| stuck.serialise(to));
+        to.flag(buckle_detector.is_some());
+        buckle_detector.iter().for_each(|watch| watch.serialise(to));
     }
 
     /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
@@ -151,18 +158,8 @@ impl Sheet {
     ) -> ReadResult {
         let masses = self.node_count();
         deserialise_pins(self, from)?;
-        let status = deserialise_status(from)?;
-        let crossing = deserialise_interpenetration(from)?;
-        (self.state.rest_time, self.parameters.drag.pressure) = (from.number()?, from.number()?);
-        let c = &mut self.state.counters;
-        let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
-        counts.into_iter().try_for_each(|n| from.count().map(|count| *n = count))?;
-        let quiet = self.state.rest_time;
-        from.vectors(&mut self.state.x)?;
-        from.vectors(&mut self.state.v)?;
-        if quiet > 0.0 {
-            from.vector_list(&mut self.state.rest_positions, masses)?;
-        }
+        self.parameters.drag.pressure = from.number()?;
+        let rest = self.state.deserialise_motion(from)?;
         self.deserialise_fracture(from)?;
         self.deserialise_heat(from)?;
         if self.is_changed() {
@@ -177,11 +174,17 @@ impl Sheet {
         self.work.stage.has_diverged = from.flag()?;
         clearance(from, masses)?;
         self.state.displaced = false;
-        self.state.adhesion =
-            if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
+        self.deserialise_adhesion(from)?;
         deserialise_buckle_detector(self, from)?;
         // Deserialising the other state may have woken the sheet.
-        (self.state.status, self.state.interpenetration, self.state.rest_time) = (status, crossing, quiet);
+        self.state.set_rest(rest);
+        Ok(())
+    }
+
+    pub(super) fn deserialise_adhesion(&mut self, from: &mut StateReader) -> ReadResult {
+        let masses = self.node_count();
+        self.state.adhesion =
+            if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
         Ok(())
     }
 
@@ -212,6 +215,10 @@ impl Sheet {
         if !from.flag()? {
             return if self.state.heat.is_none() { Ok(()) } else { Err(CorruptState) };
         }
+        self.deserialise_temperatures(from)
+    }
+
+    pub(super) fn deserialise_temperatures(&mut self, from: &mut StateReader) -> ReadResult {
         self.start_temperatures(crate::units::temperature::REFERENCE);
         let Some(mut heat) = self.state.heat.take() else { return Err(CorruptState) };
         let taken = heat.deserialise(from, self);
@@ -223,7 +230,7 @@ impl Sheet {
         &self.elements[..self.elements.len() - self.grabs.len()]
     }
 
-    fn serialise_changes(&self, to: &mut StateWriter) {
+    pub(super) fn serialise_changes(&self, to: &mut StateWriter) {
         for list in [&self.springs.stiffness, &self.springs.rest, &self.springs.damping] {
             to.numbers(list);
         }
@@ -231,7 +238,7 @@ impl Sheet {
         self.state.inelastic.iter().for_each(|flow| flow.serialise(to));
     }
 
-    fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
+    pub(super) fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
         let count = self.springs.len();
         let mut lists = [(); 3].map(|()| vec![0.0; count]);
         lists.iter_mut().try_for_each(|list| from.numbers(list))?;
@@ -287,7 +294,7 @@ impl Sheet {
     }
 }
 
-fn serialise_material(material: &Material, to: &mut StateWriter) {
+pub(super) fn serialise_material(material: &Material, to: &mut StateWriter) {
     to.text(&material.name);
     // `Material` omits an empty name when it is written, so the name is written separately.
     let named = Material { name: "-".to_owned(), ..material.clone() };
@@ -295,29 +302,12 @@ fn serialise_material(material: &Material, to: &mut StateWriter) {
     to.blob(&bytes);
 }
 
-fn deserialise_material(from: &mut StateReader) -> ReadResult<Material> {
+pub(super) fn deserialise_material(from: &mut StateReader) -> ReadResult<Material> {
     let name = from.text()?.to_owned();
     let mut material: Material = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
     material.name = name;
     validate::material("material", &material).map_err(|_| CorruptState)?;
     Ok(material)
-}
-
-fn serialise_status(status: &Status, to: &mut StateWriter) {
-    match status {
-        Status::Awake => to.byte(0),
-        Status::Asleep => to.byte(1),
-        Status::Unstable { time, mass, place, speed } => {
-            to.byte(2);
-            to.numbers(&[*time, *speed]);
-            to.count(u64::from(*mass));
-            to.vector(*place);
-        }
-        Status::Frozen { time } => {
-            to.byte(3);
-            to.number(*time);
-        }
-    }
 }
 
 fn deserialise_pins(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
@@ -350,28 +340,4 @@ fn deserialise_buckle_detector(sheet: &mut Sheet, from: &mut StateReader) -> Rea
         sheet.state.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
     }
     Ok(())
-}
-
-fn deserialise_interpenetration(from: &mut StateReader) -> ReadResult<Interpenetration> {
-    Ok(match from.byte()? {
-        0 => Interpenetration::Unknown,
-        1 => Interpenetration::None,
-        2 => Interpenetration::Detected,
-        3 => Interpenetration::Reported,
-        _ => return Err(CorruptState),
-    })
-}
-
-fn deserialise_status(from: &mut StateReader) -> ReadResult<Status> {
-    Ok(match from.byte()? {
-        0 => Status::Awake,
-        1 => Status::Asleep,
-        2 => {
-            let (time, speed, mass) = (from.number()?, from.number()?, from.count_u32()?);
-            let place: DVec3 = from.vector()?;
-            Status::Unstable { time, mass, place, speed }
-        }
-        3 => Status::Frozen { time: from.number()? },
-        _ => return Err(CorruptState),
-    })
 }

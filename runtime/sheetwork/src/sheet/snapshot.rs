@@ -1,154 +1,101 @@
-//! State of a sheet for a return to an earlier time: positions, velocities, open cells, adhesive
-//! bonds, sleep state; with heat, creep or plasticity also temperatures and inelastic strains.
+//! State of a sheet that a sheet of another world takes over: of the same nodes, in a scene that was
+//! edited.
+//!
+//! It is the serialised state (`serialization`) without what belongs to the integrator and to the
+//! surroundings: the integrator restarts, the parameters keep their present values.
 
-use crate::elements::Element;
-use crate::elements::spring::Springs;
-use crate::math::Vectors;
-use crate::scene::Material;
-use crate::sheet::bonds::AdhesionState;
-use crate::sheet::creep::InelasticState;
-use crate::sheet::temperature::SheetTemperature;
-use crate::sheet::{RecoveryState, Sheet, Status};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::serialization::{deserialise_material, serialise_material};
+use crate::sheet::{RecoveryState, Sheet};
 use crate::units::temperature::REFERENCE;
 
-/// State of a sheet at one time.
+/// Serialised state of a sheet at one time, and what a sheet must agree in to take it over.
 #[derive(Clone, Debug)]
 pub(crate) struct SavedSheetState {
-    x: Vectors,
-    v: Vectors,
-    status: Status,
-    rest_time: f64,
-    /// Positions at the start of the rest period, m; `None` for a moving sheet.
-    rest_positions: Option<Vectors>,
+    nodes: usize,
+    springs: usize,
+    elements: usize,
+    /// Whether each node of a heated sheet has one or two temperatures; 0 without heat.
+    temperatures_per_node: usize,
+    is_inelastic: bool,
+    /// Whether steps have changed the law of the elements or the open cells.
+    is_changed: bool,
     /// Cells opened since the start; empty for a sheet that cannot open.
     open: Vec<bool>,
-    adhesion: Option<Box<AdhesionState>>,
-    changed: Option<ElementState>,
-    /// State of the recovery policy.
-    recovery: Option<RecoveryState>,
-}
-
-/// Elements, springs and temperatures of a sheet with heat, creep or plasticity.
-struct ElementState {
-    /// Elements without grab springs.
-    elements: Vec<Box<dyn Element>>,
-    springs: Springs,
-    heat: Option<Box<SheetTemperature>>,
-    inelastic: Option<Box<InelasticState>>,
-    /// Material of this state.
-    material: Material,
-}
-
-impl ElementState {
-    fn copy(
-        elements: &[Box<dyn Element>],
-        springs: &Springs,
-        heat: Option<&SheetTemperature>,
-        flow: Option<&InelasticState>,
-        material: &Material,
-    ) -> Self {
-        Self {
-            elements: elements.iter().map(|e| e.clone_box()).collect(),
-            springs: springs.clone(),
-            heat: heat.map(|h| Box::new(h.copy_state())),
-            inelastic: flow.map(|f| Box::new(f.clone())),
-            material: material.clone(),
-        }
-    }
-}
-
-impl Clone for ElementState {
-    fn clone(&self) -> Self {
-        Self::copy(&self.elements, &self.springs, self.heat.as_deref(), self.inelastic.as_deref(), &self.material)
-    }
-}
-
-impl std::fmt::Debug for ElementState {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Changed").field("elements", &self.elements.len()).finish_non_exhaustive()
-    }
+    bytes: Vec<u8>,
 }
 
 impl Sheet {
     /// Copy the present state.
     pub(crate) fn to_state(&self) -> SavedSheetState {
-        let open = self.torn_cells();
-        let (x, v, stuck) = (self.state.x.clone(), self.state.v.clone(), self.state.adhesion.clone());
-        let own = self.elements.len() - self.grabs.len();
-        let changes = self.state.heat.is_some() || self.state.inelastic.is_some();
-        let changed = changes.then(|| {
-            let elements = &self.elements[..own];
-            ElementState::copy(
-                elements,
-                &self.springs,
-                self.state.heat.as_deref(),
-                self.state.inelastic.as_deref(),
-                &self.parameters.material,
-            )
-        });
-        let guard = self.recovery.as_ref().map(|g| g.state);
-        let still_at = (self.state.rest_time > 0.0).then(|| self.state.rest_positions.clone());
+        let mut to = StateWriter::default();
+        self.state.serialise_motion(&mut to);
+        self.state.heat.iter().for_each(|heat| heat.serialise(&mut to));
+        if self.is_changed() {
+            serialise_material(&self.parameters.material, &mut to);
+            self.serialise_changes(&mut to);
+        }
+        to.flag(self.recovery.is_some());
+        self.recovery.iter().for_each(|guard| guard.state.serialise(&mut to));
+        to.flag(self.state.adhesion.is_some());
+        self.state.adhesion.iter().for_each(|bonds| bonds.serialise(&mut to));
         SavedSheetState {
-            x,
-            v,
-            status: self.state.status,
-            rest_time: self.state.rest_time,
-            rest_positions: still_at,
-            open,
-            adhesion: stuck,
-            changed,
-            recovery: guard,
+            nodes: self.node_count(),
+            springs: self.springs.len(),
+            elements: self.elements.len() - self.grabs.len(),
+            temperatures_per_node: self.state.heat.as_ref().map_or(0, |heat| heat.points()),
+            is_inelastic: self.state.inelastic.is_some(),
+            is_changed: self.is_changed(),
+            open: self.torn_cells(),
+            bytes: to.bytes,
         }
     }
 
     /// Whether `state` is compatible with this sheet.
     pub(crate) fn accepts_state(&self, state: &SavedSheetState) -> bool {
-        let own = self.open_cells().map_or(0, <[bool]>::len);
+        let cells = self.open_cells().map_or(0, <[bool]>::len);
         // A later change of the slits leaves the nodes as they are.
-        let cells = state.open.len() == own || !state.open.contains(&true);
-        let flows = |c: &ElementState| {
-            c.inelastic.is_some() == self.state.inelastic.is_some() && c.springs.len() == self.springs.len()
-        };
-        state.x.len() == self.node_count() && cells && state.changed.as_ref().is_none_or(flows)
+        let same_cells = state.open.len() == cells || !state.open.contains(&true);
+        let points = if self.model.described_temperature.has_gradient { 2 } else { 1 };
+        let same_elements = state.elements == self.elements.len() - self.grabs.len()
+            && state.springs == self.springs.len()
+            && state.is_inelastic == self.state.inelastic.is_some();
+        state.nodes == self.node_count()
+            && same_cells
+            && (state.temperatures_per_node == 0 || state.temperatures_per_node == points)
+            && (!state.is_changed || same_elements)
     }
 
     /// Restore a compatible `state`. The integrator restarts; the material stays as it is.
-    pub(crate) fn restore(&mut self, state: &SavedSheetState) {
+    pub(crate) fn restore(&mut self, state: &SavedSheetState) -> ReadResult {
+        let mut from = StateReader::new(&state.bytes);
         self.wake();
-        self.state.x.copy_from(&state.x);
-        self.state.v.copy_from(&state.v);
+        let rest = self.state.deserialise_motion(&mut from)?;
         self.set_open(&state.open);
-        self.state.adhesion.clone_from(&state.adhesion);
-        match &state.changed {
-            Some(changed) => self.restore_elements(changed.clone()),
+        if state.temperatures_per_node > 0 {
+            self.deserialise_temperatures(&mut from)?;
+            self.state.heat.iter_mut().for_each(|heat| heat.discard_network());
+        } else if self.state.heat.is_some() {
             // A state without temperatures is at the reference temperature.
-            None if self.state.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
-            None => {}
+            let _ = self.set_temperatures(|_| REFERENCE);
         }
-        self.state.status = state.status;
-        self.state.rest_time = state.rest_time;
-        state.rest_positions.iter().for_each(|at| self.state.rest_positions.clone_from(at));
-        self.state.touching.fill(false);
-        self.work.stage.has_diverged = false;
-        self.restore_recovery_state(state.recovery);
-        self.engine.restart();
-        self.last_field = None;
-    }
-
-    fn restore_elements(&mut self, changed: ElementState) {
-        let own = self.elements.len() - self.grabs.len();
-        self.elements.splice(..own, changed.elements);
-        (self.springs, self.state.inelastic) = (changed.springs, changed.inelastic);
-        if changed.heat.is_some() {
-            self.state.heat = changed.heat;
-        }
-        // The restored elements are bound to the blocks of another linear system.
-        self.system = None;
-        let now = std::mem::replace(&mut self.parameters.material, changed.material);
-        if now != self.parameters.material {
-            // Both materials are valid, and a creeping sheet keeps its creep constants, so this
-            // succeeds.
+        if state.is_changed {
+            // The changes refer to the material of their time. Both materials are valid, and a
+            // creeping sheet keeps its creep constants, so that setting them succeeds.
+            let (then, now) = (deserialise_material(&mut from)?, self.parameters.material.clone());
+            let _ = self.set_material(then);
+            self.deserialise_changes(&mut from)?;
             let _ = self.set_material(now);
         }
+        let recovery = if from.flag()? { Some(RecoveryState::deserialise(&mut from)?) } else { None };
+        self.deserialise_adhesion(&mut from)?;
+        self.state.touching.fill(false);
+        self.work.stage.has_diverged = false;
+        self.restore_recovery_state(recovery);
+        self.engine.restart();
+        self.last_field = None;
+        self.system = None;
+        self.state.set_rest(rest);
+        Ok(())
     }
 }

@@ -1,12 +1,13 @@
 //! State of a sheet: all that evolves, apart from the histories that its elements and its integrator
 //! keep. SI units.
 //!
-//! [`SheetState::serialise`](SheetState) and its inverse take the struct apart field by field: a
-//! field that is added and not serialised does not compile.
+//! `Sheet::serialise_state` takes the struct apart field by field: a field that is added and not
+//! serialised does not compile.
 
 use glam::DVec3;
 
 use crate::math::Vectors;
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::bonds::AdhesionState;
 use crate::sheet::buckling::BuckleDetector;
 use crate::sheet::creep::InelasticState;
@@ -101,4 +102,91 @@ pub struct SheetState {
     pub(crate) fracture: Option<Box<FractureState>>,
     /// Buckling detector; `None` where buckling is not reported.
     pub(crate) buckle_detector: Option<Box<BuckleDetector>>,
+}
+
+/// Whether and for how long a sheet rests.
+#[derive(Clone, Copy)]
+pub(crate) struct RestState {
+    status: Status,
+    interpenetration: Interpenetration,
+    rest_time: f64,
+}
+
+impl SheetState {
+    /// Serialise positions, velocities, counters and rest.
+    pub(crate) fn serialise_motion(&self, to: &mut StateWriter) {
+        serialise_status(&self.status, to);
+        to.byte(self.interpenetration as u8);
+        to.number(self.rest_time);
+        let Counters { accepted, rejected, evaluations, guarded, contacts } = self.counters;
+        [accepted, rejected, evaluations, guarded, contacts].into_iter().for_each(|n| to.count(n));
+        to.vectors(&self.x);
+        to.vectors(&self.v);
+        if self.rest_time > 0.0 {
+            to.vector_list(&self.rest_positions);
+        }
+    }
+
+    /// Deserialise the output of [`SheetState::serialise_motion`]. The returned rest is set at the
+    /// end of the deserialisation, because changes of the sheet wake it.
+    pub(crate) fn deserialise_motion(&mut self, from: &mut StateReader) -> ReadResult<RestState> {
+        let (status, interpenetration) = (deserialise_status(from)?, deserialise_interpenetration(from)?);
+        let rest_time = from.number()?;
+        let c = &mut self.counters;
+        let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
+        counts.into_iter().try_for_each(|n| from.count().map(|count| *n = count))?;
+        from.vectors(&mut self.x)?;
+        from.vectors(&mut self.v)?;
+        if rest_time > 0.0 {
+            let nodes = self.x.len();
+            from.vector_list(&mut self.rest_positions, nodes)?;
+        }
+        Ok(RestState { status, interpenetration, rest_time })
+    }
+
+    /// Set status and rest.
+    pub(crate) fn set_rest(&mut self, rest: RestState) {
+        (self.status, self.interpenetration, self.rest_time) = (rest.status, rest.interpenetration, rest.rest_time);
+    }
+}
+
+fn serialise_status(status: &Status, to: &mut StateWriter) {
+    match status {
+        Status::Awake => to.byte(0),
+        Status::Asleep => to.byte(1),
+        Status::Unstable { time, mass, place, speed } => {
+            to.byte(2);
+            to.numbers(&[*time, *speed]);
+            to.count(u64::from(*mass));
+            to.vector(*place);
+        }
+        Status::Frozen { time } => {
+            to.byte(3);
+            to.number(*time);
+        }
+    }
+}
+
+fn deserialise_status(from: &mut StateReader) -> ReadResult<Status> {
+    Ok(match from.byte()? {
+        0 => Status::Awake,
+        1 => Status::Asleep,
+        2 => {
+            let (time, speed, mass) = (from.number()?, from.number()?, from.count_u32()?);
+            let place: DVec3 = from.vector()?;
+            Status::Unstable { time, mass, place, speed }
+        }
+        3 => Status::Frozen { time: from.number()? },
+        _ => return Err(CorruptState),
+    })
+}
+
+fn deserialise_interpenetration(from: &mut StateReader) -> ReadResult<Interpenetration> {
+    Ok(match from.byte()? {
+        0 => Interpenetration::Unknown,
+        1 => Interpenetration::None,
+        2 => Interpenetration::Detected,
+        3 => Interpenetration::Reported,
+        _ => return Err(CorruptState),
+    })
 }

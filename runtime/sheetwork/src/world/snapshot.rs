@@ -9,6 +9,7 @@
 use crate::error::InputError;
 use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
+use crate::serialize::CorruptState;
 use crate::sheet::SavedSheetState;
 use crate::world::World;
 
@@ -72,7 +73,7 @@ impl World {
             return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
         }
         for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
-            sheet.restore(state);
+            sheet.restore(state).map_err(|CorruptState| InputError::new("snapshot", "cannot be read"))?;
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, state, asleep) in &snapshot.bodies {

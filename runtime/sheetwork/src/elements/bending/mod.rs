@@ -278,10 +278,6 @@ pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
 }
 
 impl Element for Bending {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(self.clone())
-    }
-
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for group in &self.groups {
             let masses = &self.masses[group.entries.0 as usize..group.entries.1 as usize];

@@ -347,10 +347,6 @@ impl CellMembrane {
 }
 
 impl Element for CellMembrane {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(self.clone())
-    }
-
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for packet in &self.packets {
             for l in 0..packet.count {

@@ -256,10 +256,6 @@ impl EdgeMembrane {
 }
 
 impl Element for EdgeMembrane {
-    fn clone_box(&self) -> Box<dyn Element> {
-        Box::new(self.clone())
-    }
-
     fn visit_coupled_nodes(&self, visit: &mut dyn FnMut(u32, u32)) {
         for t in &self.triangles {
             for (p, a) in t.masses.iter().enumerate() {

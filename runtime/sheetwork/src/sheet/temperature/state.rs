@@ -90,23 +90,6 @@ impl SheetTemperature {
         }
     }
 
-    /// Copy of the state, without the thermal network.
-    pub(crate) fn copy_state(&self) -> Self {
-        Self {
-            nodes: self.nodes.clone(),
-            mean: self.mean.clone(),
-            applied: self.applied.clone(),
-            room: self.room.clone(),
-            compliance: self.compliance.clone(),
-            expansion: self.expansion.clone(),
-            curl: self.curl.clone(),
-            springs: self.springs.clone(),
-            curve: self.curve.clone(),
-            body: None,
-            ..*self
-        }
-    }
-
     /// Serialise the state: temperatures, those of the last stiffness update, and the slopes of the
     /// factorised matrix.
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
@@ -141,9 +124,14 @@ impl SheetTemperature {
         self.body(sheet).stepper.deserialise(from)
     }
 
+    /// Number of temperatures through the thickness of each node.
+    pub(crate) fn points(&self) -> usize {
+        if self.mean.is_empty() { 1 } else { 2 }
+    }
+
     /// Thermal network and stepper of `sheet`, built on first use.
     pub(crate) fn body(&mut self, sheet: &Sheet) -> &mut ThermalBody {
-        let points = if self.mean.is_empty() { 1 } else { 2 };
+        let points = self.points();
         self.body.get_or_insert_with(|| {
             let stepper = ConductionStepper::new(sheet, points);
             let faces = SheetPatches::new(sheet, stepper.network(), points);
