@@ -16,6 +16,7 @@ use sheetwork::World;
 use sheetwork::collision::overlap::{BodyPose, OverlapSolid, faces};
 use sheetwork::math::Vectors;
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::stage_trace;
 
 /// Maximum rotation of a body per linear piece of a path, rad.
 const MAXIMUM_TURN: f64 = 0.1;
@@ -36,7 +37,7 @@ impl CrossingDetector {
     /// Starts detection and enables the record of stage positions in the first sheet.
     pub fn new(world: &mut World) -> Self {
         if let Some(sheet) = world.sheets_mut().first_mut() {
-            sheet.record_stages();
+            stage_trace::record_stages(sheet);
         }
         let world = &*world;
         let bodies = world.rigid().map_or(&[][..], |r| r.bodies());
@@ -59,7 +60,7 @@ impl CrossingDetector {
         let last = self.places(&sheet.state.x);
         let mut ways = vec![(0.0, self.places.clone())];
         // A sleeping sheet has no stages.
-        if let Some(trace) = sheet.recorded_stages().filter(|_| last != self.places && span > 0.0) {
+        if let Some(trace) = stage_trace::recorded_stages(sheet).filter(|_| last != self.places && span > 0.0) {
             ways.extend(trace.iter().map(|(time, x)| ((time / span).min(1.0), self.places(x))));
         }
         ways.push((1.0, last));

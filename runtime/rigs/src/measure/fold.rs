@@ -18,6 +18,7 @@ use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::attachment;
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "fold",
@@ -74,7 +75,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     }
     let folded = turned(&runner.world.sheets()[0], nx);
     let stored = runner.world.sheets()[0].energy(DVec3::ZERO).elastic;
-    runner.world.sheets_mut()[0].release_pins(1.0);
+    attachment::release_pins(&mut runner.world.sheets_mut()[0], 1.0);
     let solves = runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     runner.world.creep_in_equilibrium(1.0, 1e-9 * length);
     let sheet = &runner.world.sheets()[0];

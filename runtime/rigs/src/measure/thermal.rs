@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use crate::measure::{RigOutcome, Setup};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::temperature;
 use sheetwork::thermal::ThermalModel;
 use sheetwork::thermal::source::HeatSource;
 use sheetwork::units::temperature::{COLDEST, HOTTEST};
@@ -109,7 +110,7 @@ impl HeatRig {
         scene.sheets[0].temperature = Some(from);
         let room = ThermalModel::new(&scene)?;
         let mut sheet = Sheet::build(&scene, 0)?;
-        sheet.start_temperatures(from);
+        temperature::start_temperatures(sheet, from);
         Ok(Self { sheets: vec![sheet], room, time: 0.0, steps: 0, cpu: 0.0 })
     }
 

@@ -16,6 +16,7 @@ use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::accelerations;
 use sheetwork::{InputError, check_range};
 
 pub(crate) const CASE: RigCase = RigCase {
@@ -116,6 +117,6 @@ fn heights(world: &World) -> f64 {
 /// Upward force on the fixed nodes, N.
 fn attachment_force(sheet: &Sheet, gravity: f64) -> f64 {
     let mut force = Vectors::zeros(sheet.node_count());
-    sheet.add_internal_forces(&mut force);
+    accelerations::add_internal_forces(sheet, &mut force);
     (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).map(|i| sheet.node_mass(i) * gravity - force.y[i]).sum()
 }

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use crate::math::Vectors;
 use crate::sheet::Sheet;
+use crate::sheet::node_contact;
 
 /// Index that stands for no triangle and no feature.
 pub const NONE: u32 = u32::MAX;
@@ -67,7 +68,7 @@ pub struct CollisionSurface {
 impl CollisionSurface {
     /// Collision surface of a sheet in its present state, which is taken as its rest state.
     pub fn from_sheet(sheet: &Sheet) -> Self {
-        let offset = sheet.contact_offset();
+        let offset = node_contact::contact_offset(sheet);
         match &sheet.model.triangles {
             Some(triangles) => Self::new(triangles, &sheet.state.x, offset, false),
             None => {

@@ -27,6 +27,7 @@ use crate::contact::step_bodies::StepBodies;
 use crate::contact::workspace::ContactWorkspace;
 use crate::scene::Adhesion;
 use crate::sheet::Sheet;
+use crate::sheet::bonds;
 
 const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
 
@@ -34,7 +35,7 @@ const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
 /// lower temperature limit of existing bonds.
 fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
     let Some(Adhesion { strength, above, lets_go_below }) = sheet.tack() else { return 0.0 };
-    let celsius: f64 = point.terms().map(|(i, w)| w * sheet.celsius(i)).sum();
+    let celsius: f64 = point.terms().map(|(i, w)| w * bonds::celsius(sheet, i)).sum();
     let holds = stuck && lets_go_below.is_none_or(|limit| celsius >= limit);
     if celsius >= above || holds { strength } else { 0.0 }
 }

@@ -11,6 +11,7 @@ use glam::DVec3;
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
 use crate::contact::settings::{ContactSettings, ConvergenceSettings};
+use crate::sheet::stage;
 
 const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 
@@ -29,7 +30,7 @@ pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) ->
 /// Whether any node moved far enough in the stage to require another detection.
 pub(crate) fn has_moved(group: &IslandView) -> bool {
     let still = if group.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
-    group.sheets.iter().any(|sheet| sheet.has_moved(still))
+    group.sheets.iter().any(|sheet| stage::has_moved(sheet, still))
 }
 
 /// Position of a side of a contact at the iterate, m.

@@ -21,6 +21,7 @@ use crate::contact::settings::{ContactSettings, OuterIterationSettings};
 use crate::contact::solver::choice::PositionSolve;
 use crate::contact::workspace::ContactWorkspace;
 use crate::sheet::Field;
+use crate::sheet::stage;
 use crate::sheet::stage::StageWorkspace;
 
 const SETTINGS: OuterIterationSettings = ContactSettings::DEFAULT.outer_iteration;
@@ -232,7 +233,7 @@ fn maximum_iterations(scratch: &ContactWorkspace, met: bool) -> u32 {
 /// Compute the free motion of every sheet that has not converged. Returns false if a solve failed.
 fn compute_free_motion(group: &mut IslandView, field: Field) -> bool {
     group.for_each_sheet(|sheet| {
-        if !sheet.work.stage.is_finished && !sheet.solve_free_motion(field) {
+        if !sheet.work.stage.is_finished && !stage::solve_free_motion(sheet, field) {
             sheet.work.stage.has_failed = true;
         }
     });
@@ -245,7 +246,7 @@ fn compute_free_motion(group: &mut IslandView, field: Field) -> bool {
 fn update_iterates(group: &mut IslandView, field: Field, touched: bool, firm: bool) -> f64 {
     group.each_unit(|sheet, unit| {
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
-        sheet.update_iterate(field, contact, firm);
+        stage::update_iterate(sheet, field, contact, firm);
     });
     stages(group).filter(|stage| !stage.is_finished).map(|stage| stage.misprediction_ratio).fold(0.0, f64::max)
 }

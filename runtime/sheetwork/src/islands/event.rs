@@ -8,6 +8,8 @@ use crate::contact::node::detection::TouchListener;
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::instability;
+use crate::sheet::node_contact;
 use crate::sheet::{FractureOpening, Sheet};
 
 const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
@@ -129,13 +131,13 @@ impl InstabilityReport {
         let mass = (0..sheet.node_count()).max_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(0);
         let speed_m_s = squared(mass).sqrt();
         let energy_after_j = number(sheet.energy(gravity).total);
-        let strain = sheet.largest_strain();
+        let strain = instability::largest_strain(sheet);
         // Implicit integrators store their initial state only with an instability policy.
-        let known = sheet.is_explicit() || sheet.recovery.is_some();
+        let known = node_contact::is_explicit(sheet) || sheet.recovery.is_some();
         let energy_before_j = (known && sheet.work.v_before.len() == sheet.node_count()).then(|| {
-            sheet.swap_with_step_start();
+            node_contact::swap_with_step_start(sheet);
             let energy = sheet.energy(gravity).total;
-            sheet.swap_with_step_start();
+            node_contact::swap_with_step_start(sheet);
             number(energy)
         });
         let place_m = sheet.work.x_before.get(mass).to_array();

@@ -14,6 +14,7 @@ use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::scene::sleep::SLEEP;
 use crate::sheet::Field;
+use crate::sheet::stage;
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
@@ -71,7 +72,7 @@ impl IslandSolve<'_, '_> {
             }
             Fallback::StopBuriedSheet(sheet) => {
                 self.progress.report.stopped = 1;
-                self.view.for_each_sheet(|sheet| sheet.restore_state());
+                self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
                 self.view.sheet_mut(sheet).work.stage.has_diverged = true;
             }
         }
@@ -130,9 +131,9 @@ impl IslandSolve<'_, '_> {
     /// Freeze the sheets at the start of the substep; dynamic bodies keep their motion.
     fn freeze_sheets(&mut self) {
         self.view.for_each_sheet(|sheet| {
-            sheet.restore_state();
+            stage::restore_state(sheet);
             sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
-            sheet.restart_engine();
+            stage::restart_engine(sheet);
         });
     }
 

@@ -22,6 +22,10 @@ use crate::islands::island_progress::IslandProgress;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
 use crate::islands::settings::{BisectionSettings, FallbackSettings, StepSettings};
 use crate::sheet::Field;
+use crate::sheet::attachment;
+use crate::sheet::creep;
+use crate::sheet::stage;
+use crate::sheet::stage_trace;
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: BisectionSettings = StepSettings::DEFAULT.bisection;
@@ -148,7 +152,7 @@ impl IslandSolve<'_, '_> {
     fn begin_step(&mut self) {
         self.progress.begin_step();
         self.workspace.begin_step();
-        self.view.for_each_sheet(|sheet| sheet.update_trace(|trace, _| trace.begin()));
+        self.view.for_each_sheet(|sheet| stage_trace::update_trace(sheet, |trace, _| trace.begin()));
     }
 
     /// Prescribe velocities and save the state. One saved state suffices: each half begins at the
@@ -158,19 +162,19 @@ impl IslandSolve<'_, '_> {
             if !sheet.pins.is_empty() {
                 sheet.pins.prescribe_velocities(part.time, part.dt, &sheet.state.x, &mut sheet.state.v);
             }
-            sheet.begin_step(part.field, part.dt);
-            sheet.save_state();
+            stage::begin_step(sheet, part.field, part.dt);
+            stage::save_state(sheet);
         });
         self.workspace.save_for_rollback(&self.view.solver_bodies);
     }
 
     fn end_substep(&mut self) {
-        self.view.for_each_sheet(|sheet| sheet.end_inelastic_step());
+        self.view.for_each_sheet(|sheet| creep::end_inelastic_step(sheet));
     }
 
     /// Return to the start of the substep.
     pub fn roll_back(&mut self) {
-        self.view.for_each_sheet(|sheet| sheet.restore_state());
+        self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
         self.workspace.restore_saved(&mut self.view.solver_bodies);
     }
 
@@ -213,7 +217,7 @@ impl IslandSolve<'_, '_> {
         }
         let mut before = EnergyBudget::before(self.view, part);
         let mut record = StageRecord { met: false, has_no_fixed_body: true, penetration: 0.0, crossed: false };
-        let stages = self.view.sheet_mut(0).stages();
+        let stages = stage::stages(&mut self.view.sheet_mut(0));
         let mut at = part.done;
         for k in 0..stages {
             let outcome = self.solve_stage(part, k, &mut at, &mut before, &mut record);
@@ -257,14 +261,15 @@ impl IslandSolve<'_, '_> {
         }
         self.view.each_unit(|sheet, unit| {
             let jump = (touched && unit.is_touched()).then_some(&unit.jump);
-            sheet.finish_stage(part.field, k, part.dt, jump);
+            stage::finish_stage(sheet, part.field, k, part.dt, jump);
         });
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
             return self.bisect_or(Fallback::RollBack);
         }
         self.detector.end_stage(self.view);
         *at += length;
-        self.view.for_each_sheet(|sheet| sheet.update_trace(|trace, x| trace.ends.push((*at, x.clone()))));
+        self.view
+            .for_each_sheet(|sheet| stage_trace::update_trace(sheet, |trace, x| trace.ends.push((*at, x.clone()))));
         StageOutcome::Accepted
     }
 
@@ -273,11 +278,11 @@ impl IslandSolve<'_, '_> {
     fn begin_stage(&mut self, part: &Substep, k: usize, at: f64) -> f64 {
         self.workspace.begin_stage(k);
         self.view.for_each_sheet(|sheet| {
-            sheet.prepare_stage(part.field, k, part.dt);
-            if sheet.has_dynamic_attachments()
+            stage::prepare_stage(sheet, part.field, k, part.dt);
+            if attachment::has_dynamic_attachments(sheet)
                 && let Some(own) = rigid_equivalent(sheet)
             {
-                sheet.start_from_rotation(part.field, &own);
+                stage::start_from_rotation(sheet, part.field, &own);
             }
         });
         let lead = &self.view.sheet(0).work.stage;
@@ -297,7 +302,7 @@ impl IslandSolve<'_, '_> {
             }
             StageSolve::IterationLimitWithoutContact => self.view.for_each_sheet(|sheet| {
                 if !sheet.work.stage.is_finished {
-                    sheet.solve_stage_alone(part.field);
+                    stage::solve_stage_alone(sheet, part.field);
                 }
             }),
             _ => {}
@@ -335,7 +340,7 @@ impl IslandSolve<'_, '_> {
     /// the solution is accepted.
     fn solve_velocities(&mut self, part: &Substep, h: f64) -> bool {
         let (island, workspace) = (&mut *self.view, &mut *self.workspace);
-        island.for_each_sheet(|sheet| sheet.compute_free_velocity(part.field));
+        island.for_each_sheet(|sheet| stage::compute_free_velocity(sheet, part.field));
         workspace.restore_spin(island, h);
         let accepted = workspace.profile(|workspace| workspace.solve_velocities(island, h));
         if accepted {

@@ -17,6 +17,12 @@ use crate::islands::event::{ContactLog, EventKind, InstabilityReport, RecoveryAc
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::{StepContext, is_unstable};
 use crate::scene::WhenUnstable;
+use crate::sheet::accelerations;
+use crate::sheet::creep;
+use crate::sheet::instability;
+use crate::sheet::node_contact;
+use crate::sheet::serialization;
+use crate::sheet::stage;
 use crate::sheet::{KineticElasticEnergy, RECOVERY_INTEGRATOR, RecoveryPolicy, Sheet, Status};
 
 const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
@@ -48,8 +54,8 @@ pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], 
 
 /// Record the energy of a monitored sheet of an explicit integrator before its step.
 pub(crate) fn begin_energy_check(sheet: &mut Sheet) {
-    if sheet.recovery.is_some() && sheet.is_explicit() && sheet.state.status == Status::Awake {
-        let level = sheet.kinetic_elastic_energy().total();
+    if sheet.recovery.is_some() && node_contact::is_explicit(sheet) && sheet.state.status == Status::Awake {
+        let level = instability::kinetic_elastic_energy(sheet).total();
         if let Some(guard) = &mut sheet.recovery {
             guard.energy_budget = if guard.state.limits_strain { level.max(guard.state.energy_budget) } else { level };
         }
@@ -65,19 +71,19 @@ pub(crate) fn finish_energy_check(
     stage: &StepContext,
     brought: f64,
 ) -> bool {
-    if !sheet.is_explicit() || sheet.state.status != Status::Awake {
+    if !node_contact::is_explicit(sheet) || sheet.state.status != Status::Awake {
         return false;
     }
     let Some(mut guard) = sheet.recovery.take() else { return false };
     let sound = guard.state.replaces_integrator || guard.is_step_energy_acceptable(sheet, stage, brought);
     if !sound {
-        sheet.set_integrator_start();
+        node_contact::set_integrator_start(sheet);
         let seen = InstabilityReport::new(sheet, stage.field.gravity, stage.dt);
         guard.state.record_detection();
-        sheet.restore_start();
-        guard.state.energy_budget = sheet.kinetic_elastic_energy().total();
+        node_contact::restore_start(sheet);
+        guard.state.energy_budget = instability::kinetic_elastic_energy(sheet).total();
         sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
-        sheet.restart_engine();
+        stage::restart_engine(sheet);
         match guard.next_action().or_else(|| guard.shorten_limited_step()) {
             Some(handled) => {
                 touches.report_instability(stage.time, EventKind::Contained, InstabilityReport { handled, ..seen })
@@ -113,17 +119,17 @@ impl RecoveryPolicy {
         time: f64,
         part: f64,
     ) -> Option<f64> {
-        sheet.save_state();
-        let before = sheet.kinetic_elastic_energy();
+        stage::save_state(sheet);
+        let before = instability::kinetic_elastic_energy(sheet);
         let mut alarm: Option<InstabilityReport> = None;
         loop {
             let part = part.min(stage.dt / f64::from(1_u32 << self.state.bisections));
             if self.state.bisections > 0 && !sheet.pins.is_empty() {
                 sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
             }
-            let taken = sheet.advance_uncommitted(stage.field, time, part).elapsed;
+            let taken = accelerations::advance_uncommitted(sheet, stage.field, time, part).elapsed;
             if self.limit_strain(sheet, stage, taken) || self.is_energy_acceptable(sheet, before, stage, taken) {
-                sheet.end_inelastic_step();
+                creep::end_inelastic_step(sheet);
                 if let Some(alarm) = alarm {
                     touches.report_instability(time, EventKind::Contained, alarm);
                 }
@@ -133,14 +139,14 @@ impl RecoveryPolicy {
             self.state.record_detection();
             self.state.energy_budget = before.total();
             let Some(handled) = self.next_action() else {
-                sheet.restore_state();
-                sheet.restart_engine();
+                stage::restore_state(sheet);
+                stage::restart_engine(sheet);
                 crate::islands::freeze(sheet, touches, time, seen);
                 return None;
             };
             alarm = Some(InstabilityReport { handled, ..alarm.unwrap_or(seen) });
-            sheet.restore_state();
-            sheet.restart_engine();
+            stage::restore_state(sheet);
+            stage::restart_engine(sheet);
             if self.state.replaces_integrator {
                 alarm.into_iter().for_each(|alarm| touches.report_instability(time, EventKind::Contained, alarm));
                 return None;
@@ -182,9 +188,9 @@ impl RecoveryPolicy {
             return false;
         }
         let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
-        let work = sheet.work_of_loads(sheet.start_positions(), &stage.field)
-            + sheet.energy_gain_tolerance(&stage.field, stage.dt);
-        let after = sheet.kinetic_elastic_energy().total();
+        let work = instability::work_of_loads(sheet, node_contact::start_positions(sheet), &stage.field)
+            + instability::energy_gain_tolerance(sheet, &stage.field, stage.dt);
+        let after = instability::kinetic_elastic_energy(sheet).total();
         let gain = after - self.energy_budget - work - brought;
         self.state.energy_error = (self.state.energy_error + gain).max(0.0);
         // The comparisons treat NaN as unacceptable.
@@ -203,10 +209,11 @@ impl RecoveryPolicy {
         if is_unstable(sheet) {
             return false;
         }
-        let after = sheet.kinetic_elastic_energy();
+        let after = instability::kinetic_elastic_energy(sheet);
         let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
-        let work = sheet.work_of_loads(sheet.saved_positions(), &stage.field);
-        let gain = after.total() - before.total() - work - sheet.energy_gain_tolerance(&stage.field, taken);
+        let work = instability::work_of_loads(sheet, stage::saved_positions(sheet), &stage.field);
+        let gain =
+            after.total() - before.total() - work - instability::energy_gain_tolerance(sheet, &stage.field, taken);
         self.state.energy_error = (self.state.energy_error + gain).max(0.0);
         // The comparisons treat NaN as unacceptable.
         gain <= SETTINGS.maximum_gain * (before.total() + still)
@@ -225,39 +232,40 @@ impl RecoveryPolicy {
         }
         let revision = sheet.opening_revision();
         // Temperature and creep change rest lengths.
-        if sheet.is_changed() || self.limit.as_ref().is_some_and(|l| l.0 != revision) {
+        if serialization::is_changed(sheet) || self.limit.as_ref().is_some_and(|l| l.0 != revision) {
             self.limit = None;
         }
-        let (_, limit) = self.limit.get_or_insert_with(|| (revision, sheet.strain_limit()));
+        let (_, limit) = self.limit.get_or_insert_with(|| (revision, instability::strain_limit(sheet)));
         let (start, end) = (&mut self.start, &mut self.end);
-        start.clone_from(sheet.saved_positions());
+        start.clone_from(stage::saved_positions(sheet));
         end.0.clone_from(&sheet.state.x);
         end.1.clone_from(&sheet.state.v);
-        let own = sheet.largest_strain_change(limit, start, &end.0, taken);
+        let own = instability::largest_strain_change(sheet, limit, start, &end.0, taken);
         let mut part = if own > 0.5 * strain { 0.5 * strain / own } else { 1.0 };
         let mut eased = part < 1.0;
         for trial in 0..=SETTINGS.maximum_trials {
             if part < 1.0 {
-                sheet.scale_back_step(start, (&end.0, &end.1), taken, part);
+                instability::scale_back_step(sheet, start, (&end.0, &end.1), taken, part);
             }
             // The strain limit bends the sheet; the last trial leaves its shape unchanged.
             if part > 0.0 {
                 eased |= limit.apply(strain, &mut sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
             }
             let (earned, slack) = (
-                self.state.energy_budget + sheet.work_of_loads(start, &stage.field),
-                sheet.energy_gain_tolerance(&stage.field, taken),
+                self.state.energy_budget + instability::work_of_loads(sheet, start, &stage.field),
+                instability::energy_gain_tolerance(sheet, &stage.field, taken),
             );
             let allowed = earned + slack;
-            let most = allowed - sheet.kinetic_elastic_energy().elastic;
+            let most = allowed - instability::kinetic_elastic_energy(sheet).elastic;
             if most >= 0.0 || trial == SETTINGS.maximum_trials {
-                if sheet.limit_kinetic_energy(most.max(0.0)) {
-                    sheet.limit_spin(most.max(0.0));
-                    sheet.limit_drift(most.max(0.0), stage.field.gravity * taken);
+                if instability::limit_kinetic_energy(sheet, most.max(0.0)) {
+                    instability::limit_spin(sheet, most.max(0.0));
+                    instability::limit_drift(sheet, most.max(0.0), stage.field.gravity * taken);
                     eased = true;
                 }
                 // Pins may add the energy `slack` in each step, without accumulation.
-                self.state.energy_budget = sheet.kinetic_elastic_energy().total().min(earned.max(slack)).max(0.0);
+                self.state.energy_budget =
+                    instability::kinetic_elastic_energy(sheet).total().min(earned.max(slack)).max(0.0);
                 break;
             }
             (part, eased) = (if trial + 1 == SETTINGS.maximum_trials { 0.0 } else { 0.25 * part }, true);

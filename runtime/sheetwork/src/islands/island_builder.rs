@@ -15,6 +15,7 @@ use crate::islands::event::{ContactLog, EventKind};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::union_find::UnionFind;
 use crate::rigid::BodyContact;
+use crate::sheet::node_contact;
 use crate::sheet::{Sheet, Status};
 
 use glam::DVec3;
@@ -63,7 +64,7 @@ impl IslandBuilder {
         self.is_active.clear();
         for sheet in sheets.iter_mut() {
             let is_awake = sheet.state.status == Status::Awake;
-            let (low, high) = if is_awake { sheet.moving_box() } else { sheet.resting_box() };
+            let (low, high) = if is_awake { node_contact::moving_box(sheet) } else { node_contact::resting_box(sheet) };
             let reach = if is_awake { sheet.max_speed() * stage.dt + fall + SETTINGS.broad_phase_margin } else { 0.0 };
             self.boxes.push(SweptBox { low, high, reach });
             self.is_active.push(is_awake);

@@ -24,6 +24,9 @@ use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::attachment;
+use crate::sheet::node_contact;
+use crate::sheet::stage;
 use crate::sheet::{Interpenetration, Sheet};
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
@@ -176,7 +179,7 @@ impl IslandDetection<'_> {
 
     /// Whether contact is impossible in this step.
     pub fn is_idle(&self, group: &IslandView) -> bool {
-        self.work.finder.is_idle() && !group.sheets.iter().any(|sheet| sheet.has_dynamic_attachments())
+        self.work.finder.is_idle() && !group.sheets.iter().any(|sheet| attachment::has_dynamic_attachments(sheet))
     }
 
     /// Call `run_detection` with the finder and the problem of `look`.
@@ -265,7 +268,11 @@ impl IslandDetection<'_> {
                 let part =
                     self.work.parts.get(part as usize).and_then(|p| self.surroundings.colliders.get(*p as usize));
                 let known = self.view.zip(part).and_then(|(view, part)| {
-                    Some(view.coefficients(sheet.surface_coefficients(), part.handle, view.colliders.get(part.handle)?))
+                    Some(view.coefficients(
+                        node_contact::surface_coefficients(sheet),
+                        part.handle,
+                        view.colliders.get(part.handle)?,
+                    ))
                 });
                 known.unwrap_or((sheet.parameters.friction, sheet.parameters.restitution))
             }
@@ -442,7 +449,7 @@ fn count_leaning_bodies(bodies: &[u32], contacts: &[BodyContact], surroundings: 
 /// integrators the difference is negligible.
 fn gravity_weight(group: &IslandView, span: f64) -> f64 {
     let lead = group.sheets.first();
-    lead.filter(|sheet| !sheet.is_explicit()).map_or(0.5, |sheet| sheet.drift(span))
+    lead.filter(|sheet| !node_contact::is_explicit(sheet)).map_or(0.5, |sheet| stage::drift(sheet, span))
 }
 
 /// State of a body after a force (N) at `at` (m) over `span` (s), with displacement weight `drift`.

@@ -18,6 +18,8 @@ use crate::parallel::join;
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::node_contact;
+use crate::sheet::stage;
 use crate::sheet::{Sheet, Status};
 
 /// State of a dynamic body of the world after the step of its island.
@@ -250,8 +252,8 @@ fn is_everything_resting(sheets: &[Sheet], stage: &StepContext, rigid: Option<&R
 /// Stop sheets of implicit integrators with non-finite velocities.
 fn stop_non_finite(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
-        if sheet.state.status == Status::Awake && sheet.stages() > 0 && !sheet.state.v.max_squared().is_finite() {
-            sheet.resize_workspace();
+        if sheet.state.status == Status::Awake && stage::stages(sheet) > 0 && !sheet.state.v.max_squared().is_finite() {
+            node_contact::resize_workspace(sheet);
             sheet.work.x_before.copy_from(&sheet.state.x);
             stop_unstable(sheet, touches, stage, stage.dt);
         }

@@ -18,6 +18,11 @@ use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::islands::{is_unstable, stop_unstable, update_rest_time};
 use crate::scene::sleep::SLEEP;
+use crate::sheet::accelerations;
+use crate::sheet::bonds;
+use crate::sheet::creep;
+use crate::sheet::node_contact;
+use crate::sheet::stage;
 use crate::sheet::{Interpenetration, Sheet, Status};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
@@ -38,14 +43,14 @@ impl IslandContext<'_> {
         let stage = self.stage;
         // The collision surface is built from the state before the first motion.
         all.contacts.iter_mut().zip(&*all.sheets).for_each(|(contact, sheet)| contact.prepare_surface(sheet));
-        if all.sheets.iter().any(Sheet::is_explicit) {
+        if all.sheets.iter().any(node_contact::is_explicit) {
             self.step_explicit(all, ids, parallel);
             return;
         }
         let SteppedSheets { sheets, contacts, touches, states } = all;
         let Some(state) = states.first_mut() else { return };
         for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
-            sheet.resize_workspace();
+            node_contact::resize_workspace(sheet);
             touches.begin(stage.time);
             sheet.state.touching.fill(false);
             sheet.work.touched_colliders.clear();
@@ -54,7 +59,7 @@ impl IslandContext<'_> {
                 sheet.work.v_before.copy_from(&sheet.state.v);
             }
         }
-        sheets.iter_mut().for_each(Sheet::apply_bond_forces);
+        sheets.iter_mut().for_each(bonds::apply_bond_forces);
         let IslandState { contact: scratch, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.solver_bodies);
@@ -80,7 +85,7 @@ impl IslandContext<'_> {
                 if !sheet.pins.is_empty() {
                     sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.state.x, &mut sheet.state.v);
                 }
-                sheet.advance(stage.field, stage.time, stage.dt);
+                accelerations::advance(sheet, stage.field, stage.time, stage.dt);
             });
             scratch.reset();
             progress.report = StepReport { islands: 1, ..StepReport::default() };
@@ -101,7 +106,7 @@ impl IslandContext<'_> {
         self.record_contacts(sheets, scratch, work);
         scratch.closed_in_step.clear();
         update_bonds(sheets, scratch, self.surroundings, work.bodies());
-        sheets.iter_mut().for_each(Sheet::remove_bond_forces);
+        sheets.iter_mut().for_each(bonds::remove_bond_forces);
         self.finish_sheets(sheets, touches);
         // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
@@ -126,7 +131,7 @@ impl IslandContext<'_> {
                     for (mass, _) in point.terms() {
                         let noted = std::mem::replace(&mut sheet.state.touching[mass as usize], true);
                         // Contacts of nodes with static bodies were recorded during free flight.
-                        if let Some(handle) = handle.filter(|_| !noted || !sheet.solves_node_by_node()) {
+                        if let Some(handle) = handle.filter(|_| !noted || !node_contact::solves_node_by_node(sheet)) {
                             sheet.work.touched_colliders.push((handle, mass));
                         }
                     }
@@ -174,7 +179,7 @@ impl IslandContext<'_> {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
         for sheet in sheets {
-            let (low, high) = sheet.bounding_box();
+            let (low, high) = node_contact::bounding_box(sheet);
             around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
         }
@@ -222,7 +227,7 @@ impl IslandContext<'_> {
             }
             // Sleeping requires a pin or a contact: a free sheet can drift slowly.
             let touched = !sheet.pins.is_empty() || sheet.state.touching.contains(&true);
-            let held = touched && !sheet.is_creeping();
+            let held = touched && !creep::is_creeping(sheet);
             all &= update_rest_time(sheet, held, (dt, dt));
         }
         let slow = |c: &BodyUpdate| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
@@ -235,7 +240,7 @@ impl IslandContext<'_> {
             }
             sheet.state.status = Status::Asleep;
             sheet.state.v.clear();
-            sheet.restart_engine();
+            stage::restart_engine(sheet);
             touches.events.push((self.stage.time + dt, EventKind::AtRest, None));
         }
         claims.iter_mut().for_each(|c| c.sleeps = true);

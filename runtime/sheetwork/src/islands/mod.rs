@@ -35,6 +35,11 @@ use crate::math::Vectors;
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::RigidView;
 use crate::scene::sleep::SLEEP;
+use crate::sheet::accelerations;
+use crate::sheet::creep;
+use crate::sheet::fracture;
+use crate::sheet::node_contact;
+use crate::sheet::stage;
 use crate::sheet::{Sheet, Status};
 
 pub use crate::sheet::Field;
@@ -65,10 +70,10 @@ pub(crate) fn advance_free(
     touches: &mut ContactLog,
     stage: &StepContext,
 ) -> f64 {
-    sheet.resize_workspace();
+    node_contact::resize_workspace(sheet);
     touches.begin(stage.time);
     sheet.state.touching.fill(false);
-    sheet.save_start();
+    node_contact::save_start(sheet);
     let mut done = 0.0;
     let mut substeps = 0;
     let mut last = stage.dt;
@@ -116,8 +121,8 @@ fn substep(
     sheet.work.v_before.copy_from(&sheet.state.v);
     let taken = match sheet.recovery {
         // The implicit step checks its own energy.
-        Some(_) if sheet.is_explicit() => instability::advance(sheet, touches, stage, time, part)?,
-        _ => sheet.advance(stage.field, time, part).elapsed,
+        Some(_) if node_contact::is_explicit(sheet) => instability::advance(sheet, touches, stage, time, part)?,
+        _ => accelerations::advance(sheet, stage.field, time, part).elapsed,
     };
     if let Some(limit) = &sheet.parameters.flexion.limit {
         limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
@@ -151,7 +156,7 @@ fn is_unstable(sheet: &Sheet) -> bool {
     let together = match sheet.open_cell_set() {
         None => sheet.state.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
         // Pieces of a fractured sheet may separate.
-        Some(_) => sheet.is_intact_within(most),
+        Some(_) => fracture::is_intact_within(sheet, most),
     };
     sheet.work.stage.has_diverged || !(slow && together)
 }
@@ -174,7 +179,7 @@ fn stop_unstable(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContex
 /// Freeze a sheet until one of its parameters changes, and report the event.
 fn freeze(sheet: &mut Sheet, touches: &mut ContactLog, time: f64, alarm: InstabilityReport) {
     sheet.state.v.clear();
-    sheet.restart_engine();
+    stage::restart_engine(sheet);
     sheet.state.status = Status::Frozen { time };
     touches.report_instability(
         time,
@@ -186,7 +191,7 @@ fn freeze(sheet: &mut Sheet, touches: &mut ContactLog, time: f64, alarm: Instabi
 /// Put a resting sheet to sleep after the sleep delay. `last` is the length of the last substep, s.
 fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
     // Sleeping requires a pin or a contact: a free sheet can drift slowly.
-    let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
+    let held = (!sheet.pins.is_empty() || touches.count() > 0) && !creep::is_creeping(sheet);
     if update_rest_time(sheet, held, (last, stage.dt)) {
         sheet.state.status = Status::Asleep;
         sheet.state.v.clear();

@@ -22,6 +22,8 @@ use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::Sheet;
+use crate::sheet::stage;
+use crate::sheet::stage_trace;
 
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
 const STEP: StepSettings = StepSettings::DEFAULT;
@@ -115,7 +117,7 @@ impl IslandSolve<'_, '_> {
         if !is_free(self.view, self.workspace) {
             return false;
         }
-        self.view.for_each_sheet(|sheet| sheet.restore_state());
+        self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
         let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
         self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
         self.detector.begin_stage(self.view, part.done, part.done + part.dt);
@@ -132,8 +134,8 @@ impl IslandSolve<'_, '_> {
                 sheet.state.x.set(i, there);
                 sheet.state.v.set(i, end.velocity_at(there) + within * kept);
             }
-            sheet.restart_engine();
-            sheet.update_trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
+            stage::restart_engine(sheet);
+            stage_trace::update_trace(sheet, |trace, x| trace.ends.push((part.done + part.dt, x.clone())));
         });
         self.detector.end_stage(self.view);
         true

@@ -10,6 +10,8 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::integrators::{AdvanceReport, Forces};
 use crate::math::Vectors;
 use crate::sheet::air_drag::AirDrag;
+use crate::sheet::creep;
+use crate::sheet::implicit_system;
 use crate::sheet::{Pins, Sheet};
 
 /// External field of a sheet, equal for all nodes.
@@ -58,55 +60,53 @@ impl Forces for SheetForces<'_> {
     }
 }
 
-impl Sheet {
-    /// Advance the sheet by its integrator from time `t` (s) by up to `dt` (s) under `field`,
-    /// without contact and limits.
-    pub(crate) fn advance(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
-        let done = self.advance_uncommitted(field, t, dt);
-        self.end_inelastic_step();
-        done
-    }
+/// Advance the sheet by its integrator from time `t` (s) by up to `dt` (s) under `field`,
+/// without contact and limits.
+pub(crate) fn advance(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
+    let done = advance_uncommitted(sheet, field, t, dt);
+    creep::end_inelastic_step(sheet);
+    done
+}
 
-    /// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
-    /// [`Sheet::end_inelastic_step`] stores it once the step is accepted.
-    pub(crate) fn advance_uncommitted(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
-        if self.work.force.len() != self.state.x.len() {
-            self.work.force = Vectors::zeros(self.state.x.len());
-        }
-        self.begin_inelastic_step(dt);
-        let done = if self.engine_kind.info().implicit {
-            self.advance_implicit(field, t, dt)
-        } else {
-            self.advance_explicit(field, t, dt)
-        };
-        self.state.counters.accepted += done.accepted;
-        self.state.counters.rejected += done.rejected;
-        self.state.counters.evaluations += done.evaluations;
-        self.state.counters.guarded += done.globalised;
-        done
+/// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
+/// [`Sheet::end_inelastic_step`] stores it once the step is accepted.
+pub(crate) fn advance_uncommitted(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
+    if sheet.work.force.len() != sheet.state.x.len() {
+        sheet.work.force = Vectors::zeros(sheet.state.x.len());
     }
+    creep::begin_inelastic_step(sheet, dt);
+    let done = if sheet.engine_kind.info().implicit {
+        implicit_system::advance_implicit(sheet, field, t, dt)
+    } else {
+        advance_explicit(sheet, field, t, dt)
+    };
+    sheet.state.counters.accepted += done.accepted;
+    sheet.state.counters.rejected += done.rejected;
+    sheet.state.counters.evaluations += done.evaluations;
+    sheet.state.counters.guarded += done.globalised;
+    done
+}
 
-    fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
-        let mut forces = SheetForces {
-            field,
-            has_dashpots: self.parameters.springs.has_dashpots,
-            springs: &self.springs,
-            elements: &self.elements,
-            drag: &mut self.parameters.drag,
-            pins: &self.pins,
-            inverse_mass: &self.inverse_mass,
-            applied: &self.parameters.applied,
-            scratch: &mut self.work.springs,
-            force: &mut self.work.force,
-        };
-        self.engine.advance(&mut forces, t, dt, &mut self.state.x, &mut self.state.v)
-    }
+fn advance_explicit(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
+    let mut forces = SheetForces {
+        field,
+        has_dashpots: sheet.parameters.springs.has_dashpots,
+        springs: &sheet.springs,
+        elements: &sheet.elements,
+        drag: &mut sheet.parameters.drag,
+        pins: &sheet.pins,
+        inverse_mass: &sheet.inverse_mass,
+        applied: &sheet.parameters.applied,
+        scratch: &mut sheet.work.springs,
+        force: &mut sheet.work.force,
+    };
+    sheet.engine.advance(&mut forces, t, dt, &mut sheet.state.x, &mut sheet.state.v)
+}
 
-    /// Add the forces of springs and elements at the present positions and velocities to `force`
-    /// (N).
-    #[doc(hidden)]
-    pub fn add_internal_forces(&self, force: &mut Vectors) {
-        self.springs.add_forces(&self.state.x, &self.state.v, true, &mut SpringWorkspace::default(), force);
-        self.elements.iter().for_each(|e| e.add_forces(&self.state.x, &self.state.v, force));
-    }
+/// Add the forces of springs and elements at the present positions and velocities to `force`
+/// (N).
+#[doc(hidden)]
+pub fn add_internal_forces(sheet: &Sheet, force: &mut Vectors) {
+    sheet.springs.add_forces(&sheet.state.x, &sheet.state.v, true, &mut SpringWorkspace::default(), force);
+    sheet.elements.iter().for_each(|e| e.add_forces(&sheet.state.x, &sheet.state.v, force));
 }

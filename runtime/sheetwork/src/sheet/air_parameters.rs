@@ -25,13 +25,6 @@ impl Sheet {
         self.parameters.drag.pressure
     }
 
-    /// Update the pressure to the schedule of the scene at `time` (s).
-    pub(crate) fn update_pressure(&mut self, time: f64) {
-        if self.parameters.drag.follow_schedule(time) {
-            self.wake();
-        }
-    }
-
     /// Set a constant pressure on the upper side above that on the lower, Pa, -1e6 to 1e6.
     ///
     /// # Errors
@@ -53,5 +46,12 @@ impl Sheet {
         self.parameters.drag.coefficients = (across, along);
         self.wake();
         Ok(())
+    }
+}
+
+/// Update the pressure to the schedule of the scene at `time` (s).
+pub(crate) fn update_pressure(sheet: &mut Sheet, time: f64) {
+    if sheet.parameters.drag.follow_schedule(time) {
+        sheet.wake();
     }
 }

@@ -19,6 +19,7 @@ use crate::mesh::structure::{Lattice, LatticeLayer, StructureKind};
 use crate::scene::{Material, Scene, SheetSpec};
 use crate::sheet::air_drag::AirDrag;
 use crate::sheet::generation::CalibratedSprings;
+use crate::sheet::instability;
 use crate::sheet::layer_stack::LayerStack;
 use crate::sheet::model::{DescribedTemperature, OutlineMeshes};
 use crate::sheet::parameters::{Flexion, SpringParameters};
@@ -72,7 +73,7 @@ pub(super) fn assemble(
     (sheet.model.layers, sheet.model.layer_of, sheet.model.border) = (lattice.layers, lattice.layer_of, lattice.border);
     sheet.parameters.flexion.triples = lattice.flexion;
     set_surface(&mut sheet, spec, triangles);
-    sheet.set_recovery_policy(spec.when_unstable, scene.tolerance);
+    instability::set_recovery_policy(&mut sheet, spec.when_unstable, scene.tolerance);
     sheet.model.initial_diagonal = sheet.state.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
     if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
         let mut limit = ThicknessLimit::new(spec.thickness_limit);

@@ -108,33 +108,33 @@ impl Sheet {
     pub fn bonds(&self) -> usize {
         self.state.adhesion.as_ref().map_or(0, |s| s.bonds)
     }
+}
 
-    /// Add the bond forces to the applied forces.
-    pub(crate) fn apply_bond_forces(&mut self) {
-        if let Some(stuck) = &mut self.state.adhesion {
-            stuck.applied.copy_from(&self.parameters.applied);
-            self.parameters.applied.add_scaled(1.0, &stuck.bond_force);
-        }
+/// Add the bond forces to the applied forces.
+pub(crate) fn apply_bond_forces(sheet: &mut Sheet) {
+    if let Some(stuck) = &mut sheet.state.adhesion {
+        stuck.applied.copy_from(&sheet.parameters.applied);
+        sheet.parameters.applied.add_scaled(1.0, &stuck.bond_force);
     }
+}
 
-    /// Restore the applied forces without the bond forces.
-    pub(crate) fn remove_bond_forces(&mut self) {
-        if let Some(stuck) = &self.state.adhesion {
-            self.parameters.applied.copy_from(&stuck.applied);
-        }
+/// Restore the applied forces without the bond forces.
+pub(crate) fn remove_bond_forces(sheet: &mut Sheet) {
+    if let Some(stuck) = &sheet.state.adhesion {
+        sheet.parameters.applied.copy_from(&stuck.applied);
     }
+}
 
-    /// Remove all bonds.
-    pub(crate) fn break_all_bonds(&mut self) {
-        let masses = self.node_count();
-        if let Some(stuck) = &mut self.state.adhesion {
-            stuck.begin(masses);
-        }
+/// Remove all bonds.
+pub(crate) fn break_all_bonds(sheet: &mut Sheet) {
+    let masses = sheet.node_count();
+    if let Some(stuck) = &mut sheet.state.adhesion {
+        stuck.begin(masses);
     }
+}
 
-    /// Temperature of node `i`, °C.
-    pub(crate) fn celsius(&self, i: u32) -> f64 {
-        let of_mass = self.temperatures().and_then(|t| t.get(i as usize).copied());
-        of_mass.or_else(|| self.temperature()).unwrap_or(REFERENCE)
-    }
+/// Temperature of node `i`, °C.
+pub(crate) fn celsius(sheet: &Sheet, i: u32) -> f64 {
+    let of_mass = sheet.temperatures().and_then(|t| t.get(i as usize).copied());
+    of_mass.or_else(|| sheet.temperature()).unwrap_or(REFERENCE)
 }

@@ -109,42 +109,40 @@ impl BuckleDetector {
     }
 }
 
-impl Sheet {
-    /// Turn detection on or off.
-    pub(crate) fn set_buckling_detection(&mut self, watch: bool) {
-        if watch != self.state.buckle_detector.is_some() {
-            self.state.buckle_detector = watch.then(Box::default);
-        }
+/// Turn detection on or off.
+pub(crate) fn set_buckling_detection(sheet: &mut Sheet, watch: bool) {
+    if watch != sheet.state.buckle_detector.is_some() {
+        sheet.state.buckle_detector = watch.then(Box::default);
     }
+}
 
-    /// Whether detection is on.
-    pub(crate) fn detects_buckling(&self) -> bool {
-        self.state.buckle_detector.is_some()
-    }
+/// Whether detection is on.
+pub(crate) fn detects_buckling(sheet: &Sheet) -> bool {
+    sheet.state.buckle_detector.is_some()
+}
 
-    /// Test the last step, which began at `time` (s), for buckling.
-    pub(crate) fn detect_buckling(&mut self, time: f64) -> Option<Buckling> {
-        if self.state.status != Status::Awake {
-            return None;
-        }
-        let mut watch = self.state.buckle_detector.take()?;
-        let found = watch.detect(self, time);
-        self.state.buckle_detector = Some(watch);
-        found
+/// Test the last step, which began at `time` (s), for buckling.
+pub(crate) fn detect_buckling(sheet: &mut Sheet, time: f64) -> Option<Buckling> {
+    if sheet.state.status != Status::Awake {
+        return None;
     }
+    let mut watch = sheet.state.buckle_detector.take()?;
+    let found = watch.detect(sheet, time);
+    sheet.state.buckle_detector = Some(watch);
+    found
+}
 
-    /// Compute the elastic forces at the present positions (N) into the detector; return the
-    /// elastic energy (J).
-    fn elastic(&self, watch: &mut BuckleDetector) -> f64 {
-        let BuckleDetector { next_force: force, still, scratch, .. } = watch;
-        force.clear();
-        self.springs.add_forces(&self.state.x, still, false, scratch, force);
-        // Grab springs are external to the sheet.
-        let own = &self.elements[..self.elements.len() - self.grabs.len()];
-        own.iter().for_each(|e| e.add_forces(&self.state.x, still, force));
-        let pulled: f64 = self.grabs.iter().map(|p| p.energy(&self.state.x)).sum();
-        self.energy(DVec3::ZERO).elastic - pulled
-    }
+/// Compute the elastic forces at the present positions (N) into the detector; return the
+/// elastic energy (J).
+fn elastic(sheet: &Sheet, watch: &mut BuckleDetector) -> f64 {
+    let BuckleDetector { next_force: force, still, scratch, .. } = watch;
+    force.clear();
+    sheet.springs.add_forces(&sheet.state.x, still, false, scratch, force);
+    // Grab springs are external to the sheet.
+    let own = &sheet.elements[..sheet.elements.len() - sheet.grabs.len()];
+    own.iter().for_each(|e| e.add_forces(&sheet.state.x, still, force));
+    let pulled: f64 = sheet.grabs.iter().map(|p| p.energy(&sheet.state.x)).sum();
+    sheet.energy(DVec3::ZERO).elastic - pulled
 }
 
 impl BuckleDetector {
@@ -159,7 +157,7 @@ impl BuckleDetector {
                 *buffer = Vectors::zeros(n);
             }
         }
-        let elastic = sheet.elastic(self);
+        let elastic = elastic(sheet, self);
         let found = if is_first { None } else { self.detect_snap(sheet, time, elastic) };
         self.elastic = elastic;
         self.x.clone_from(&sheet.state.x);

@@ -22,8 +22,9 @@ use crate::scene::{adhesion, fracture, rest_shape};
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creases;
 use crate::sheet::creep::InelasticState;
-use crate::sheet::fracture::FractureState;
+use crate::sheet::fracture::{FractureState, open_slits};
 use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
+use crate::sheet::temperature;
 use crate::sheet::{Sheet, region};
 
 impl Sheet {
@@ -85,7 +86,7 @@ impl Sheet {
         if spec.creep {
             // The stiffness of a creeping sheet depends on temperature with and without a heat
             // source.
-            sheet.start_temperatures(scene.ambient_temperature);
+            temperature::start_temperatures(&mut sheet, scene.ambient_temperature);
         }
         sheet.state.touching = vec![false; sheet.node_count()];
         if spec.sticky {
@@ -98,7 +99,7 @@ impl Sheet {
         }
         if spec.tearing || !spec.slits.is_empty() {
             sheet.state.fracture = Some(Box::new(FractureState::new(&sheet, spec.tearing)));
-            sheet.open_slits(&spec.slits);
+            open_slits(&mut sheet, &spec.slits);
         }
         Ok(sheet)
     }

@@ -157,11 +157,6 @@ impl LatticeCreep {
 }
 
 impl Sheet {
-    /// Whether the sheet creeps at its temperature, so that it moves on, however slowly.
-    pub(crate) fn is_creeping(&self) -> bool {
-        self.state.inelastic.as_ref().is_some_and(|f| f.creeps)
-    }
-
     /// Rest curvatures (uu, vv, 2uv; 1/m, positive towards the upper side) of a sheet with creases,
     /// curl, creep or plasticity, one per curvature group, in unspecified order.
     pub fn rest_angles(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
@@ -191,98 +186,103 @@ impl Sheet {
         self.wake();
         Ok(())
     }
+}
 
-    /// Begin a step of `dt` (s): set the law of the step.
-    pub(crate) fn begin_inelastic_step(&mut self, dt: f64) {
-        let Some(mut flow) = self.state.inelastic.take() else { return };
-        flow.dt = dt * flow.time_lapse;
-        let (law, heat) = (flow.law, self.state.heat.take());
-        let step = law.step(flow.dt, flow.temperature);
-        let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
-        flow.creeps = !step.is_idle();
-        if flow.creeps {
-            let mut changed = !self.springs.is_empty();
-            for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-                changed |= element.begin_step(&self.state.x, &step);
-            }
-            flow.springs.begin(&mut self.springs, &self.state.x, &step);
-            flow.in_step = true;
-            self.forget_tangent(changed);
-        } else if flow.in_step {
-            self.restore_instantaneous_law(&mut flow);
-        }
-        self.state.heat = heat;
-        self.state.inelastic = Some(flow);
-    }
+/// Whether the sheet creeps at its temperature, so that it moves on, however slowly.
+pub(crate) fn is_creeping(sheet: &Sheet) -> bool {
+    sheet.state.inelastic.as_ref().is_some_and(|f| f.creeps)
+}
 
-    /// End the step: store the inelastic strain at the present positions.
-    pub(crate) fn end_inelastic_step(&mut self) {
-        let Some(mut flow) = self.state.inelastic.take() else { return };
-        if !flow.creeps && flow.law.plastic.is_none() {
-            self.state.inelastic = Some(flow);
-            return;
+/// Begin a step of `dt` (s): set the law of the step.
+pub(crate) fn begin_inelastic_step(sheet: &mut Sheet, dt: f64) {
+    let Some(mut flow) = sheet.state.inelastic.take() else { return };
+    flow.dt = dt * flow.time_lapse;
+    let (law, heat) = (flow.law, sheet.state.heat.take());
+    let step = law.step(flow.dt, flow.temperature);
+    let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
+    flow.creeps = !step.is_idle();
+    if flow.creeps {
+        let mut changed = !sheet.springs.is_empty();
+        for element in sheet.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
+            changed |= element.begin_step(&sheet.state.x, &step);
         }
-        let (law, heat) = (flow.law, self.state.heat.take());
-        let step = law.step(flow.dt, flow.temperature);
-        let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
-        for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-            element.end_step(&self.state.x, &step);
-        }
-        flow.springs.end(&self.springs, &self.state.x, &step);
-        self.state.heat = heat;
-        self.state.inelastic = Some(flow);
+        flow.springs.begin(&mut sheet.springs, &sheet.state.x, &step);
+        flow.in_step = true;
+        forget_tangent(sheet, changed);
+    } else if flow.in_step {
+        restore_instantaneous_law(sheet, &mut flow);
     }
+    sheet.state.heat = heat;
+    sheet.state.inelastic = Some(flow);
+}
 
-    /// Set the instantaneous law, as for an equilibrium.
-    pub(crate) fn use_instantaneous_law(&mut self) {
-        if let Some(mut flow) = self.state.inelastic.take() {
-            self.restore_instantaneous_law(&mut flow);
-            self.state.inelastic = Some(flow);
-        }
+/// End the step: store the inelastic strain at the present positions.
+pub(crate) fn end_inelastic_step(sheet: &mut Sheet) {
+    let Some(mut flow) = sheet.state.inelastic.take() else { return };
+    if !flow.creeps && flow.law.plastic.is_none() {
+        sheet.state.inelastic = Some(flow);
+        return;
     }
+    let (law, heat) = (flow.law, sheet.state.heat.take());
+    let step = law.step(flow.dt, flow.temperature);
+    let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
+    for element in sheet.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
+        element.end_step(&sheet.state.x, &step);
+    }
+    flow.springs.end(&sheet.springs, &sheet.state.x, &step);
+    sheet.state.heat = heat;
+    sheet.state.inelastic = Some(flow);
+}
 
-    /// Apply thermal expansion and softening to creeping spring `i` of present `length` (m): its
-    /// length without load grows by `grown` (m), and the softening factor changes from `softness.0`
-    /// to `softness.1`. Return false, without a change, for a spring that does not creep.
-    pub(crate) fn heat_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
-        let Some(springs) = self.state.inelastic.as_mut().map(|f| &mut f.springs) else { return false };
-        let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.instantaneous.get_mut(i)) else {
-            return false;
-        };
-        made.1 += grown;
-        strain.scale_stress(length - made.1, (softness.0 / softness.1).min(1.0), springs.share);
-        strain.rest = strain.stress_free();
-        true
+/// Set the instantaneous law, as for an equilibrium.
+pub(crate) fn use_instantaneous_law(sheet: &mut Sheet) {
+    if let Some(mut flow) = sheet.state.inelastic.take() {
+        restore_instantaneous_law(sheet, &mut flow);
+        sheet.state.inelastic = Some(flow);
     }
+}
 
-    fn restore_instantaneous_law(&mut self, flow: &mut InelasticState) {
-        if flow.law.creep.is_none() {
-            return;
-        }
-        let mut changed = !self.springs.is_empty();
-        for element in self.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-            changed |= element.apply_elastic_law(&self.state.x);
-        }
-        flow.springs.use_instantaneous_law(&mut self.springs, &self.state.x);
-        flow.in_step = false;
-        self.forget_tangent(changed);
-    }
+/// Apply thermal expansion and softening to creeping spring `i` of present `length` (m): its
+/// length without load grows by `grown` (m), and the softening factor changes from `softness.0`
+/// to `softness.1`. Return false, without a change, for a spring that does not creep.
+pub(crate) fn heat_creeping_spring(sheet: &mut Sheet, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
+    let Some(springs) = sheet.state.inelastic.as_mut().map(|f| &mut f.springs) else { return false };
+    let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.instantaneous.get_mut(i)) else {
+        return false;
+    };
+    made.1 += grown;
+    strain.scale_stress(length - made.1, (softness.0 / softness.1).min(1.0), springs.share);
+    strain.rest = strain.stress_free();
+    true
+}
 
-    fn forget_tangent(&mut self, changed: bool) {
-        if let Some(system) = self.system.as_mut().filter(|_| changed) {
-            system.refresh(&self.springs);
-        }
+fn restore_instantaneous_law(sheet: &mut Sheet, flow: &mut InelasticState) {
+    if flow.law.creep.is_none() {
+        return;
     }
+    let mut changed = !sheet.springs.is_empty();
+    for element in sheet.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
+        changed |= element.apply_elastic_law(&sheet.state.x);
+    }
+    flow.springs.use_instantaneous_law(&mut sheet.springs, &sheet.state.x);
+    flow.in_step = false;
+    forget_tangent(sheet, changed);
+}
 
-    /// Take over changed spring stiffnesses and material constants.
-    pub(crate) fn update_inelastic_law(&mut self) {
-        let Some(mut flow) = self.state.inelastic.take() else { return };
-        let creep = flow.law.creep.is_some();
-        flow.law = InelasticLaw::new(&self.parameters.material, creep, flow.law.plastic.is_some());
-        for i in 0..flow.springs.strains.len() {
-            flow.springs.instantaneous[i].0 = self.springs.stiffness[i];
-            flow.springs.apply(i, &mut self.springs);
-        }
-        self.state.inelastic = Some(flow);
+fn forget_tangent(sheet: &mut Sheet, changed: bool) {
+    if let Some(system) = sheet.system.as_mut().filter(|_| changed) {
+        system.refresh(&sheet.springs);
     }
+}
+
+/// Take over changed spring stiffnesses and material constants.
+pub(crate) fn update_inelastic_law(sheet: &mut Sheet) {
+    let Some(mut flow) = sheet.state.inelastic.take() else { return };
+    let creep = flow.law.creep.is_some();
+    flow.law = InelasticLaw::new(&sheet.parameters.material, creep, flow.law.plastic.is_some());
+    for i in 0..flow.springs.strains.len() {
+        flow.springs.instantaneous[i].0 = sheet.springs.stiffness[i];
+        flow.springs.apply(i, &mut sheet.springs);
+    }
+    sheet.state.inelastic = Some(flow);
 }

@@ -47,7 +47,7 @@ impl Sheet {
         let moved = |i: usize, size: f64| {
             let mut x = self.state.x.clone();
             x.add_scaled(1.0, &along(i, size));
-            self.forces_at(&x, &still)
+            forces_at(self, &x, &still)
         };
         let columns = |size: f64, force: &dyn Fn(usize, f64) -> Vectors| -> Vec<Vec<f64>> {
             let column = |i: &usize| {
@@ -58,21 +58,21 @@ impl Sheet {
             free.iter().map(column).collect()
         };
         let stiffness = columns(step, &moved);
-        let damping = columns(speed, &|i, size| self.forces_at(&self.state.x, &along(i, size)));
+        let damping = columns(speed, &|i, size| forces_at(self, &self.state.x, &along(i, size)));
         let root: Vec<f64> = free.iter().map(|i| self.inverse_mass[i / 3].sqrt()).collect();
         let weighted = |of: &[Vec<f64>]| {
             Mat::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])
         };
         modes(&weighted(&stiffness), &weighted(&damping)).unwrap_or_default()
     }
+}
 
-    /// Forces of springs and elements at `x` (m) and `v` (m/s), N.
-    fn forces_at(&self, x: &Vectors, v: &Vectors) -> Vectors {
-        let mut force = Vectors::zeros(x.len());
-        self.springs.add_forces(x, v, true, &mut SpringWorkspace::default(), &mut force);
-        self.elements.iter().for_each(|e| e.add_forces(x, v, &mut force));
-        force
-    }
+/// Forces of springs and elements at `x` (m) and `v` (m/s), N.
+fn forces_at(sheet: &Sheet, x: &Vectors, v: &Vectors) -> Vectors {
+    let mut force = Vectors::zeros(x.len());
+    sheet.springs.add_forces(x, v, true, &mut SpringWorkspace::default(), &mut force);
+    sheet.elements.iter().for_each(|e| e.add_forces(x, v, &mut force));
+    force
 }
 
 /// Modes of x'' + C x' + K x = 0, lowest first; `None` if the eigenvalue problem fails.

@@ -43,7 +43,7 @@ impl Sheet {
     /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
         let structure = self.parameters.springs.delivered_fraction?;
-        let (q, grid) = self.resolved();
+        let (q, grid) = resolved(self);
         let law = self.law();
         let areal = self.material().areal_mass();
         let omega = q * q * (structure * grid * law.bending[0][0] / areal).sqrt();
@@ -74,39 +74,39 @@ impl Sheet {
             numerical_damping_ratio: numerical,
         })
     }
+}
 
-    /// Wave number of the present shape (rad/m), and the fraction of the bending stiffness that the
-    /// grid delivers for it.
-    fn resolved(&self) -> (f64, f64) {
-        let slowest = 1.875_104 / self.model.length;
-        let Some(layer) = self.model.layers.first().filter(|_| self.model.triangles.is_none()) else {
-            // On triangles the slowest wave represents the shape, and the area per node gives the
-            // spacing.
-            let h2 = self.total_mass() / self.material().areal_mass() / self.node_count().max(1) as f64;
-            return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
-        };
-        let (nx, nz) = (layer.nx, layer.nz);
-        let mut sums = CurvatureSums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
-        let mut line = Vec::new();
-        for j in 0..nz {
-            line.clear();
-            line.extend((0..nx).map(|i| layer.at(i, j) as usize));
-            sums.add(self, &line);
-        }
-        // The rows of a triangular layer are staggered.
-        if !layer.triangular {
-            for i in 0..nx {
-                line.clear();
-                line.extend((0..nz).map(|j| layer.at(i, j) as usize));
-                sums.add(self, &line);
-            }
-        }
-        let h = sums.spacing;
-        // A sheet flat to 1e-6 is evaluated at the slowest wave.
-        let q = if sums.curvature <= 1e-12 { slowest } else { (sums.bend / sums.curvature).sqrt().sqrt() / h };
-        let q = q.max(slowest).min(std::f64::consts::PI / h);
-        (q, (1.0 - (q * h).powi(2) / 12.0).powi(2))
+/// Wave number of the present shape (rad/m), and the fraction of the bending stiffness that the
+/// grid delivers for it.
+fn resolved(sheet: &Sheet) -> (f64, f64) {
+    let slowest = 1.875_104 / sheet.model.length;
+    let Some(layer) = sheet.model.layers.first().filter(|_| sheet.model.triangles.is_none()) else {
+        // On triangles the slowest wave represents the shape, and the area per node gives the
+        // spacing.
+        let h2 = sheet.total_mass() / sheet.material().areal_mass() / sheet.node_count().max(1) as f64;
+        return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
+    };
+    let (nx, nz) = (layer.nx, layer.nz);
+    let mut sums = CurvatureSums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
+    let mut line = Vec::new();
+    for j in 0..nz {
+        line.clear();
+        line.extend((0..nx).map(|i| layer.at(i, j) as usize));
+        sums.add(sheet, &line);
     }
+    // The rows of a triangular layer are staggered.
+    if !layer.triangular {
+        for i in 0..nx {
+            line.clear();
+            line.extend((0..nz).map(|j| layer.at(i, j) as usize));
+            sums.add(sheet, &line);
+        }
+    }
+    let h = sums.spacing;
+    // A sheet flat to 1e-6 is evaluated at the slowest wave.
+    let q = if sums.curvature <= 1e-12 { slowest } else { (sums.bend / sums.curvature).sqrt().sqrt() / h };
+    let q = q.max(slowest).min(std::f64::consts::PI / h);
+    (q, (1.0 - (q * h).powi(2) / 12.0).powi(2))
 }
 
 /// Dimensionless curvature along grid lines: Σ κ² and Σ (Δκ)², and the smallest spacing (m).

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::math::Vectors;
 use crate::sheet::Sheet;
+use crate::sheet::fracture;
 
 /// Energies, J. The potential energy of gravity is zero at the origin. Prescribed nodes are
 /// included. A detached node has no kinetic energy and keeps the potential energy of the position
@@ -34,7 +35,7 @@ impl Energy {
 
     pub(crate) fn new(sheet: &Sheet, g: DVec3) -> Self {
         let moves = |i: usize| if sheet.is_detached(i) { 0.0 } else { sheet.model.mass[i] };
-        let place = |i: usize, x: DVec3| sheet.detached_at(i).unwrap_or(x);
+        let place = |i: usize, x: DVec3| fracture::detached_at(sheet, i).unwrap_or(x);
         let kinetic = sheet.state.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
         let gravity = sheet.state.x.iter().enumerate().map(|(i, x)| -sheet.model.mass[i] * g.dot(place(i, x))).sum();
         let elastic = elastic(sheet);

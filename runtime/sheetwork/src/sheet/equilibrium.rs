@@ -9,6 +9,8 @@ use crate::elements::{Anchor, Geometric};
 use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
 use crate::integrators::implicit::{ImplicitProblem, StageProblem};
 use crate::math::Vectors;
+use crate::sheet::creep;
+use crate::sheet::implicit_system;
 use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::{Field, Sheet};
 
@@ -32,44 +34,42 @@ const MAX_NEWTON_STEPS: u32 = 25;
 /// Maximum number of relaxation steps.
 const MAX_RELAXATION_STEPS: u32 = 400;
 
-impl Sheet {
-    /// Move the sheet to equilibrium under `field`, with a last step of at most `tolerance` (m),
-    /// and set its velocities to zero.
-    pub fn find_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
-        self.use_instantaneous_law();
-        let found = self.iterate_to_equilibrium(field, tolerance);
-        Equilibrium { is_stable: self.is_stable(), ..found }
-    }
+/// Move the sheet to equilibrium under `field`, with a last step of at most `tolerance` (m),
+/// and set its velocities to zero.
+pub fn find_equilibrium(sheet: &mut Sheet, field: Field, tolerance: f64) -> Equilibrium {
+    creep::use_instantaneous_law(sheet);
+    let found = iterate_to_equilibrium(sheet, field, tolerance);
+    Equilibrium { is_stable: sheet.is_stable(), ..found }
+}
 
-    /// Let the sheet creep for `dt` (s) in equilibrium under `field`, with a last step of at most
-    /// `tolerance` (m), and set its velocities to zero. Stability is not tested.
-    pub fn creep_in_equilibrium(&mut self, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
-        self.begin_inelastic_step(dt);
-        let found = self.iterate_to_equilibrium(field, tolerance);
-        self.end_inelastic_step();
-        found
-    }
+/// Let the sheet creep for `dt` (s) in equilibrium under `field`, with a last step of at most
+/// `tolerance` (m), and set its velocities to zero. Stability is not tested.
+pub fn creep_in_equilibrium(sheet: &mut Sheet, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
+    creep::begin_inelastic_step(sheet, dt);
+    let found = iterate_to_equilibrium(sheet, field, tolerance);
+    creep::end_inelastic_step(sheet);
+    found
+}
 
-    fn iterate_to_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
-        system.forget_constant();
-        let mut x = self.state.x.clone();
-        let (start, size) = (self.state.x.clone(), self.model.initial_diagonal);
-        let found = self.with_implicit_sheet(field, &mut system, |problem| {
-            let mut found = newton(problem, &mut x, tolerance, size);
-            if !found.converged {
-                x.copy_from(&start);
-                relax(problem, &mut x, tolerance, &mut found);
-            }
-            found
-        });
-        system.forget_constant();
-        self.system = Some(system);
-        self.state.x.copy_from(&x);
-        self.state.v.clear();
-        self.engine.restart();
+fn iterate_to_equilibrium(sheet: &mut Sheet, field: Field, tolerance: f64) -> Equilibrium {
+    let mut system = sheet.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(sheet)));
+    system.forget_constant();
+    let mut x = sheet.state.x.clone();
+    let (start, size) = (sheet.state.x.clone(), sheet.model.initial_diagonal);
+    let found = implicit_system::with_implicit_sheet(sheet, field, &mut system, |problem| {
+        let mut found = newton(problem, &mut x, tolerance, size);
+        if !found.converged {
+            x.copy_from(&start);
+            relax(problem, &mut x, tolerance, &mut found);
+        }
         found
-    }
+    });
+    system.forget_constant();
+    sheet.system = Some(system);
+    sheet.state.x.copy_from(&x);
+    sheet.state.v.clear();
+    sheet.engine.restart();
+    found
 }
 
 fn newton(problem: &mut dyn ImplicitProblem, x: &mut Vectors, tolerance: f64, size: f64) -> Equilibrium {

@@ -28,6 +28,9 @@ use crate::mesh::slits::Slit;
 use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::sheet::attachment;
+use crate::sheet::slits;
+use crate::sheet::stage;
 use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
@@ -184,11 +187,6 @@ impl Sheet {
         self.state.fracture.as_ref().is_some_and(|t| t.detached[i])
     }
 
-    /// Position of node `i` when it was detached, m; `None` for any other node.
-    pub(crate) fn detached_at(&self, i: usize) -> Option<DVec3> {
-        self.state.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
-    }
-
     /// Open cells of a sheet that has some.
     #[doc(hidden)]
     pub fn open_cell_set(&self) -> Option<&OpenCells> {
@@ -215,247 +213,252 @@ impl Sheet {
         }
         triangles
     }
+}
 
-    /// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
-    /// may be any distance apart.
-    pub(crate) fn is_intact_within(&self, most: f64) -> bool {
-        let (Some(open), Some(layer)) = (self.open_cell_set(), self.model.layers.first()) else { return true };
-        let closed = open.cells().iter().enumerate().filter(|c| !c.1);
-        let mut sound = (0..self.node_count()).all(|i| self.state.x.get(i).is_finite());
-        for (c, _) in closed {
-            let [a, b, d, e] = corners(layer, c).map(|m| self.state.x.get(m));
-            sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
-        }
-        sound
+/// Position of node `i` when it was detached, m; `None` for any other node.
+pub(crate) fn detached_at(sheet: &Sheet, i: usize) -> Option<DVec3> {
+    sheet.state.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
+}
+
+/// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
+/// may be any distance apart.
+pub(crate) fn is_intact_within(sheet: &Sheet, most: f64) -> bool {
+    let (Some(open), Some(layer)) = (sheet.open_cell_set(), sheet.model.layers.first()) else { return true };
+    let closed = open.cells().iter().enumerate().filter(|c| !c.1);
+    let mut sound = (0..sheet.node_count()).all(|i| sheet.state.x.get(i).is_finite());
+    for (c, _) in closed {
+        let [a, b, d, e] = corners(layer, c).map(|m| sheet.state.x.get(m));
+        sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
     }
+    sound
+}
 
-    /// Open cells after a step. Return the first opening of the sheet, once.
-    pub(crate) fn open_cells_after_step(&mut self) -> Option<FractureOpening> {
-        let mut tears = self.state.fracture.take()?;
-        tears.opening_cells.clear();
-        let worst = if tears.can_grow { self.find_opening_cells(&mut tears) } else { None };
-        if tears.opening_cells.is_empty() {
-            self.state.fracture = Some(tears);
-            self.move_detached_nodes();
-            return None;
-        }
-        let told = std::mem::replace(&mut tears.is_reported, true);
-        let first = (!told).then(|| self.opening(worst.unwrap_or(tears.opening_cells[0] as usize)));
-        for k in 0..tears.opening_cells.len() {
-            tears.open.set(tears.opening_cells[k] as usize);
-        }
-        self.state.fracture = Some(tears);
-        self.update_open_cells();
-        self.move_detached_nodes();
-        first
+/// Open cells after a step. Return the first opening of the sheet, once.
+pub(crate) fn open_cells_after_step(sheet: &mut Sheet) -> Option<FractureOpening> {
+    let mut tears = sheet.state.fracture.take()?;
+    tears.opening_cells.clear();
+    let worst = if tears.can_grow { find_opening_cells(sheet, &mut tears) } else { None };
+    if tears.opening_cells.is_empty() {
+        sheet.state.fracture = Some(tears);
+        move_detached_nodes(sheet);
+        return None;
     }
+    let told = std::mem::replace(&mut tears.is_reported, true);
+    let first = (!told).then(|| opening(sheet, worst.unwrap_or(tears.opening_cells[0] as usize)));
+    for k in 0..tears.opening_cells.len() {
+        tears.open.set(tears.opening_cells[k] as usize);
+    }
+    sheet.state.fracture = Some(tears);
+    update_open_cells(sheet);
+    move_detached_nodes(sheet);
+    first
+}
 
-    /// Collect the cells that open; return the one with the largest strain.
-    fn find_opening_cells(&self, tears: &mut FractureState) -> Option<usize> {
-        let (melts_at, tears_at) = (self.parameters.material.melts_at, self.parameters.material.tears_at);
-        let (mut worst, mut most, mut melted) = (None, 1.0, None);
+/// Collect the cells that open; return the one with the largest strain.
+fn find_opening_cells(sheet: &Sheet, tears: &mut FractureState) -> Option<usize> {
+    let (melts_at, tears_at) = (sheet.parameters.material.melts_at, sheet.parameters.material.tears_at);
+    let (mut worst, mut most, mut melted) = (None, 1.0, None);
+    for c in 0..tears.strain_ratio.len() {
+        tears.strain_ratio[c] = 0.0;
+        if tears.open.cells()[c] {
+            continue;
+        }
+        let state = state_of(sheet, c);
+        if melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit) {
+            tears.opening_cells.push(c as u32);
+            melted.get_or_insert(c);
+            continue;
+        }
+        // A non-finite strain is an instability, not a fracture.
+        let over = tears_at.map_or(0.0, |limit| state.strain / limit);
+        tears.strain_ratio[c] = over;
+        if over > most * (1.0 + EQUAL_STRAIN_TOLERANCE) {
+            (worst, most) = (Some(c), over);
+        }
+    }
+    if worst.is_some() {
         for c in 0..tears.strain_ratio.len() {
-            tears.strain_ratio[c] = 0.0;
-            if tears.open.cells()[c] {
-                continue;
-            }
-            let state = self.state_of(c);
-            if melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit) {
+            if tears.strain_ratio[c] > 1.0 && (Some(c) == worst || is_crack_tip_maximum(tears, c)) {
                 tears.opening_cells.push(c as u32);
-                melted.get_or_insert(c);
-                continue;
-            }
-            // A non-finite strain is an instability, not a fracture.
-            let over = tears_at.map_or(0.0, |limit| state.strain / limit);
-            tears.strain_ratio[c] = over;
-            if over > most * (1.0 + EQUAL_STRAIN_TOLERANCE) {
-                (worst, most) = (Some(c), over);
             }
         }
-        if worst.is_some() {
-            for c in 0..tears.strain_ratio.len() {
-                if tears.strain_ratio[c] > 1.0 && (Some(c) == worst || is_crack_tip_maximum(tears, c)) {
-                    tears.opening_cells.push(c as u32);
-                }
-            }
-            tears.opening_cells.sort_unstable();
-        }
-        worst.or(melted)
+        tears.opening_cells.sort_unstable();
     }
+    worst.or(melted)
+}
 
-    fn state_of(&self, c: usize) -> CellState {
-        let Some(layer) = self.model.layers.first() else { return CellState { strain: 0.0, celsius: None } };
-        let m = corners(layer, c);
-        let celsius = self.temperatures().map(|t| self.cell_temperature(t, m, c));
-        let [p, q, r, s] = m.map(|m| self.state.x.get(m));
-        let half =
-            (0.5 * f64::from(layer.nx - 1) / self.model.extent.0, 0.5 * f64::from(layer.nz - 1) / self.model.extent.1);
-        let (a, b) = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
-        let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
-        let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
-        let grown = 1.0 + celsius.map_or(0.0, |t| self.parameters.material.expansion * (t - REFERENCE));
-        CellState { strain: square.sqrt() / grown - 1.0, celsius }
-    }
+fn state_of(sheet: &Sheet, c: usize) -> CellState {
+    let Some(layer) = sheet.model.layers.first() else { return CellState { strain: 0.0, celsius: None } };
+    let m = corners(layer, c);
+    let celsius = sheet.temperatures().map(|t| cell_temperature(sheet, t, m, c));
+    let [p, q, r, s] = m.map(|m| sheet.state.x.get(m));
+    let half =
+        (0.5 * f64::from(layer.nx - 1) / sheet.model.extent.0, 0.5 * f64::from(layer.nz - 1) / sheet.model.extent.1);
+    let (a, b) = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
+    let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
+    let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
+    let grown = 1.0 + celsius.map_or(0.0, |t| sheet.parameters.material.expansion * (t - REFERENCE));
+    CellState { strain: square.sqrt() / grown - 1.0, celsius }
+}
 
-    /// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
-    fn cell_temperature(&self, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
-        let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
-        let Some(bottom) = self.model.layers.first().filter(|_| self.model.layers.len() > 1) else {
-            return sum / count;
-        };
-        let across = bottom.nx - 1;
-        let (i, j) = (c as u32 % across, c as u32 / across);
-        for layer in &self.model.layers[1..] {
-            if layer.nx == bottom.nx {
-                let over = [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)];
-                sum += over.iter().map(|m| celsius[*m as usize]).sum::<f64>();
-                count += 4.0;
-            } else {
-                sum += celsius[layer.at(i, j) as usize];
-                count += 1.0;
-            }
+/// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
+fn cell_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
+    let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
+    let Some(bottom) = sheet.model.layers.first().filter(|_| sheet.model.layers.len() > 1) else {
+        return sum / count;
+    };
+    let across = bottom.nx - 1;
+    let (i, j) = (c as u32 % across, c as u32 / across);
+    for layer in &sheet.model.layers[1..] {
+        if layer.nx == bottom.nx {
+            let over = [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)];
+            sum += over.iter().map(|m| celsius[*m as usize]).sum::<f64>();
+            count += 4.0;
+        } else {
+            sum += celsius[layer.at(i, j) as usize];
+            count += 1.0;
         }
-        sum / count
     }
+    sum / count
+}
 
-    /// Report of the opening of cell `c`.
-    fn opening(&self, c: usize) -> FractureOpening {
-        let state = self.state_of(c);
-        let middle =
-            self.model.layers.first().map_or(DVec3::ZERO, |layer| {
-                corners(layer, c).iter().map(|m| self.state.x.get(*m)).sum::<DVec3>() / 4.0
-            });
-        let melted = self.parameters.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
-        FractureOpening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
-    }
+/// Report of the opening of cell `c`.
+fn opening(sheet: &Sheet, c: usize) -> FractureOpening {
+    let state = state_of(sheet, c);
+    let middle = sheet
+        .model
+        .layers
+        .first()
+        .map_or(DVec3::ZERO, |layer| corners(layer, c).iter().map(|m| sheet.state.x.get(*m)).sum::<DVec3>() / 4.0);
+    let melted = sheet.parameters.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
+    FractureOpening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
+}
 
-    /// Open the cells along `slits` permanently.
-    pub(crate) fn open_slits(&mut self, slits: &[Slit]) {
-        let cells = self.slit_cells(slits);
-        if let Some(tears) = self.state.fracture.as_mut().filter(|_| !slits.is_empty()) {
-            tears.initial_cells = cells;
-            self.set_open(&[]);
-        }
+/// Open the cells along `slits` permanently.
+pub(crate) fn open_slits(sheet: &mut Sheet, slits: &[Slit]) {
+    let cells = slits::slit_cells(sheet, slits);
+    if let Some(tears) = sheet.state.fracture.as_mut().filter(|_| !slits.is_empty()) {
+        tears.initial_cells = cells;
+        set_open(sheet, &[]);
     }
+}
 
-    /// Whether each cell has opened since the start, without the slits; empty for a sheet that
-    /// cannot open.
-    pub(crate) fn torn_cells(&self) -> Vec<bool> {
-        let Some(tears) = &self.state.fracture else { return Vec::new() };
-        let slit = tears.initial_cells.iter().copied().chain(std::iter::repeat(false));
-        tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
-    }
+/// Whether each cell has opened since the start, without the slits; empty for a sheet that
+/// cannot open.
+pub(crate) fn torn_cells(sheet: &Sheet) -> Vec<bool> {
+    let Some(tears) = &sheet.state.fracture else { return Vec::new() };
+    let slit = tears.initial_cells.iter().copied().chain(std::iter::repeat(false));
+    tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
+}
 
-    /// Restore the open cells to `torn` (empty: none) and the slits, for a return to another time.
-    pub(crate) fn set_open(&mut self, torn: &[bool]) {
-        let Some(tears) = self.state.fracture.as_mut() else { return };
-        let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
-        let cells: Vec<bool> =
-            (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.initial_cells, c)).collect();
-        if tears.open.cells() == cells {
-            return;
-        }
-        tears.open.set_all(&cells);
-        tears.is_reported = torn.contains(&true);
-        self.update_open_cells();
+/// Restore the open cells to `torn` (empty: none) and the slits, for a return to another time.
+pub(crate) fn set_open(sheet: &mut Sheet, torn: &[bool]) {
+    let Some(tears) = sheet.state.fracture.as_mut() else { return };
+    let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
+    let cells: Vec<bool> = (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.initial_cells, c)).collect();
+    if tears.open.cells() == cells {
+        return;
     }
+    tears.open.set_all(&cells);
+    tears.is_reported = torn.contains(&true);
+    update_open_cells(sheet);
+}
 
-    /// Update everything that depends on the open cells.
-    fn update_open_cells(&mut self) {
-        let before = self.energy(DVec3::ZERO).total;
-        let Some(mut tears) = self.state.fracture.take() else { return };
-        tears.revision += 1;
-        tears.detached_at.resize(tears.detached.len(), DVec3::ZERO);
-        for i in 0..tears.detached.len() {
-            let at = self.cells_at(&tears.open, i as u32);
-            let was = std::mem::replace(&mut tears.detached[i], tears.open.is_gone(at));
-            if tears.detached[i] && !was {
-                tears.detached_at[i] = self.state.x.get(i);
-            }
-        }
-        for i in 0..self.springs.len() {
-            let (a, b) = (self.springs.a[i], self.springs.b[i]);
-            let cut = tears.open.is_spring_cut(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
-                || tears.detached[a as usize]
-                || tears.detached[b as usize];
-            self.parameters.springs.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
-        }
-        self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
-        self.fix_detached_nodes(&mut tears);
-        let triangles = self.model.layers.iter().flat_map(LatticeLayer::triangles).collect();
-        self.state.fracture = Some(tears);
-        self.parameters.drag.set_triangles(self.closed_triangles(triangles));
-        self.update_contact_of_open_cells();
-        if let Some(heat) = &mut self.state.heat {
-            heat.discard_network();
-        }
-        self.refresh();
-        // The stored accelerations of the integrator are of forces that have vanished.
-        self.restart_engine();
-        self.invalidate_system();
-        let after = self.energy(DVec3::ZERO).total;
-        if let Some(tears) = &mut self.state.fracture {
-            tears.released_energy += before - after;
+/// Update everything that depends on the open cells.
+fn update_open_cells(sheet: &mut Sheet) {
+    let before = sheet.energy(DVec3::ZERO).total;
+    let Some(mut tears) = sheet.state.fracture.take() else { return };
+    tears.revision += 1;
+    tears.detached_at.resize(tears.detached.len(), DVec3::ZERO);
+    for i in 0..tears.detached.len() {
+        let at = cells_at(sheet, &tears.open, i as u32);
+        let was = std::mem::replace(&mut tears.detached[i], tears.open.is_gone(at));
+        if tears.detached[i] && !was {
+            tears.detached_at[i] = sheet.state.x.get(i);
         }
     }
+    for i in 0..sheet.springs.len() {
+        let (a, b) = (sheet.springs.a[i], sheet.springs.b[i]);
+        let cut = tears.open.is_spring_cut(cells_at(sheet, &tears.open, a), cells_at(sheet, &tears.open, b))
+            || tears.detached[a as usize]
+            || tears.detached[b as usize];
+        sheet.parameters.springs.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
+    }
+    sheet.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
+    fix_detached_nodes(sheet, &mut tears);
+    let triangles = sheet.model.layers.iter().flat_map(LatticeLayer::triangles).collect();
+    sheet.state.fracture = Some(tears);
+    sheet.parameters.drag.set_triangles(sheet.closed_triangles(triangles));
+    update_contact_of_open_cells(sheet);
+    if let Some(heat) = &mut sheet.state.heat {
+        heat.discard_network();
+    }
+    sheet.refresh();
+    // The stored accelerations of the integrator are of forces that have vanished.
+    stage::restart_engine(sheet);
+    attachment::invalidate_system(sheet);
+    let after = sheet.energy(DVec3::ZERO).total;
+    if let Some(tears) = &mut sheet.state.fracture {
+        tears.released_energy += before - after;
+    }
+}
 
-    fn cells_at(&self, open: &OpenCells, i: u32) -> (f64, f64) {
-        let ((columns, rows), (u, v)) = (open.size(), self.model.uv[i as usize]);
-        (u * columns as f64, v * rows as f64)
-    }
+fn cells_at(sheet: &Sheet, open: &OpenCells, i: u32) -> (f64, f64) {
+    let ((columns, rows), (u, v)) = (open.size(), sheet.model.uv[i as usize]);
+    (u * columns as f64, v * rows as f64)
+}
 
-    /// Fix detached nodes, remove their attachments, and find the node that each follows.
-    fn fix_detached_nodes(&mut self, tears: &mut FractureState) {
-        let mut pinned = vec![false; self.node_count()];
-        self.pins.masses().for_each(|m| pinned[m as usize] = true);
-        tears.followers.clear();
-        self.pins.set_gone(&tears.detached);
-        for i in 0..self.node_count() {
-            self.inverse_mass[i] = if pinned[i] || tears.detached[i] { 0.0 } else { 1.0 / self.model.mass[i] };
-            if tears.detached[i] && !pinned[i] {
-                let here = self.model.uv[i];
-                let apart = |k: &usize| {
-                    let (u, v) = self.model.uv[*k];
-                    ((u - here.0) * self.model.extent.0).hypot((v - here.1) * self.model.extent.1)
-                };
-                let left = (0..self.node_count()).filter(|k| !tears.detached[*k]);
-                let nearest = left.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-                tears.followers.push((i as u32, nearest.unwrap_or(i) as u32));
-            }
+/// Fix detached nodes, remove their attachments, and find the node that each follows.
+fn fix_detached_nodes(sheet: &mut Sheet, tears: &mut FractureState) {
+    let mut pinned = vec![false; sheet.node_count()];
+    sheet.pins.masses().for_each(|m| pinned[m as usize] = true);
+    tears.followers.clear();
+    sheet.pins.set_gone(&tears.detached);
+    for i in 0..sheet.node_count() {
+        sheet.inverse_mass[i] = if pinned[i] || tears.detached[i] { 0.0 } else { 1.0 / sheet.model.mass[i] };
+        if tears.detached[i] && !pinned[i] {
+            let here = sheet.model.uv[i];
+            let apart = |k: &usize| {
+                let (u, v) = sheet.model.uv[*k];
+                ((u - here.0) * sheet.model.extent.0).hypot((v - here.1) * sheet.model.extent.1)
+            };
+            let left = (0..sheet.node_count()).filter(|k| !tears.detached[*k]);
+            let nearest = left.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+            tears.followers.push((i as u32, nearest.unwrap_or(i) as u32));
         }
     }
+}
 
-    /// Move detached nodes with the nodes that they follow.
-    fn move_detached_nodes(&mut self) {
-        let Some(tears) = self.state.fracture.as_ref().filter(|t| !t.followers.is_empty()) else { return };
-        for (mass, with) in &tears.followers {
-            let (mass, with) = (*mass as usize, *with as usize);
-            self.state.x.set(mass, self.state.x.get(with));
-            self.state.v.set(mass, if mass == with { DVec3::ZERO } else { self.state.v.get(with) });
-        }
+/// Move detached nodes with the nodes that they follow.
+fn move_detached_nodes(sheet: &mut Sheet) {
+    let Some(tears) = sheet.state.fracture.as_ref().filter(|t| !t.followers.is_empty()) else { return };
+    for (mass, with) in &tears.followers {
+        let (mass, with) = (*mass as usize, *with as usize);
+        sheet.state.x.set(mass, sheet.state.x.get(with));
+        sheet.state.v.set(mass, if mass == with { DVec3::ZERO } else { sheet.state.v.get(with) });
     }
+}
 
-    /// Update the limits after a change of the open cells.
-    fn update_contact_of_open_cells(&mut self) {
-        if let Some(limit) = self.parameters.flexion.limit.as_ref().map(|l| l.limit) {
-            self.parameters.flexion.limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
-        }
-        if let (Some(limit), Some(tears)) = (&mut self.parameters.thickness_limit, &self.state.fracture) {
-            limit.set_open_cells(&tears.detached);
-        }
+/// Update the limits after a change of the open cells.
+fn update_contact_of_open_cells(sheet: &mut Sheet) {
+    if let Some(limit) = sheet.parameters.flexion.limit.as_ref().map(|l| l.limit) {
+        sheet.parameters.flexion.limit = Some(FlexionLimit { triples: closed_triples(sheet), limit });
     }
+    if let (Some(limit), Some(tears)) = (&mut sheet.parameters.thickness_limit, &sheet.state.fracture) {
+        limit.set_open_cells(&tears.detached);
+    }
+}
 
-    /// Flexion triples whose two springs are intact.
-    pub(crate) fn closed_triples(&self) -> Vec<[u32; 3]> {
-        let mut triples = self.parameters.flexion.triples.clone();
-        if let Some(open) = self.open_cell_set() {
-            triples.retain(|t| {
-                let [a, b, c] = t.map(|m| self.in_cells(m));
-                !open.is_spring_cut(a, b) && !open.is_spring_cut(b, c)
-            });
-        }
-        triples
+/// Flexion triples whose two springs are intact.
+pub(crate) fn closed_triples(sheet: &Sheet) -> Vec<[u32; 3]> {
+    let mut triples = sheet.parameters.flexion.triples.clone();
+    if let Some(open) = sheet.open_cell_set() {
+        triples.retain(|t| {
+            let [a, b, c] = t.map(|m| sheet.in_cells(m));
+            !open.is_spring_cut(a, b) && !open.is_spring_cut(b, c)
+        });
     }
+    triples
 }
 
 /// Whether cell `c` is at the end of a crack and has the largest strain of its neighbourhood.

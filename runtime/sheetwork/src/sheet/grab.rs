@@ -55,7 +55,7 @@ impl Sheet {
         let mut pull = GrabSpring::new(masses, weights, DVec3::ZERO, stiffness);
         pull.target = pull.point(&self.state.x);
         self.grabs.push(pull);
-        self.add_pull();
+        add_pull(self);
         Ok(self.grabs.len() - 1)
     }
 
@@ -74,7 +74,7 @@ impl Sheet {
             // The element keeps its place in the list, so the block indices of the others stay
             // valid.
             let at = self.elements.len() - self.grabs.len() + index;
-            self.elements[at] = self.bound_element(index);
+            self.elements[at] = bound_element(self, index);
             self.wake();
         }
         Ok(())
@@ -99,31 +99,31 @@ impl Sheet {
     pub fn pulls(&self) -> &[GrabSpring] {
         &self.grabs
     }
+}
 
-    /// Grab `index` as an element, bound to the blocks of the linear system if there is one.
-    fn bound_element(&self, index: usize) -> Box<GrabSpring> {
-        let mut pull = Box::new(self.grabs[index]);
-        if let Some(system) = &self.system {
-            pull.bind_blocks(&|a, b| system.block(a, b).unwrap_or(NO_BLOCK));
-        }
-        pull
+/// Grab `index` as an element, bound to the blocks of the linear system if there is one.
+fn bound_element(sheet: &Sheet, index: usize) -> Box<GrabSpring> {
+    let mut pull = Box::new(sheet.grabs[index]);
+    if let Some(system) = &sheet.system {
+        pull.bind_blocks(&|a, b| system.block(a, b).unwrap_or(NO_BLOCK));
     }
+    pull
+}
 
-    /// Add the last grab to the elements.
-    pub(crate) fn add_pull(&mut self) {
-        let Some(pull) = self.grabs.last() else { return };
-        if let Some(system) = &mut self.system {
-            let mut missing = false;
-            pull.visit_coupled_nodes(&mut |a, b| missing |= system.lacks_block(a, b));
-            system.forget_constant();
-            if missing {
-                // No element couples these nodes of one triangle, so the linear system is rebuilt
-                // and the integrator restarts.
-                self.system = None;
-                self.last_field = None;
-            }
+/// Add the last grab to the elements.
+pub(crate) fn add_pull(sheet: &mut Sheet) {
+    let Some(pull) = sheet.grabs.last() else { return };
+    if let Some(system) = &mut sheet.system {
+        let mut missing = false;
+        pull.visit_coupled_nodes(&mut |a, b| missing |= system.lacks_block(a, b));
+        system.forget_constant();
+        if missing {
+            // No element couples these nodes of one triangle, so the linear system is rebuilt
+            // and the integrator restarts.
+            sheet.system = None;
+            sheet.last_field = None;
         }
-        self.elements.push(self.bound_element(self.grabs.len() - 1));
-        self.wake();
     }
+    sheet.elements.push(bound_element(sheet, sheet.grabs.len() - 1));
+    sheet.wake();
 }

@@ -487,58 +487,55 @@ impl ImplicitProblem for ImplicitSheet<'_> {
     }
 }
 
-impl Sheet {
-    /// Call `work` with the sheet as an implicit integrator sees it.
-    pub(crate) fn with_implicit_sheet<R>(
-        &mut self,
-        field: Field,
-        system: &mut ImplicitSystem,
-        work: impl FnOnce(&mut ImplicitSheet) -> R,
-    ) -> R {
-        let mut problem = ImplicitSheet {
-            field,
-            mass: &self.model.mass,
-            inverse_mass: &self.inverse_mass,
-            applied: &self.parameters.applied,
-            pins: &self.pins,
-            springs: &self.springs,
-            scratch: &mut self.work.springs,
-            elements: &mut self.elements,
-            system,
-            drag: &mut self.parameters.drag,
-        };
-        work(&mut problem)
-    }
+/// Call `work` with the sheet as an implicit integrator sees it.
+pub(crate) fn with_implicit_sheet<R>(
+    sheet: &mut Sheet,
+    field: Field,
+    system: &mut ImplicitSystem,
+    work: impl FnOnce(&mut ImplicitSheet) -> R,
+) -> R {
+    let mut problem = ImplicitSheet {
+        field,
+        mass: &sheet.model.mass,
+        inverse_mass: &sheet.inverse_mass,
+        applied: &sheet.parameters.applied,
+        pins: &sheet.pins,
+        springs: &sheet.springs,
+        scratch: &mut sheet.work.springs,
+        elements: &mut sheet.elements,
+        system,
+        drag: &mut sheet.parameters.drag,
+    };
+    work(&mut problem)
+}
 
-    /// Advance by an implicit integrator; see [`Sheet::advance`].
-    pub(crate) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
-        self.prepare_implicit(field);
-        let Some(mut system) = self.system.take() else { return AdvanceReport::default() };
-        // Moved out for the step, so that they are borrowed separately from the rest of the sheet.
-        let (mut x, mut v) = (std::mem::take(&mut self.state.x), std::mem::take(&mut self.state.v));
-        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::IdleIntegrator));
-        let done =
-            self.with_implicit_sheet(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
-        (self.state.x, self.state.v, self.engine, self.system) = (x, v, engine, Some(system));
-        done
-    }
+/// Advance by an implicit integrator; see [`Sheet::advance`].
+pub(crate) fn advance_implicit(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
+    prepare_implicit(sheet, field);
+    let Some(mut system) = sheet.system.take() else { return AdvanceReport::default() };
+    // Moved out for the step, so that they are borrowed separately from the rest of the sheet.
+    let (mut x, mut v) = (std::mem::take(&mut sheet.state.x), std::mem::take(&mut sheet.state.v));
+    let mut engine = std::mem::replace(&mut sheet.engine, Box::new(crate::integrators::IdleIntegrator));
+    let done = with_implicit_sheet(sheet, field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+    (sheet.state.x, sheet.state.v, sheet.engine, sheet.system) = (x, v, engine, Some(system));
+    done
+}
 
-    /// Build the linear system where there is none, and restart the elements after an explicit
-    /// integrator or a change of the field.
-    pub(crate) fn prepare_implicit(&mut self, field: Field) {
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
-        if self.last_field.is_none() {
-            let (x, v) = (std::mem::take(&mut self.state.x), std::mem::take(&mut self.state.v));
-            self.with_implicit_sheet(field, &mut system, |problem| {
-                problem.reset_rates();
-                problem.start(&x, &v);
-            });
-            (self.state.x, self.state.v) = (x, v);
-        }
-        if self.last_field != Some(field) {
-            system.forget_constant();
-            self.last_field = Some(field);
-        }
-        self.system = Some(system);
+/// Build the linear system where there is none, and restart the elements after an explicit
+/// integrator or a change of the field.
+pub(crate) fn prepare_implicit(sheet: &mut Sheet, field: Field) {
+    let mut system = sheet.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(sheet)));
+    if sheet.last_field.is_none() {
+        let (x, v) = (std::mem::take(&mut sheet.state.x), std::mem::take(&mut sheet.state.v));
+        with_implicit_sheet(sheet, field, &mut system, |problem| {
+            problem.reset_rates();
+            problem.start(&x, &v);
+        });
+        (sheet.state.x, sheet.state.v) = (x, v);
     }
+    if sheet.last_field != Some(field) {
+        system.forget_constant();
+        sheet.last_field = Some(field);
+    }
+    sheet.system = Some(system);
 }

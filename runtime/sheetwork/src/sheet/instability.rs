@@ -12,7 +12,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::elements::strain_limit::{LimitedSpring, StrainLimit, largest_strain};
+use crate::elements::strain_limit::{self, LimitedSpring, StrainLimit};
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
 use crate::scene::WhenUnstable;
@@ -189,238 +189,243 @@ impl Sheet {
     /// When its number is out of range; nothing is changed then.
     pub fn set_when_unstable(&mut self, policy: WhenUnstable) -> Result<(), crate::InputError> {
         policy.check()?;
-        self.set_recovery_policy(policy, self.recovery.as_ref().map_or(1e-7, |g| g.tolerance));
+        set_recovery_policy(self, policy, self.recovery.as_ref().map_or(1e-7, |g| g.tolerance));
         self.wake();
         Ok(())
     }
+}
 
-    /// Chosen integrator, also while another one replaces it.
-    pub(crate) fn chosen_engine(&self) -> IntegratorKind {
-        self.recovery.as_ref().and_then(|g| g.state.replaced_integrator).unwrap_or(self.engine_kind)
+/// Chosen integrator, also while another one replaces it.
+pub(crate) fn chosen_engine(sheet: &Sheet) -> IntegratorKind {
+    sheet.recovery.as_ref().and_then(|g| g.state.replaced_integrator).unwrap_or(sheet.engine_kind)
+}
+
+pub(crate) fn set_recovery_policy(sheet: &mut Sheet, policy: WhenUnstable, tolerance: f64) {
+    if let Some(own) = sheet.recovery.as_mut().and_then(|g| g.state.replaced_integrator.take()) {
+        sheet.change_engine(own, tolerance);
     }
+    let watched = policy != WhenUnstable::Stop;
+    let guard = || {
+        let state = RecoveryState::default();
+        Box::new(RecoveryPolicy {
+            policy,
+            state,
+            energy_budget: 0.0,
+            tolerance,
+            limit: None,
+            start: Vectors::default(),
+            end: Default::default(),
+        })
+    };
+    sheet.recovery = watched.then(guard);
+}
 
-    pub(crate) fn set_recovery_policy(&mut self, policy: WhenUnstable, tolerance: f64) {
-        if let Some(own) = self.recovery.as_mut().and_then(|g| g.state.replaced_integrator.take()) {
-            self.change_engine(own, tolerance);
-        }
-        let watched = policy != WhenUnstable::Stop;
-        let guard = || {
-            let state = RecoveryState::default();
-            Box::new(RecoveryPolicy {
-                policy,
-                state,
-                energy_budget: 0.0,
-                tolerance,
-                limit: None,
-                start: Vectors::default(),
-                end: Default::default(),
-            })
-        };
-        self.recovery = watched.then(guard);
-    }
-
-    /// Restore the recovery state of another time.
-    pub(crate) fn restore_recovery_state(&mut self, state: Option<RecoveryState>) {
-        let Some(guard) = &mut self.recovery else { return };
-        let (now, then) = (guard.state, state.unwrap_or_default());
-        (guard.state, guard.limit) = (then, None);
-        let tolerance = guard.tolerance;
-        match (now.replaced_integrator, then.replaced_integrator) {
-            (Some(own), None) => self.change_engine(own, tolerance),
-            (None, Some(_)) => {
-                // The chosen integrator may differ from the one of that time.
-                if let Some(guard) = &mut self.recovery {
-                    guard.state.replaced_integrator = Some(self.engine_kind);
-                }
-                self.change_engine(RECOVERY_INTEGRATOR, tolerance);
+/// Restore the recovery state of another time.
+pub(crate) fn restore_recovery_state(sheet: &mut Sheet, state: Option<RecoveryState>) {
+    let Some(guard) = &mut sheet.recovery else { return };
+    let (now, then) = (guard.state, state.unwrap_or_default());
+    (guard.state, guard.limit) = (then, None);
+    let tolerance = guard.tolerance;
+    match (now.replaced_integrator, then.replaced_integrator) {
+        (Some(own), None) => sheet.change_engine(own, tolerance),
+        (None, Some(_)) => {
+            // The chosen integrator may differ from the one of that time.
+            if let Some(guard) = &mut sheet.recovery {
+                guard.state.replaced_integrator = Some(sheet.engine_kind);
             }
-            _ => {}
+            sheet.change_engine(RECOVERY_INTEGRATOR, tolerance);
+        }
+        _ => {}
+    }
+}
+
+pub(crate) fn kinetic_elastic_energy(sheet: &Sheet) -> KineticElasticEnergy {
+    let each = sheet.state.v.iter().zip(&sheet.model.mass).zip(&sheet.inverse_mass);
+    let motion = each.filter(|(_, w)| **w > 0.0).map(|((v, m), _)| 0.5 * m * v.length_squared()).sum();
+    KineticElasticEnergy { kinetic: motion, elastic: energy::elastic(sheet) }
+}
+
+/// Kinetic energy at the start of the step, J.
+pub(crate) fn energy_at_start(sheet: &Sheet) -> f64 {
+    sheet.work.start.1.iter().zip(&sheet.model.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
+}
+
+/// Work of gravity, applied forces and pressure on the dynamic nodes since the positions
+/// `from`, J.
+pub(crate) fn work_of_loads(sheet: &Sheet, from: &Vectors, field: &Field) -> f64 {
+    let mut work = sheet.parameters.drag.pushed(from, &sheet.state.x);
+    for (i, w) in sheet.inverse_mass.iter().enumerate() {
+        if *w > 0.0 {
+            let force = field.gravity * sheet.model.mass[i] + sheet.parameters.applied.get(i);
+            work += force.dot(sheet.state.x.get(i) - from.get(i));
         }
     }
+    work
+}
 
-    pub(crate) fn kinetic_elastic_energy(&self) -> KineticElasticEnergy {
-        let each = self.state.v.iter().zip(&self.model.mass).zip(&self.inverse_mass);
-        let motion = each.filter(|(_, w)| **w > 0.0).map(|((v, m), _)| 0.5 * m * v.length_squared()).sum();
-        KineticElasticEnergy { kinetic: motion, elastic: energy::elastic(self) }
+/// Tolerance of the energy balance of a step of `dt` (s), J: work of prescribed nodes and wind,
+/// and the error of the coarsest integrator in free fall.
+pub(crate) fn energy_gain_tolerance(sheet: &Sheet, field: &Field, dt: f64) -> f64 {
+    let held = (0..sheet.node_count()).filter(|i| sheet.inverse_mass[*i] == 0.0);
+    let led = held.map(|i| sheet.state.v.get(i).length_squared()).fold(0.0, f64::max);
+    let glued = sheet.pins.attached_body_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
+    let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
+    let fall = field.gravity.length_squared() * dt * dt;
+    sheet.total_mass() * (PRESCRIBED_MOTION_ENERGY_FACTOR * led.max(glued) + wind + fall)
+}
+
+/// Pairs of nodes joined by a spring, or neighbours in a shell, with their distances in the
+/// flat sheet.
+fn strain_pairs(sheet: &Sheet) -> impl Iterator<Item = LimitedSpring> + '_ {
+    let springs = &sheet.springs;
+    let closed = (0..springs.len()).filter(|i| springs.stiffness[*i] > 0.0);
+    let joined = closed.map(|i| LimitedSpring { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
+    let edges = if springs.is_empty() { sheet.edges() } else { Vec::new() };
+    let place = |i: u32| {
+        let (u, v) = sheet.model.uv[i as usize];
+        DVec3::new(u * sheet.model.extent.0, v * sheet.model.extent.1, 0.0)
+    };
+    joined
+        .chain(edges.into_iter().map(move |ends| LimitedSpring { ends, rest: place(ends[0]).distance(place(ends[1])) }))
+}
+
+pub(crate) fn strain_limit(sheet: &Sheet) -> StrainLimit {
+    StrainLimit::new(strain_pairs(sheet))
+}
+
+/// Largest present strain between joined nodes; infinite for non-finite positions.
+pub(crate) fn largest_strain(sheet: &Sheet) -> f64 {
+    strain_limit::largest_strain(strain_pairs(sheet), &sheet.state.x)
+}
+
+/// Reduce the kinetic energy to `most` (J). The motion relative to the rigid motion slows down;
+/// a sheet without fixed nodes keeps its rigid motion. Return whether the energy was above
+/// `most`.
+pub(crate) fn limit_kinetic_energy(sheet: &mut Sheet, most: f64) -> bool {
+    let motion = kinetic_elastic_energy(sheet).kinetic;
+    if motion <= most {
+        return false;
     }
-
-    /// Kinetic energy at the start of the step, J.
-    pub(crate) fn energy_at_start(&self) -> f64 {
-        self.work.start.1.iter().zip(&self.model.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
-    }
-
-    /// Work of gravity, applied forces and pressure on the dynamic nodes since the positions
-    /// `from`, J.
-    pub(crate) fn work_of_loads(&self, from: &Vectors, field: &Field) -> f64 {
-        let mut work = self.parameters.drag.pushed(from, &self.state.x);
-        for (i, w) in self.inverse_mass.iter().enumerate() {
-            if *w > 0.0 {
-                let force = field.gravity * self.model.mass[i] + self.parameters.applied.get(i);
-                work += force.dot(self.state.x.get(i) - from.get(i));
-            }
-        }
-        work
-    }
-
-    /// Tolerance of the energy balance of a step of `dt` (s), J: work of prescribed nodes and wind,
-    /// and the error of the coarsest integrator in free fall.
-    pub(crate) fn energy_gain_tolerance(&self, field: &Field, dt: f64) -> f64 {
-        let held = (0..self.node_count()).filter(|i| self.inverse_mass[*i] == 0.0);
-        let led = held.map(|i| self.state.v.get(i).length_squared()).fold(0.0, f64::max);
-        let glued = self.pins.attached_body_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
-        let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
-        let fall = field.gravity.length_squared() * dt * dt;
-        self.total_mass() * (PRESCRIBED_MOTION_ENERGY_FACTOR * led.max(glued) + wind + fall)
-    }
-
-    /// Pairs of nodes joined by a spring, or neighbours in a shell, with their distances in the
-    /// flat sheet.
-    fn strain_pairs(&self) -> impl Iterator<Item = LimitedSpring> + '_ {
-        let springs = &self.springs;
-        let closed = (0..springs.len()).filter(|i| springs.stiffness[*i] > 0.0);
-        let joined = closed.map(|i| LimitedSpring { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
-        let edges = if springs.is_empty() { self.edges() } else { Vec::new() };
-        let place = |i: u32| {
-            let (u, v) = self.model.uv[i as usize];
-            DVec3::new(u * self.model.extent.0, v * self.model.extent.1, 0.0)
-        };
-        joined.chain(
-            edges.into_iter().map(move |ends| LimitedSpring { ends, rest: place(ends[0]).distance(place(ends[1])) }),
-        )
-    }
-
-    pub(crate) fn strain_limit(&self) -> StrainLimit {
-        StrainLimit::new(self.strain_pairs())
-    }
-
-    /// Largest present strain between joined nodes; infinite for non-finite positions.
-    pub(crate) fn largest_strain(&self) -> f64 {
-        largest_strain(self.strain_pairs(), &self.state.x)
-    }
-
-    /// Reduce the kinetic energy to `most` (J). The motion relative to the rigid motion slows down;
-    /// a sheet without fixed nodes keeps its rigid motion. Return whether the energy was above
-    /// `most`.
-    pub(crate) fn limit_kinetic_energy(&mut self, most: f64) -> bool {
-        let motion = self.kinetic_elastic_energy().kinetic;
-        if motion <= most {
-            return false;
-        }
-        let whole = self.rigid_velocity(&self.state.x, &self.state.v);
-        let at = |i: usize| whole.at(self.state.x.get(i));
-        let own: f64 = (0..self.node_count()).map(|i| 0.5 * self.model.mass[i] * at(i).length_squared()).sum();
-        // The rigid and the relative motion are orthogonal, so their energies add.
-        let keep = ((most - own).max(0.0) / (motion - own).max(f64::MIN_POSITIVE)).min(1.0).sqrt();
-        for i in 0..self.node_count() {
-            if self.inverse_mass[i] > 0.0 {
-                let base = whole.at(self.state.x.get(i));
-                self.state.v.set(i, base + (self.state.v.get(i) - base) * keep);
-            }
-        }
-        true
-    }
-
-    /// Reduce the spin of the whole sheet until its kinetic energy is `most` (J) or the spin is
-    /// zero. After a failed integrator step the spin is unreliable.
-    pub(crate) fn limit_spin(&mut self, most: f64) {
-        let whole = self.rigid_velocity(&self.state.x, &self.state.v);
-        let turning = |i: usize| whole.spin.cross(self.state.x.get(i) - whole.centre);
-        let turns: f64 = (0..self.node_count()).map(|i| 0.5 * self.model.mass[i] * turning(i).length_squared()).sum();
-        let excess = self.kinetic_elastic_energy().kinetic - most;
-        if excess > 0.0 && turns > 0.0 {
-            let less = 1.0 - (1.0 - excess / turns).max(0.0).sqrt();
-            for i in 0..self.node_count() {
-                let slowed = self.state.v.get(i) - turning(i) * less;
-                self.state.v.set(i, slowed);
-            }
+    let whole = rigid_velocity(sheet, &sheet.state.x, &sheet.state.v);
+    let at = |i: usize| whole.at(sheet.state.x.get(i));
+    let own: f64 = (0..sheet.node_count()).map(|i| 0.5 * sheet.model.mass[i] * at(i).length_squared()).sum();
+    // The rigid and the relative motion are orthogonal, so their energies add.
+    let keep = ((most - own).max(0.0) / (motion - own).max(f64::MIN_POSITIVE)).min(1.0).sqrt();
+    for i in 0..sheet.node_count() {
+        if sheet.inverse_mass[i] > 0.0 {
+            let base = whole.at(sheet.state.x.get(i));
+            sheet.state.v.set(i, base + (sheet.state.v.get(i) - base) * keep);
         }
     }
+    true
+}
 
-    /// Restore the mean velocity at the start of the substep plus `fallen` (m/s), for a free sheet
-    /// whose kinetic energy is above `most` (J) and whose mean speed has grown. The air force on a
-    /// failed state is unreliable.
-    pub(crate) fn limit_drift(&mut self, most: f64, fallen: DVec3) {
-        if !self.pins.is_empty() || self.kinetic_elastic_energy().kinetic <= most {
-            return;
-        }
-        let total = self.total_mass();
-        let mean = |v: &Vectors| v.iter().zip(&self.model.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
-        let (was, is) = (mean(&self.work.v_before) + fallen, mean(&self.state.v));
-        if is.length_squared() > was.length_squared() {
-            for i in 0..self.node_count() {
-                let moved = self.state.v.get(i) + (was - is);
-                self.state.v.set(i, moved);
-            }
-        }
-    }
-
-    /// Fallback: scale back a step from `start` to `end` (positions, velocities) of `dt` (s). The
-    /// rigid motion stays, and `part` (0 to 1) of the remaining motion is kept.
-    pub(crate) fn scale_back_step(&mut self, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {
-        let shift = self.mean_rigid_velocity(start, end.0, dt);
-        let turn = DQuat::from_scaled_axis(shift.spin * dt);
-        let total = self.total_mass();
-        let ahead = shift.centre + shift.velocity * dt;
-        let drift = (0..self.node_count()).map(|i| end.1.get(i) * self.model.mass[i]).sum::<DVec3>() / total;
-        // A sheet with fixed nodes has no free rigid motion.
-        let drift = if self.pins.is_empty() { drift } else { DVec3::ZERO };
-        for i in 0..self.node_count() {
-            if self.inverse_mass[i] == 0.0 {
-                self.state.x.set(i, end.0.get(i));
-                self.state.v.set(i, end.1.get(i));
-                continue;
-            }
-            let carried = ahead + turn * (start.get(i) - shift.centre);
-            self.state.x.set(i, carried + (end.0.get(i) - carried) * part);
-            let base = drift + shift.spin.cross(carried - ahead);
-            self.state.v.set(i, base + (end.1.get(i) - base) * part);
+/// Reduce the spin of the whole sheet until its kinetic energy is `most` (J) or the spin is
+/// zero. After a failed integrator step the spin is unreliable.
+pub(crate) fn limit_spin(sheet: &mut Sheet, most: f64) {
+    let whole = rigid_velocity(sheet, &sheet.state.x, &sheet.state.v);
+    let turning = |i: usize| whole.spin.cross(sheet.state.x.get(i) - whole.centre);
+    let turns: f64 = (0..sheet.node_count()).map(|i| 0.5 * sheet.model.mass[i] * turning(i).length_squared()).sum();
+    let excess = kinetic_elastic_energy(sheet).kinetic - most;
+    if excess > 0.0 && turns > 0.0 {
+        let less = 1.0 - (1.0 - excess / turns).max(0.0).sqrt();
+        for i in 0..sheet.node_count() {
+            let slowed = sheet.state.v.get(i) - turning(i) * less;
+            sheet.state.v.set(i, slowed);
         }
     }
+}
 
-    /// Largest change of strain of the whole step, the rigid motion excluded.
-    pub(crate) fn largest_strain_change(&self, limit: &StrainLimit, start: &Vectors, end: &Vectors, dt: f64) -> f64 {
-        let shift = self.mean_rigid_velocity(start, end, dt);
-        let turn = DQuat::from_scaled_axis(shift.spin * dt);
-        let own = |i: u32| {
-            let (from, to) = (start.get(i as usize), end.get(i as usize));
-            to - (shift.centre + shift.velocity * dt + turn * (from - shift.centre))
-        };
-        limit.joints().iter().map(|j| own(j.ends[0]).distance(own(j.ends[1])) / j.rest).fold(0.0, f64::max)
+/// Restore the mean velocity at the start of the substep plus `fallen` (m/s), for a free sheet
+/// whose kinetic energy is above `most` (J) and whose mean speed has grown. The air force on a
+/// failed state is unreliable.
+pub(crate) fn limit_drift(sheet: &mut Sheet, most: f64, fallen: DVec3) {
+    if !sheet.pins.is_empty() || kinetic_elastic_energy(sheet).kinetic <= most {
+        return;
     }
-
-    /// Rigid velocity from `start` to `end` within `dt` (s).
-    fn mean_rigid_velocity(&self, start: &Vectors, end: &Vectors, dt: f64) -> RigidVelocity {
-        let rate = |i: usize| (end.get(i) - start.get(i)) / dt;
-        self.rigid_velocity_of(start, rate)
-    }
-
-    fn rigid_velocity(&self, x: &Vectors, v: &Vectors) -> RigidVelocity {
-        self.rigid_velocity_of(x, |i| v.get(i))
-    }
-
-    /// Rigid velocity with the momenta of the nodes at `x` with velocities `v`; zero for a sheet
-    /// with pins.
-    fn rigid_velocity_of(&self, x: &Vectors, v: impl Fn(usize) -> DVec3) -> RigidVelocity {
-        if !self.pins.is_empty() {
-            return RigidVelocity::default();
+    let total = sheet.total_mass();
+    let mean = |v: &Vectors| v.iter().zip(&sheet.model.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
+    let (was, is) = (mean(&sheet.work.v_before) + fallen, mean(&sheet.state.v));
+    if is.length_squared() > was.length_squared() {
+        for i in 0..sheet.node_count() {
+            let moved = sheet.state.v.get(i) + (was - is);
+            sheet.state.v.set(i, moved);
         }
-        let total = self.total_mass();
-        let mean = |of: &dyn Fn(usize) -> DVec3| {
-            (0..self.node_count()).map(|i| of(i) * self.model.mass[i]).sum::<DVec3>() / total
-        };
-        let (centre, velocity) = (mean(&|i| x.get(i)), mean(&v));
-        let (mut inertia, mut turning) = (DMat3::ZERO, DVec3::ZERO);
-        for (i, m) in self.model.mass.iter().enumerate() {
-            let r = x.get(i) - centre;
-            let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
-            inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * *m;
-            turning += r.cross(v(i) - velocity) * *m;
-        }
-        let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
-        let turns = inertia.determinant() > 1e-9 * size * size * size;
-        let spin = if turns { inertia.inverse() * turning } else { DVec3::ZERO };
-        RigidVelocity { centre, velocity, spin }
     }
+}
+
+/// Fallback: scale back a step from `start` to `end` (positions, velocities) of `dt` (s). The
+/// rigid motion stays, and `part` (0 to 1) of the remaining motion is kept.
+pub(crate) fn scale_back_step(sheet: &mut Sheet, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {
+    let shift = mean_rigid_velocity(sheet, start, end.0, dt);
+    let turn = DQuat::from_scaled_axis(shift.spin * dt);
+    let total = sheet.total_mass();
+    let ahead = shift.centre + shift.velocity * dt;
+    let drift = (0..sheet.node_count()).map(|i| end.1.get(i) * sheet.model.mass[i]).sum::<DVec3>() / total;
+    // A sheet with fixed nodes has no free rigid motion.
+    let drift = if sheet.pins.is_empty() { drift } else { DVec3::ZERO };
+    for i in 0..sheet.node_count() {
+        if sheet.inverse_mass[i] == 0.0 {
+            sheet.state.x.set(i, end.0.get(i));
+            sheet.state.v.set(i, end.1.get(i));
+            continue;
+        }
+        let carried = ahead + turn * (start.get(i) - shift.centre);
+        sheet.state.x.set(i, carried + (end.0.get(i) - carried) * part);
+        let base = drift + shift.spin.cross(carried - ahead);
+        sheet.state.v.set(i, base + (end.1.get(i) - base) * part);
+    }
+}
+
+/// Largest change of strain of the whole step, the rigid motion excluded.
+pub(crate) fn largest_strain_change(
+    sheet: &Sheet,
+    limit: &StrainLimit,
+    start: &Vectors,
+    end: &Vectors,
+    dt: f64,
+) -> f64 {
+    let shift = mean_rigid_velocity(sheet, start, end, dt);
+    let turn = DQuat::from_scaled_axis(shift.spin * dt);
+    let own = |i: u32| {
+        let (from, to) = (start.get(i as usize), end.get(i as usize));
+        to - (shift.centre + shift.velocity * dt + turn * (from - shift.centre))
+    };
+    limit.joints().iter().map(|j| own(j.ends[0]).distance(own(j.ends[1])) / j.rest).fold(0.0, f64::max)
+}
+
+/// Rigid velocity from `start` to `end` within `dt` (s).
+fn mean_rigid_velocity(sheet: &Sheet, start: &Vectors, end: &Vectors, dt: f64) -> RigidVelocity {
+    let rate = |i: usize| (end.get(i) - start.get(i)) / dt;
+    rigid_velocity_of(sheet, start, rate)
+}
+
+fn rigid_velocity(sheet: &Sheet, x: &Vectors, v: &Vectors) -> RigidVelocity {
+    rigid_velocity_of(sheet, x, |i| v.get(i))
+}
+
+/// Rigid velocity with the momenta of the nodes at `x` with velocities `v`; zero for a sheet
+/// with pins.
+fn rigid_velocity_of(sheet: &Sheet, x: &Vectors, v: impl Fn(usize) -> DVec3) -> RigidVelocity {
+    if !sheet.pins.is_empty() {
+        return RigidVelocity::default();
+    }
+    let total = sheet.total_mass();
+    let mean = |of: &dyn Fn(usize) -> DVec3| {
+        (0..sheet.node_count()).map(|i| of(i) * sheet.model.mass[i]).sum::<DVec3>() / total
+    };
+    let (centre, velocity) = (mean(&|i| x.get(i)), mean(&v));
+    let (mut inertia, mut turning) = (DMat3::ZERO, DVec3::ZERO);
+    for (i, m) in sheet.model.mass.iter().enumerate() {
+        let r = x.get(i) - centre;
+        let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+        inertia += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * *m;
+        turning += r.cross(v(i) - velocity) * *m;
+    }
+    let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+    let turns = inertia.determinant() > 1e-9 * size * size * size;
+    let spin = if turns { inertia.inverse() * turning } else { DVec3::ZERO };
+    RigidVelocity { centre, velocity, spin }
 }
 
 /// Velocity of a rigid motion: `velocity` (m/s) at the point `centre` (m), and `spin` (rad/s).

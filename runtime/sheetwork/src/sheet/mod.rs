@@ -4,11 +4,13 @@
 //! `build` makes a [`Sheet`] from a [`SheetSpec`](crate::scene::SheetSpec) or a .SHT file, the
 //! setters here change a running sheet, and [`crate::islands`] steps it. SI units throughout.
 
-pub(crate) mod accelerations;
+#[doc(hidden)]
+pub mod accelerations;
 pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
 mod assembly;
-pub(crate) mod attachment;
+#[doc(hidden)]
+pub mod attachment;
 pub(crate) mod bonds;
 pub(crate) mod buckling;
 pub(crate) mod build;
@@ -39,7 +41,8 @@ pub(crate) mod slits;
 pub(crate) mod smooth_surface;
 pub(crate) mod snapshot;
 pub(crate) mod stage;
-pub(crate) mod stage_trace;
+#[doc(hidden)]
+pub mod stage_trace;
 pub mod state;
 pub mod surface;
 pub mod temperature;
@@ -307,7 +310,7 @@ impl Sheet {
         }
         self.change_engine(kind, tolerance);
         if self.parameters.max_step.is_finite() {
-            self.update_max_step();
+            remap::update_max_step(self);
         }
         self.wake();
     }
@@ -338,9 +341,9 @@ impl Sheet {
         }
         self.parameters.material = material;
         self.refresh();
-        self.update_thermal_stiffness();
+        temperature::update_thermal_stiffness(self);
         if self.parameters.max_step.is_finite() {
-            self.update_max_step();
+            remap::update_max_step(self);
         }
         Ok(())
     }
@@ -368,7 +371,8 @@ impl Sheet {
                 return Err(InputError::new("flexion_limit", problem));
             }
         }
-        self.parameters.flexion.limit = limit.map(|limit| FlexionLimit { triples: self.closed_triples(), limit });
+        self.parameters.flexion.limit =
+            limit.map(|limit| FlexionLimit { triples: fracture::closed_triples(self), limit });
         self.wake();
         Ok(())
     }
@@ -421,7 +425,7 @@ impl Sheet {
             self.springs.set_law(i, k, dashpot);
         }
         self.parameters.springs.has_dashpots = self.springs.is_damped();
-        self.update_inelastic_law();
+        creep::update_inelastic_law(self);
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);
         }

@@ -9,6 +9,8 @@ use faer::{Mat, Side};
 use crate::elements::Geometric;
 use crate::integrators::implicit::StageProblem;
 use crate::math::Vectors;
+use crate::sheet::creep;
+use crate::sheet::implicit_system;
 use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::{Field, Sheet};
 
@@ -31,7 +33,7 @@ impl Sheet {
     /// Lowest `count` modes about the present state, lowest first; fewer for a sheet with fewer
     /// unknowns, none if the tangent is far from positive definite.
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
-        self.use_instantaneous_law();
+        creep::use_instantaneous_law(self);
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
         let law = self.law();
@@ -46,7 +48,7 @@ impl Sheet {
         let mut found = false;
         for _ in 0..20 {
             system.forget_constant();
-            found = self.with_implicit_sheet(Field::default(), &mut system, |problem| {
+            found = implicit_system::with_implicit_sheet(self, Field::default(), &mut system, |problem| {
                 let still = Vectors::zeros(x.len());
                 problem.start(&x, &still);
                 let stage = StageProblem { per_time: shift, y: &x, w: &x };
@@ -66,11 +68,11 @@ impl Sheet {
     /// Whether the present state is stable: the tangent stiffness with the present stress is
     /// positive definite.
     pub fn is_stable(&mut self) -> bool {
-        self.use_instantaneous_law();
+        creep::use_instantaneous_law(self);
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
         let x = self.state.x.clone();
-        let stands = self.with_implicit_sheet(Field::default(), &mut system, |problem| {
+        let stands = implicit_system::with_implicit_sheet(self, Field::default(), &mut system, |problem| {
             let still = Vectors::zeros(x.len());
             problem.start(&x, &still);
             let stage = StageProblem { per_time: 0.0, y: &x, w: &x };

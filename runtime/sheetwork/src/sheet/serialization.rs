@@ -9,289 +9,292 @@ use crate::elements::Element;
 use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::attachment;
 use crate::sheet::bonds::AdhesionState;
+use crate::sheet::fracture;
+use crate::sheet::grab;
+use crate::sheet::instability;
+use crate::sheet::node_contact;
+use crate::sheet::temperature;
 use crate::sheet::{Field, ImplicitSystem, RecoveryState, Sheet, SheetState};
 
-impl Sheet {
-    /// Serialise the layout that a snapshot must match.
-    pub(crate) fn serialise_layout(&self, to: &mut StateWriter) {
-        to.text(&self.name);
-        let own = self.elements.len() - self.grabs.len();
-        for count in [self.node_count(), self.springs.len(), own, self.model.layers.len()] {
-            to.count(count as u64);
-        }
-        to.count(self.open_cells().map_or(0, <[bool]>::len) as u64);
-        to.flag(self.state.inelastic.is_some());
+/// Serialise the layout that a snapshot must match.
+pub(crate) fn serialise_layout(sheet: &Sheet, to: &mut StateWriter) {
+    to.text(&sheet.name);
+    let own = sheet.elements.len() - sheet.grabs.len();
+    for count in [sheet.node_count(), sheet.springs.len(), own, sheet.model.layers.len()] {
+        to.count(count as u64);
     }
+    to.count(sheet.open_cells().map_or(0, <[bool]>::len) as u64);
+    to.flag(sheet.state.inelastic.is_some());
+}
 
-    /// Whether steps have changed the law of its elements or its open cells.
-    pub(crate) fn is_changed(&self) -> bool {
-        self.state.heat.is_some() || self.state.inelastic.is_some() || self.open_count() > 0
-    }
+/// Whether steps have changed the law of its elements or its open cells.
+pub(crate) fn is_changed(sheet: &Sheet) -> bool {
+    sheet.state.heat.is_some() || sheet.state.inelastic.is_some() || sheet.open_count() > 0
+}
 
-    /// Serialise the parameters that can change during a run.
-    pub(crate) fn serialise_settings(&self, to: &mut StateWriter) {
-        serialise_material(&self.parameters.material, to);
-        to.numbers(&[
-            self.parameters.friction,
-            self.parameters.restitution,
-            self.parameters.springs.damping,
-            self.parameters.damping_ratio,
-        ]);
-        to.optional(self.flexion_angle_limit());
-        self.parameters.drag.serialise_settings(to);
-        to.optional(self.state.inelastic.as_ref().map(|f| f.celsius()));
-        to.text(self.chosen_engine().name());
-        self.when_unstable().serialise(to);
-        to.number(self.parameters.max_step);
-        self.parameters.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
-        to.count(self.grabs.len() as u64);
-        self.grabs.iter().for_each(|pull| pull.serialise(to));
-    }
+/// Serialise the parameters that can change during a run.
+pub(crate) fn serialise_settings(sheet: &Sheet, to: &mut StateWriter) {
+    serialise_material(&sheet.parameters.material, to);
+    to.numbers(&[
+        sheet.parameters.friction,
+        sheet.parameters.restitution,
+        sheet.parameters.springs.damping,
+        sheet.parameters.damping_ratio,
+    ]);
+    to.optional(sheet.flexion_angle_limit());
+    sheet.parameters.drag.serialise_settings(to);
+    to.optional(sheet.state.inelastic.as_ref().map(|f| f.celsius()));
+    to.text(instability::chosen_engine(sheet).name());
+    sheet.when_unstable().serialise(to);
+    to.number(sheet.parameters.max_step);
+    sheet.parameters.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
+    to.count(sheet.grabs.len() as u64);
+    sheet.grabs.iter().for_each(|pull| pull.serialise(to));
+}
 
-    /// Deserialise the parameters; `tolerance` is that of an adaptive integrator, m.
-    pub(crate) fn deserialise_settings(&mut self, from: &mut StateReader, tolerance: f64) -> ReadResult {
-        let material = deserialise_material(from)?;
-        (self.parameters.friction, self.parameters.restitution) = (from.number()?, from.number()?);
-        let (damping, ratio) = (from.number()?, from.number()?);
-        if (damping, ratio) != (self.parameters.springs.damping, self.parameters.damping_ratio) {
-            (self.parameters.springs.damping, self.parameters.damping_ratio) = (damping, ratio);
-            self.refresh();
-        }
-        if material != self.parameters.material {
-            self.set_material(material).map_err(|_| CorruptState)?;
-        }
-        let limit = from.optional()?;
-        if limit != self.flexion_angle_limit() {
-            self.set_flexion_limit(limit).map_err(|_| CorruptState)?;
-        }
-        self.parameters.drag.deserialise_settings(from)?;
-        let celsius = from.optional()?;
-        if let Some((flow, celsius)) = self.state.inelastic.as_mut().zip(celsius) {
-            flow.set_celsius(celsius);
-        }
-        let engine = from.text()?.parse().map_err(|_| CorruptState)?;
-        if engine != self.chosen_engine() {
-            self.set_engine(engine, tolerance);
-        }
-        self.engine.set_tolerance(tolerance);
-        let policy = WhenUnstable::deserialise(from)?;
-        if policy != self.when_unstable() {
-            self.set_recovery_policy(policy, tolerance);
-        }
-        self.recovery.iter_mut().for_each(|guard| guard.tolerance = tolerance);
-        self.parameters.max_step = from.number()?;
-        // A shorter step than 1e-9 s would need an unbounded number of substeps.
-        if self.parameters.max_step.is_nan() || self.parameters.max_step < 1e-9 {
-            return Err(CorruptState);
-        }
-        self.parameters.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
-        self.deserialise_grabs(from)
+/// Deserialise the parameters; `tolerance` is that of an adaptive integrator, m.
+pub(crate) fn deserialise_settings(sheet: &mut Sheet, from: &mut StateReader, tolerance: f64) -> ReadResult {
+    let material = deserialise_material(from)?;
+    (sheet.parameters.friction, sheet.parameters.restitution) = (from.number()?, from.number()?);
+    let (damping, ratio) = (from.number()?, from.number()?);
+    if (damping, ratio) != (sheet.parameters.springs.damping, sheet.parameters.damping_ratio) {
+        (sheet.parameters.springs.damping, sheet.parameters.damping_ratio) = (damping, ratio);
+        sheet.refresh();
     }
+    if material != sheet.parameters.material {
+        sheet.set_material(material).map_err(|_| CorruptState)?;
+    }
+    let limit = from.optional()?;
+    if limit != sheet.flexion_angle_limit() {
+        sheet.set_flexion_limit(limit).map_err(|_| CorruptState)?;
+    }
+    sheet.parameters.drag.deserialise_settings(from)?;
+    let celsius = from.optional()?;
+    if let Some((flow, celsius)) = sheet.state.inelastic.as_mut().zip(celsius) {
+        flow.set_celsius(celsius);
+    }
+    let engine = from.text()?.parse().map_err(|_| CorruptState)?;
+    if engine != instability::chosen_engine(sheet) {
+        sheet.set_engine(engine, tolerance);
+    }
+    sheet.engine.set_tolerance(tolerance);
+    let policy = WhenUnstable::deserialise(from)?;
+    if policy != sheet.when_unstable() {
+        instability::set_recovery_policy(sheet, policy, tolerance);
+    }
+    sheet.recovery.iter_mut().for_each(|guard| guard.tolerance = tolerance);
+    sheet.parameters.max_step = from.number()?;
+    // A shorter step than 1e-9 s would need an unbounded number of substeps.
+    if sheet.parameters.max_step.is_nan() || sheet.parameters.max_step < 1e-9 {
+        return Err(CorruptState);
+    }
+    sheet.parameters.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
+    deserialise_grabs(sheet, from)
+}
 
-    fn deserialise_grabs(&mut self, from: &mut StateReader) -> ReadResult {
-        let mut pulls = Vec::new();
-        for _ in 0..from.length(59)? {
-            pulls.push(GrabSpring::deserialise(from, self.node_count())?);
-        }
-        let same = pulls.len() == self.grabs.len() && pulls.iter().zip(&self.grabs).all(|(a, b)| a.is_same_grab(b));
-        if same {
-            let targets = pulls.iter().enumerate();
-            return targets.into_iter().try_for_each(|(i, p)| self.pull(i, p.target).map_err(|_| CorruptState));
-        }
-        while self.release_grab(0) {}
-        for pull in pulls {
-            self.grabs.push(pull);
-            self.add_pull();
-        }
-        Ok(())
+fn deserialise_grabs(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let mut pulls = Vec::new();
+    for _ in 0..from.length(59)? {
+        pulls.push(GrabSpring::deserialise(from, sheet.node_count())?);
     }
+    let same = pulls.len() == sheet.grabs.len() && pulls.iter().zip(&sheet.grabs).all(|(a, b)| a.is_same_grab(b));
+    if same {
+        let targets = pulls.iter().enumerate();
+        return targets.into_iter().try_for_each(|(i, p)| sheet.pull(i, p.target).map_err(|_| CorruptState));
+    }
+    while sheet.release_grab(0) {}
+    for pull in pulls {
+        sheet.grabs.push(pull);
+        grab::add_pull(sheet);
+    }
+    Ok(())
+}
 
-    /// Serialise the state that a step takes from earlier steps, without contact.
-    pub(crate) fn serialise_state(&self, to: &mut StateWriter, clearance: impl FnOnce(&mut StateWriter)) {
-        // Every field is named: a new one that is not serialised does not compile.
-        let SheetState {
-            x: _,
-            v: _,
-            status: _,
-            counters: _,
-            rest_time: _,
-            rest_positions: _,
-            interpenetration: _,
-            displaced: _,
-            touching,
-            adhesion,
-            heat,
-            inelastic: _,
-            fracture,
-            buckle_detector,
-        } = &self.state;
-        self.pins.serialise(to);
-        to.number(self.parameters.drag.pressure);
-        self.state.serialise_motion(to);
-        if let Some(tears) = fracture {
-            to.flags(tears.cells());
-            tears.serialise(to);
-        }
-        to.flag(heat.is_some());
-        heat.iter().for_each(|heat| heat.serialise(to));
-        if self.is_changed() {
-            self.serialise_changes(to);
-        }
-        self.recovery.iter().for_each(|guard| guard.state.serialise(to));
-        self.serialise_history(to);
-        to.flags(touching);
-        to.flag(self.work.stage.has_diverged);
-        clearance(to);
-        to.flag(adhesion.is_some());
-        adhesion.iter().for_each(|stuck| stuck.serialise(to));
-        to.flag(buckle_detector.is_some());
-        buckle_detector.iter().for_each(|watch| watch.serialise(to));
+/// Serialise the state that a step takes from earlier steps, without contact.
+pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: impl FnOnce(&mut StateWriter)) {
+    // Every field is named: a new one that is not serialised does not compile.
+    let SheetState {
+        x: _,
+        v: _,
+        status: _,
+        counters: _,
+        rest_time: _,
+        rest_positions: _,
+        interpenetration: _,
+        displaced: _,
+        touching,
+        adhesion,
+        heat,
+        inelastic: _,
+        fracture,
+        buckle_detector,
+    } = &sheet.state;
+    sheet.pins.serialise(to);
+    to.number(sheet.parameters.drag.pressure);
+    sheet.state.serialise_motion(to);
+    if let Some(tears) = fracture {
+        to.flags(tears.cells());
+        tears.serialise(to);
     }
+    to.flag(heat.is_some());
+    heat.iter().for_each(|heat| heat.serialise(to));
+    if is_changed(sheet) {
+        serialise_changes(sheet, to);
+    }
+    sheet.recovery.iter().for_each(|guard| guard.state.serialise(to));
+    serialise_history(sheet, to);
+    to.flags(touching);
+    to.flag(sheet.work.stage.has_diverged);
+    clearance(to);
+    to.flag(adhesion.is_some());
+    adhesion.iter().for_each(|stuck| stuck.serialise(to));
+    to.flag(buckle_detector.is_some());
+    buckle_detector.iter().for_each(|watch| watch.serialise(to));
+}
 
-    /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
-    /// this sheet.
-    pub(crate) fn deserialise_state(
-        &mut self,
-        from: &mut StateReader,
-        clearance: impl FnOnce(&mut StateReader, usize) -> ReadResult,
-    ) -> ReadResult {
-        let masses = self.node_count();
-        deserialise_pins(self, from)?;
-        self.parameters.drag.pressure = from.number()?;
-        let rest = self.state.deserialise_motion(from)?;
-        self.deserialise_fracture(from)?;
-        self.deserialise_heat(from)?;
-        if self.is_changed() {
-            self.deserialise_changes(from)?;
-        }
-        if self.recovery.is_some() {
-            let state = RecoveryState::deserialise(from)?;
-            self.restore_recovery_state(Some(state));
-        }
-        self.deserialise_history(from)?;
-        deserialise_touching(self, from)?;
-        self.work.stage.has_diverged = from.flag()?;
-        clearance(from, masses)?;
-        self.state.displaced = false;
-        self.deserialise_adhesion(from)?;
-        deserialise_buckle_detector(self, from)?;
-        // Deserialising the other state may have woken the sheet.
-        self.state.set_rest(rest);
-        Ok(())
+/// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
+/// this sheet.
+pub(crate) fn deserialise_state(
+    sheet: &mut Sheet,
+    from: &mut StateReader,
+    clearance: impl FnOnce(&mut StateReader, usize) -> ReadResult,
+) -> ReadResult {
+    let masses = sheet.node_count();
+    deserialise_pins(sheet, from)?;
+    sheet.parameters.drag.pressure = from.number()?;
+    let rest = sheet.state.deserialise_motion(from)?;
+    deserialise_fracture(sheet, from)?;
+    deserialise_heat(sheet, from)?;
+    if is_changed(sheet) {
+        deserialise_changes(sheet, from)?;
     }
+    if sheet.recovery.is_some() {
+        let state = RecoveryState::deserialise(from)?;
+        instability::restore_recovery_state(sheet, Some(state));
+    }
+    deserialise_history(sheet, from)?;
+    deserialise_touching(sheet, from)?;
+    sheet.work.stage.has_diverged = from.flag()?;
+    clearance(from, masses)?;
+    sheet.state.displaced = false;
+    deserialise_adhesion(sheet, from)?;
+    deserialise_buckle_detector(sheet, from)?;
+    // Deserialising the other state may have woken the sheet.
+    sheet.state.set_rest(rest);
+    Ok(())
+}
 
-    pub(super) fn deserialise_adhesion(&mut self, from: &mut StateReader) -> ReadResult {
-        let masses = self.node_count();
-        self.state.adhesion =
-            if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
-        Ok(())
-    }
+pub(super) fn deserialise_adhesion(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let masses = sheet.node_count();
+    sheet.state.adhesion = if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
+    Ok(())
+}
 
-    /// Fix exactly the nodes that are pinned or detached.
-    fn fix_pinned_nodes(&mut self) {
-        let mut held = vec![false; self.node_count()];
-        self.pins.masses().for_each(|m| held[m as usize] = true);
-        for (i, held) in held.into_iter().enumerate() {
-            self.inverse_mass[i] = if held || self.is_detached(i) { 0.0 } else { 1.0 / self.model.mass[i] };
-        }
-        self.invalidate_system();
+/// Fix exactly the nodes that are pinned or detached.
+fn fix_pinned_nodes(sheet: &mut Sheet) {
+    let mut held = vec![false; sheet.node_count()];
+    sheet.pins.masses().for_each(|m| held[m as usize] = true);
+    for (i, held) in held.into_iter().enumerate() {
+        sheet.inverse_mass[i] = if held || sheet.is_detached(i) { 0.0 } else { 1.0 / sheet.model.mass[i] };
     }
+    attachment::invalidate_system(sheet);
+}
 
-    fn deserialise_fracture(&mut self, from: &mut StateReader) -> ReadResult {
-        if self.state.fracture.is_none() {
-            return Ok(());
-        }
-        let mut cells = Vec::new();
-        from.flags(&mut cells)?;
-        if self.open_cells().is_none_or(|own| own.len() != cells.len()) {
-            return Err(CorruptState);
-        }
-        self.set_open(&cells);
-        self.state.fracture.as_mut().map_or(Ok(()), |tears| tears.deserialise(from))
+fn deserialise_fracture(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    if sheet.state.fracture.is_none() {
+        return Ok(());
     }
+    let mut cells = Vec::new();
+    from.flags(&mut cells)?;
+    if sheet.open_cells().is_none_or(|own| own.len() != cells.len()) {
+        return Err(CorruptState);
+    }
+    fracture::set_open(sheet, &cells);
+    sheet.state.fracture.as_mut().map_or(Ok(()), |tears| tears.deserialise(from))
+}
 
-    fn deserialise_heat(&mut self, from: &mut StateReader) -> ReadResult {
-        if !from.flag()? {
-            return if self.state.heat.is_none() { Ok(()) } else { Err(CorruptState) };
-        }
-        self.deserialise_temperatures(from)
+fn deserialise_heat(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    if !from.flag()? {
+        return if sheet.state.heat.is_none() { Ok(()) } else { Err(CorruptState) };
     }
+    deserialise_temperatures(sheet, from)
+}
 
-    pub(super) fn deserialise_temperatures(&mut self, from: &mut StateReader) -> ReadResult {
-        self.start_temperatures(crate::units::temperature::REFERENCE);
-        let Some(mut heat) = self.state.heat.take() else { return Err(CorruptState) };
-        let taken = heat.deserialise(from, self);
-        self.state.heat = Some(heat);
-        taken
-    }
+pub(super) fn deserialise_temperatures(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    temperature::start_temperatures(sheet, crate::units::temperature::REFERENCE);
+    let Some(mut heat) = sheet.state.heat.take() else { return Err(CorruptState) };
+    let taken = heat.deserialise(from, sheet);
+    sheet.state.heat = Some(heat);
+    taken
+}
 
-    fn own_elements(&self) -> &[Box<dyn Element>] {
-        &self.elements[..self.elements.len() - self.grabs.len()]
-    }
+fn own_elements(sheet: &Sheet) -> &[Box<dyn Element>] {
+    &sheet.elements[..sheet.elements.len() - sheet.grabs.len()]
+}
 
-    pub(super) fn serialise_changes(&self, to: &mut StateWriter) {
-        for list in [&self.springs.stiffness, &self.springs.rest, &self.springs.damping] {
-            to.numbers(list);
-        }
-        self.own_elements().iter().for_each(|e| e.serialise_changes(to));
-        self.state.inelastic.iter().for_each(|flow| flow.serialise(to));
+pub(super) fn serialise_changes(sheet: &Sheet, to: &mut StateWriter) {
+    for list in [&sheet.springs.stiffness, &sheet.springs.rest, &sheet.springs.damping] {
+        to.numbers(list);
     }
+    own_elements(sheet).iter().for_each(|e| e.serialise_changes(to));
+    sheet.state.inelastic.iter().for_each(|flow| flow.serialise(to));
+}
 
-    pub(super) fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        let count = self.springs.len();
-        let mut lists = [(); 3].map(|()| vec![0.0; count]);
-        lists.iter_mut().try_for_each(|list| from.numbers(list))?;
-        let [stiffness, rest, damping] = lists;
-        for i in 0..count {
-            self.springs.set_law(i, stiffness[i], damping[i]);
-            self.springs.set_rest(i, rest[i]);
-        }
-        self.parameters.springs.has_dashpots = self.springs.is_damped();
-        let own = self.elements.len() - self.grabs.len();
-        self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_changes(from))?;
-        if let Some(flow) = &mut self.state.inelastic {
-            flow.deserialise(from)?;
-        }
-        if let Some(system) = &mut self.system {
-            system.refresh(&self.springs);
-        }
-        Ok(())
+pub(super) fn deserialise_changes(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let count = sheet.springs.len();
+    let mut lists = [(); 3].map(|()| vec![0.0; count]);
+    lists.iter_mut().try_for_each(|list| from.numbers(list))?;
+    let [stiffness, rest, damping] = lists;
+    for i in 0..count {
+        sheet.springs.set_law(i, stiffness[i], damping[i]);
+        sheet.springs.set_rest(i, rest[i]);
     }
+    sheet.parameters.springs.has_dashpots = sheet.springs.is_damped();
+    let own = sheet.elements.len() - sheet.grabs.len();
+    sheet.elements[..own].iter_mut().try_for_each(|e| e.deserialise_changes(from))?;
+    if let Some(flow) = &mut sheet.state.inelastic {
+        flow.deserialise(from)?;
+    }
+    if let Some(system) = &mut sheet.system {
+        system.refresh(&sheet.springs);
+    }
+    Ok(())
+}
 
-    /// Serialise the history of an implicit integrator; empty before its first step and after a
-    /// restart.
-    fn serialise_history(&self, to: &mut StateWriter) {
-        self.engine.serialise(to);
-        let begun = self.last_field.zip(self.system.as_ref());
-        to.flag(begun.is_some());
-        if let Some((field, system)) = begun {
-            to.vector(field.gravity);
-            to.numbers(&[field.air, field.air_density]);
-            to.vector(field.wind);
-            system.springs.serialise_history(to);
-            self.own_elements().iter().for_each(|e| e.serialise_history(to));
-        }
+/// Serialise the history of an implicit integrator; empty before its first step and after a
+/// restart.
+fn serialise_history(sheet: &Sheet, to: &mut StateWriter) {
+    sheet.engine.serialise(to);
+    let begun = sheet.last_field.zip(sheet.system.as_ref());
+    to.flag(begun.is_some());
+    if let Some((field, system)) = begun {
+        to.vector(field.gravity);
+        to.numbers(&[field.air, field.air_density]);
+        to.vector(field.wind);
+        system.springs.serialise_history(to);
+        own_elements(sheet).iter().for_each(|e| e.serialise_history(to));
     }
+}
 
-    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
-        self.engine.deserialise(from, self.node_count())?;
-        self.last_field = None;
-        if !from.flag()? {
-            return Ok(());
-        }
-        let (gravity, air, air_density) = (from.vector()?, from.number()?, from.number()?);
-        let field = Field { gravity, air, air_density, wind: from.vector()? };
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
-        system.forget_constant();
-        let taken = system.springs.deserialise_history(from);
-        self.system = Some(system);
-        taken?;
-        let own = self.elements.len() - self.grabs.len();
-        self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_history(from))?;
-        self.last_field = Some(field);
-        Ok(())
+fn deserialise_history(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    sheet.engine.deserialise(from, sheet.node_count())?;
+    sheet.last_field = None;
+    if !from.flag()? {
+        return Ok(());
     }
+    let (gravity, air, air_density) = (from.vector()?, from.number()?, from.number()?);
+    let field = Field { gravity, air, air_density, wind: from.vector()? };
+    let mut system = sheet.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(sheet)));
+    system.forget_constant();
+    let taken = system.springs.deserialise_history(from);
+    sheet.system = Some(system);
+    taken?;
+    let own = sheet.elements.len() - sheet.grabs.len();
+    sheet.elements[..own].iter_mut().try_for_each(|e| e.deserialise_history(from))?;
+    sheet.last_field = Some(field);
+    Ok(())
 }
 
 pub(super) fn serialise_material(material: &Material, to: &mut StateWriter) {
@@ -315,7 +318,7 @@ fn deserialise_pins(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
     let others = pins.deserialise(from, sheet.node_count());
     sheet.pins = pins;
     if others? {
-        sheet.fix_pinned_nodes();
+        fix_pinned_nodes(sheet);
     }
     Ok(())
 }
@@ -325,7 +328,7 @@ fn deserialise_touching(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult
     let mut touching = Vec::new();
     from.flags(&mut touching)?;
     if touching.len() == sheet.node_count() {
-        sheet.resize_workspace();
+        node_contact::resize_workspace(sheet);
         sheet.state.touching = touching;
     } else if !touching.is_empty() {
         return Err(CorruptState);

@@ -5,6 +5,9 @@
 //! surroundings: the integrator restarts, the parameters keep their present values.
 
 use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::fracture;
+use crate::sheet::instability;
+use crate::sheet::serialization;
 use crate::sheet::serialization::{deserialise_material, serialise_material};
 use crate::sheet::{RecoveryState, Sheet};
 use crate::units::temperature::REFERENCE;
@@ -25,77 +28,75 @@ pub(crate) struct SavedSheetState {
     bytes: Vec<u8>,
 }
 
-impl Sheet {
-    /// Copy the present state.
-    pub(crate) fn to_state(&self) -> SavedSheetState {
-        let mut to = StateWriter::default();
-        self.state.serialise_motion(&mut to);
-        self.state.heat.iter().for_each(|heat| heat.serialise(&mut to));
-        if self.is_changed() {
-            serialise_material(&self.parameters.material, &mut to);
-            self.serialise_changes(&mut to);
-        }
-        to.flag(self.recovery.is_some());
-        self.recovery.iter().for_each(|guard| guard.state.serialise(&mut to));
-        to.flag(self.state.adhesion.is_some());
-        self.state.adhesion.iter().for_each(|bonds| bonds.serialise(&mut to));
-        SavedSheetState {
-            nodes: self.node_count(),
-            springs: self.springs.len(),
-            elements: self.elements.len() - self.grabs.len(),
-            temperatures_per_node: self.state.heat.as_ref().map_or(0, |heat| heat.points()),
-            is_inelastic: self.state.inelastic.is_some(),
-            is_changed: self.is_changed(),
-            open: self.torn_cells(),
-            bytes: to.bytes,
-        }
+/// Copy the present state.
+pub(crate) fn to_state(sheet: &Sheet) -> SavedSheetState {
+    let mut to = StateWriter::default();
+    sheet.state.serialise_motion(&mut to);
+    sheet.state.heat.iter().for_each(|heat| heat.serialise(&mut to));
+    if serialization::is_changed(sheet) {
+        serialise_material(&sheet.parameters.material, &mut to);
+        serialization::serialise_changes(sheet, &mut to);
     }
+    to.flag(sheet.recovery.is_some());
+    sheet.recovery.iter().for_each(|guard| guard.state.serialise(&mut to));
+    to.flag(sheet.state.adhesion.is_some());
+    sheet.state.adhesion.iter().for_each(|bonds| bonds.serialise(&mut to));
+    SavedSheetState {
+        nodes: sheet.node_count(),
+        springs: sheet.springs.len(),
+        elements: sheet.elements.len() - sheet.grabs.len(),
+        temperatures_per_node: sheet.state.heat.as_ref().map_or(0, |heat| heat.points()),
+        is_inelastic: sheet.state.inelastic.is_some(),
+        is_changed: serialization::is_changed(sheet),
+        open: fracture::torn_cells(sheet),
+        bytes: to.bytes,
+    }
+}
 
-    /// Whether `state` is compatible with this sheet.
-    pub(crate) fn accepts_state(&self, state: &SavedSheetState) -> bool {
-        let cells = self.open_cells().map_or(0, <[bool]>::len);
-        // A later change of the slits leaves the nodes as they are.
-        let same_cells = state.open.len() == cells || !state.open.contains(&true);
-        let points = if self.model.described_temperature.has_gradient { 2 } else { 1 };
-        let same_elements = state.elements == self.elements.len() - self.grabs.len()
-            && state.springs == self.springs.len()
-            && state.is_inelastic == self.state.inelastic.is_some();
-        state.nodes == self.node_count()
-            && same_cells
-            && (state.temperatures_per_node == 0 || state.temperatures_per_node == points)
-            && (!state.is_changed || same_elements)
-    }
+/// Whether `state` is compatible with this sheet.
+pub(crate) fn accepts_state(sheet: &Sheet, state: &SavedSheetState) -> bool {
+    let cells = sheet.open_cells().map_or(0, <[bool]>::len);
+    // A later change of the slits leaves the nodes as they are.
+    let same_cells = state.open.len() == cells || !state.open.contains(&true);
+    let points = if sheet.model.described_temperature.has_gradient { 2 } else { 1 };
+    let same_elements = state.elements == sheet.elements.len() - sheet.grabs.len()
+        && state.springs == sheet.springs.len()
+        && state.is_inelastic == sheet.state.inelastic.is_some();
+    state.nodes == sheet.node_count()
+        && same_cells
+        && (state.temperatures_per_node == 0 || state.temperatures_per_node == points)
+        && (!state.is_changed || same_elements)
+}
 
-    /// Restore a compatible `state`. The integrator restarts; the material stays as it is.
-    pub(crate) fn restore(&mut self, state: &SavedSheetState) -> ReadResult {
-        let mut from = StateReader::new(&state.bytes);
-        self.wake();
-        let rest = self.state.deserialise_motion(&mut from)?;
-        self.set_open(&state.open);
-        if state.temperatures_per_node > 0 {
-            self.deserialise_temperatures(&mut from)?;
-            self.state.heat.iter_mut().for_each(|heat| heat.discard_network());
-        } else if self.state.heat.is_some() {
-            // A state without temperatures is at the reference temperature.
-            let _ = self.set_temperatures(|_| REFERENCE);
-        }
-        if state.is_changed {
-            // The changes refer to the material of their time. Both materials are valid, and a
-            // creeping sheet keeps its creep constants, so that setting them succeeds.
-            let (then, now) = (deserialise_material(&mut from)?, self.parameters.material.clone());
-            let _ = self.set_material(then);
-            self.deserialise_changes(&mut from)?;
-            let _ = self.set_material(now);
-        }
-        let recovery = if from.flag()? { Some(RecoveryState::deserialise(&mut from)?) } else { None };
-        self.deserialise_adhesion(&mut from)?;
-        self.state.touching.fill(false);
-        self.work.stage.has_diverged = false;
-        self.restore_recovery_state(recovery);
-        self.engine.restart();
-        self.last_field = None;
-        self.system = None;
-        self.state.set_rest(rest);
-        Ok(())
+/// Restore a compatible `state`. The integrator restarts; the material stays as it is.
+pub(crate) fn restore(sheet: &mut Sheet, state: &SavedSheetState) -> ReadResult {
+    let mut from = StateReader::new(&state.bytes);
+    sheet.wake();
+    let rest = sheet.state.deserialise_motion(&mut from)?;
+    fracture::set_open(sheet, &state.open);
+    if state.temperatures_per_node > 0 {
+        serialization::deserialise_temperatures(sheet, &mut from)?;
+        sheet.state.heat.iter_mut().for_each(|heat| heat.discard_network());
+    } else if sheet.state.heat.is_some() {
+        // A state without temperatures is at the reference temperature.
+        let _ = sheet.set_temperatures(|_| REFERENCE);
     }
+    if state.is_changed {
+        // The changes refer to the material of their time. Both materials are valid, and a
+        // creeping sheet keeps its creep constants, so that setting them succeeds.
+        let (then, now) = (deserialise_material(&mut from)?, sheet.parameters.material.clone());
+        let _ = sheet.set_material(then);
+        serialization::deserialise_changes(sheet, &mut from)?;
+        let _ = sheet.set_material(now);
+    }
+    let recovery = if from.flag()? { Some(RecoveryState::deserialise(&mut from)?) } else { None };
+    serialization::deserialise_adhesion(sheet, &mut from)?;
+    sheet.state.touching.fill(false);
+    sheet.work.stage.has_diverged = false;
+    instability::restore_recovery_state(sheet, recovery);
+    sheet.engine.restart();
+    sheet.last_field = None;
+    sheet.system = None;
+    sheet.state.set_rest(rest);
+    Ok(())
 }

@@ -29,25 +29,23 @@ impl StageTrace {
     }
 }
 
-impl Sheet {
-    /// Record the positions of the nodes at the end of every later stage, for rigs that test
-    /// paths.
-    #[doc(hidden)]
-    pub fn record_stages(&mut self) {
-        self.work.trace = Some(Box::default());
-    }
+/// Record the positions of the nodes at the end of every later stage, for rigs that test
+/// paths.
+#[doc(hidden)]
+pub fn record_stages(sheet: &mut Sheet) {
+    sheet.work.trace = Some(Box::default());
+}
 
-    /// Times after the start of the last step (s) and positions (m) at the end of each of its
-    /// stages; `None` without recording.
-    #[doc(hidden)]
-    pub fn recorded_stages(&self) -> Option<&[(f64, Vectors)]> {
-        self.work.trace.as_ref().map(|trace| &trace.ends[..])
-    }
+/// Times after the start of the last step (s) and positions (m) at the end of each of its
+/// stages; `None` without recording.
+#[doc(hidden)]
+pub fn recorded_stages(sheet: &Sheet) -> Option<&[(f64, Vectors)]> {
+    sheet.work.trace.as_ref().map(|trace| &trace.ends[..])
+}
 
-    /// Call `with` on the trace of a sheet with recording.
-    pub(crate) fn update_trace(&mut self, with: impl FnOnce(&mut StageTrace, &Vectors)) {
-        if let Some(trace) = &mut self.work.trace {
-            with(trace, &self.state.x);
-        }
+/// Call `with` on the trace of a sheet with recording.
+pub(crate) fn update_trace(sheet: &mut Sheet, with: impl FnOnce(&mut StageTrace, &Vectors)) {
+    if let Some(trace) = &mut sheet.work.trace {
+        with(trace, &sheet.state.x);
     }
 }

@@ -8,6 +8,7 @@ use crate::error::{InputError, check_range};
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatMode, Placement, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::temperature;
 use crate::sheet::{Sheet, Status};
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceParameter, Surroundings, TABLE, hot_body};
 use crate::thermal::thesis_mode::ThesisHeat;
@@ -153,11 +154,11 @@ impl ThermalModel {
     }
 
     fn heat(&mut self, index: usize, sheet: &mut Sheet, moment: &SourceInputs, span: f64) {
-        sheet.start_temperatures(moment.room.celsius);
+        temperature::start_temperatures(sheet, moment.room.celsius);
         // A sheet at the temperature of its surroundings keeps it.
         let is_even = sheet.state.heat.as_ref().is_some_and(|heat| heat.is_all_at(moment.room.celsius));
         if is_even && !self.sources.iter().any(|s| s.is_active()) {
-            return sheet.update_thermal_stiffness();
+            return temperature::update_thermal_stiffness(sheet);
         }
         let Some(mut heat) = sheet.state.heat.take() else { return };
         let body = heat.body(sheet);
@@ -167,7 +168,7 @@ impl ThermalModel {
         self.sources.iter_mut().for_each(|source| source.add_exchange(index, moment, &mut target));
         heat.advance(span);
         sheet.state.heat = Some(heat);
-        sheet.update_thermal_stiffness();
+        temperature::update_thermal_stiffness(sheet);
     }
 
     /// Serialise the settings of the model and its sources.

@@ -20,6 +20,7 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
+use crate::sheet::temperature;
 use crate::thermal::source::Surroundings;
 use crate::units::temperature::REFERENCE;
 
@@ -72,7 +73,7 @@ impl ThesisHeat {
 
     /// Set the stiffness of `sheet` from the room and the heaters.
     pub fn apply(&self, sheet: &mut Sheet, room: &Surroundings) {
-        sheet.start_temperatures(room.celsius);
+        temperature::start_temperatures(sheet, room.celsius);
         let Some(mut heat) = sheet.state.heat.take() else { return };
         let whole = sheet.material().young * sheet.material().thickness;
         let centre = sheet.centre_of_mass();
@@ -96,7 +97,7 @@ impl ThesisHeat {
             (1.0 - (oven + each.sum::<f64>()) / whole).max(MIN_STIFFNESS)
         });
         sheet.state.heat = Some(heat);
-        sheet.update_thermal_stiffness();
+        temperature::update_thermal_stiffness(sheet);
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error::InputError;
 use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
+use crate::sheet::attachment;
 use crate::thermal::ThermalModel;
 use crate::world::serialization::StructureChecksum;
 use crate::world::{World, unique_name};
@@ -54,7 +55,7 @@ impl World {
             }
             self.make = StructureChecksum::new(&self.scene);
             for sheet in &mut self.sheets {
-                index.into_iter().for_each(|i| sheet.detach_body(i));
+                index.into_iter().for_each(|i| attachment::detach_body(sheet, i));
                 sheet.wake();
             }
         }

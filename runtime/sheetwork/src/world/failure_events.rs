@@ -3,6 +3,8 @@
 
 use crate::islands::event::{Event, EventKind};
 use crate::sheet::Status;
+use crate::sheet::buckling;
+use crate::sheet::fracture;
 use crate::world::World;
 
 impl World {
@@ -15,7 +17,7 @@ impl World {
                 continue;
             }
             let before = sheet.opening_revision();
-            let opening = sheet.open_cells_after_step();
+            let opening = fracture::open_cells_after_step(sheet);
             changed |= sheet.opening_revision() != before;
             if opening.is_some() {
                 let event = Event::new(self.time, EventKind::Torn, &sheet.name, None);
@@ -31,7 +33,7 @@ impl World {
     /// with place and energy. Costs one evaluation of forces and energy per step and moving sheet.
     pub fn set_buckling_detection(&mut self, watch: bool) {
         self.buckling = watch;
-        self.sheets.iter_mut().for_each(|s| s.set_buckling_detection(watch));
+        self.sheets.iter_mut().for_each(|s| buckling::set_buckling_detection(s, watch));
     }
 
     /// Whether the detection of buckling is enabled.
@@ -45,8 +47,8 @@ impl World {
         }
         for sheet in &mut self.sheets {
             // Sheets added later are enabled here.
-            sheet.set_buckling_detection(true);
-            if let Some(buckle) = sheet.detect_buckling(from) {
+            buckling::set_buckling_detection(sheet, true);
+            if let Some(buckle) = buckling::detect_buckling(sheet, from) {
                 let event = Event::new(buckle.time, EventKind::Buckled, &sheet.name, None);
                 let (place_m, energy_j) = (Some(buckle.place.to_array()), Some(buckle.energy));
                 self.events.push(Event { place_m, energy_j, ..event });

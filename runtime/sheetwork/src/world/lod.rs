@@ -14,6 +14,7 @@ use crate::error::{InputError, check_range};
 use crate::mesh::structure::nodes_of;
 use crate::scene::{DetailSpec, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::node_contact;
 use crate::sheet::{Sheet, Status};
 use crate::world::World;
 use crate::world::lod_cost::{LodCandidate, LodPlanner, cost_of};
@@ -143,7 +144,7 @@ impl SheetLod {
             let mean = self.solves.unwrap_or(taken as f64);
             self.solves = Some(mean + MEAN_WEIGHT * (taken as f64 - mean));
         }
-        taken as f64 * cost_of(sheet.node_count(), !sheet.is_explicit())
+        taken as f64 * cost_of(sheet.node_count(), !node_contact::is_explicit(sheet))
     }
 
     /// Cost of a step of `sheet` on `grid`, ns.
@@ -152,7 +153,7 @@ impl SheetLod {
             return 0.0;
         }
         let masses = nodes_of((grid.0, sheet.model.grid.1, grid.1)) as usize;
-        self.solves.unwrap_or(DEFAULT_SOLVES) * cost_of(masses, !sheet.is_explicit())
+        self.solves.unwrap_or(DEFAULT_SOLVES) * cost_of(masses, !node_contact::is_explicit(sheet))
     }
 }
 

@@ -42,6 +42,11 @@ use crate::rigid::{BodyState, RigidView, RigidWorld};
 use crate::scene::IntegratorKind;
 use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::Field;
+use crate::sheet::air_parameters;
+use crate::sheet::attachment;
+use crate::sheet::equilibrium;
+use crate::sheet::temperature;
+use crate::sheet::temperature::spots;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::thermal::ThermalModel;
 use crate::world::serialization::StructureChecksum;
@@ -117,10 +122,10 @@ impl World {
         let heat = ThermalModel::of(scene)?.map(Box::new);
         if heat.is_some() {
             // An oven that is on begins with sheets at ambient temperature.
-            sheets.iter_mut().for_each(|s| s.start_temperatures(scene.ambient_temperature));
+            sheets.iter_mut().for_each(|s| temperature::start_temperatures(s, scene.ambient_temperature));
         }
         for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
-            let warmed = sheet.heat_spots(&spec.spots, scene.ambient_temperature);
+            let warmed = spots::heat_spots(sheet, &spec.spots, scene.ambient_temperature);
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
         let contacts = sheets.iter().map(|_| SheetContact::default()).collect();
@@ -229,7 +234,7 @@ impl World {
     /// Returns the result of each sheet, in order.
     pub fn find_equilibrium(&mut self, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
-        self.sheets.iter_mut().map(|s| s.find_equilibrium(field, tolerance)).collect()
+        self.sheets.iter_mut().map(|s| equilibrium::find_equilibrium(s, field, tolerance)).collect()
     }
 
     /// Creep of every sheet over `dt` (s), in equilibrium throughout; see
@@ -237,7 +242,7 @@ impl World {
     #[doc(hidden)]
     pub fn creep_in_equilibrium(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
-        self.sheets.iter_mut().map(|s| s.creep_in_equilibrium(field, dt, tolerance)).collect()
+        self.sheets.iter_mut().map(|s| equilibrium::creep_in_equilibrium(s, field, dt, tolerance)).collect()
     }
 
     fn field(&self) -> Field {
@@ -263,7 +268,7 @@ impl World {
         let now = self.time + 1e-9 * dt;
         for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
             let slept = sheet.state.status == Status::Asleep;
-            sheet.release_pins(now);
+            attachment::release_pins(sheet, now);
             if slept && sheet.state.status != Status::Asleep {
                 touches.events.push((self.time, EventKind::Woke, None));
             }
@@ -275,7 +280,7 @@ impl World {
         let Some(rigid) = rigid else { return };
         self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
         let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-        self.sheets.iter_mut().for_each(|s| s.set_body_motion(self.time, dt, states));
+        self.sheets.iter_mut().for_each(|s| attachment::set_body_motion(s, self.time, dt, states));
     }
 
     /// Set the dynamic bodies to their state after contact with sheets.
@@ -320,7 +325,7 @@ impl World {
             sheets_meet: self.scene.contact.sheets,
             watch: &self.watch,
         };
-        self.sheets.iter_mut().for_each(|s| s.update_pressure(stage.time + stage.dt));
+        self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, stage.time + stage.dt));
         let many = self.sheets.len() > 1;
         let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
@@ -432,10 +437,10 @@ impl World {
         attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
         let heat = if self.heat.is_some() { None } else { ThermalModel::of(&self.scene)?.map(Box::new) };
         if self.heat.is_some() || heat.is_some() {
-            sheet.start_temperatures(*ambient_temperature);
+            temperature::start_temperatures(&mut sheet, *ambient_temperature);
         }
         let spots = sheets.last().map_or(&[][..], |spec| &spec.spots);
-        sheet.heat_spots(spots, *ambient_temperature)?;
+        spots::heat_spots(&mut sheet, spots, *ambient_temperature)?;
         Ok((sheet, heat))
     }
 
@@ -633,7 +638,7 @@ fn named(scene: &Scene) -> Scene {
 
 /// Attach a sheet to the bodies that its pins name.
 fn attach_to_bodies(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError> {
-    sheet.attach_to_bodies(|name| {
+    attachment::attach_to_bodies(sheet, |name| {
         let rigid = rigid?;
         let index = rigid.index_of(name)?;
         Some((index, *rigid.state(index)?))

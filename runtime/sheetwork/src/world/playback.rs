@@ -5,6 +5,8 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::sheet::Sheet;
+use crate::sheet::fracture;
+use crate::sheet::temperature::playback;
 use crate::world::World;
 use crate::world::recording::RecordedFrame;
 
@@ -47,10 +49,10 @@ impl World {
             }
             match frame.open_of(index) {
                 // No open cell.
-                [] => sheet.set_open(&vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
-                cells => sheet.set_open(cells),
+                [] => fracture::set_open(sheet, &vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
+                cells => fracture::set_open(sheet, cells),
             }
-            sheet.show_temperatures(frame.temperatures_of(index));
+            playback::show_temperatures(sheet, frame.temperatures_of(index));
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, (position, rotation)) in frame.bodies.iter().enumerate() {

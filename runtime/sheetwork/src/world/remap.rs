@@ -8,6 +8,9 @@ use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::sheet::buckling;
+use crate::sheet::remap;
+use crate::sheet::remap::outline;
 use crate::world::World;
 
 /// Numbers of nodes along length and width.
@@ -65,14 +68,14 @@ impl World {
         if grid_of(old) == grid {
             return Ok(());
         }
-        old.check_grid_change(&self.scene.sheets[index])?;
+        remap::check_grid_change(old, &self.scene.sheets[index])?;
         let mut new = self.build_sheet_on_grid(index, grid)?;
         let mut contact = SheetContact::default();
         if self.contacts[index].surface.is_some() {
             // The collision surface is built from the positions at rest, which the sheet has here.
             contact.prepare_surface(&new);
         }
-        new.take_state_from(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
+        remap::take_state_from(&mut new, &self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
         self.discard_contact_cache(index);
         self.contacts[index] = contact;
         self.sheets[index] = new;
@@ -86,7 +89,7 @@ impl World {
         let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
         crate::world::attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
         sheet.name.clone_from(&self.sheets[index].name);
-        sheet.copy_described_mesh(&self.sheets[index]);
+        outline::copy_described_mesh(&mut sheet, &self.sheets[index]);
         Ok(sheet)
     }
 
@@ -108,9 +111,9 @@ impl World {
         let mut new = Vec::new();
         for (index, grid) in grids.iter().enumerate() {
             if grid_of(&self.sheets[index]) != *grid {
-                let watched = self.sheets[index].detects_buckling();
+                let watched = buckling::detects_buckling(&self.sheets[index]);
                 let mut sheet = self.build_sheet_on_grid(index, *grid).map_err(|_| CorruptState)?;
-                sheet.set_buckling_detection(watched);
+                buckling::set_buckling_detection(&mut sheet, watched);
                 new.push((index, sheet, SheetContact::default()));
             }
         }

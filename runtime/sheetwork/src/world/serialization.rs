@@ -13,6 +13,8 @@ use crate::error::InputError;
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::sheet::buckling;
+use crate::sheet::serialization;
 use crate::world::World;
 use crate::world::remap::{Grid, deserialise_grids, grid_of, serialise_grids};
 
@@ -111,7 +113,7 @@ impl World {
     fn structure_checksum(&self) -> u32 {
         let mut to = StateWriter::default();
         to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
-        self.sheets.iter().for_each(|s| s.serialise_layout(&mut to));
+        self.sheets.iter().for_each(|s| serialization::serialise_layout(s, &mut to));
         to.count(self.rigid.as_ref().map_or(0, |r| 1 + r.bodies().len() as u64));
         to.count(self.heat.as_ref().map_or(0, |h| 1 + h.sources() as u64));
         crc32fast::hash(&to.bytes)
@@ -121,13 +123,13 @@ impl World {
         to.bytes.extend_from_slice(&self.structure_checksum().to_le_bytes());
         to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
         serialise_grids(&self.sheets, to);
-        self.sheets.iter().for_each(|s| to.flag(s.is_changed()));
+        self.sheets.iter().for_each(|s| to.flag(serialization::is_changed(s)));
         let settings = self.serialise_settings();
         to.blob(&settings);
         self.rigid.iter().for_each(|rigid| rigid.serialise(to));
         for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
             contact.keep_surface(to);
-            sheet.serialise_state(to, |to| contact.clearance.serialise(to, sheet.state.displaced));
+            serialization::serialise_state(sheet, to, |to| contact.clearance.serialise(to, sheet.state.displaced));
         }
         self.groups.serialise(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.serialise(to));
@@ -144,7 +146,7 @@ impl World {
         deserialise_grids(&mut from)?;
         for index in 0..self.sheets.len() {
             // Changes by heat, creep and fracture are undone only by building the sheet again.
-            if !from.flag()? && self.sheets[index].is_changed() {
+            if !from.flag()? && serialization::is_changed(&self.sheets[index]) {
                 self.rebuild_sheet(index)?;
             }
         }
@@ -157,7 +159,9 @@ impl World {
         }
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
             contact.take_surface(sheet, &mut from)?;
-            sheet.deserialise_state(&mut from, |from, masses| contact.clearance.deserialise(from, masses))?;
+            serialization::deserialise_state(sheet, &mut from, |from, masses| {
+                contact.clearance.deserialise(from, masses)
+            })?;
             contact.prepare_opened(sheet);
         }
         self.groups.deserialise(&mut self.contacts, &mut from)?;
@@ -177,10 +181,10 @@ impl World {
 
     /// Build the sheet `index` of the scene again.
     fn rebuild_sheet(&mut self, index: usize) -> ReadResult {
-        let watched = self.sheets[index].detects_buckling();
+        let watched = buckling::detects_buckling(&self.sheets[index]);
         let grid = grid_of(&self.sheets[index]);
         let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
-        sheet.set_buckling_detection(watched);
+        buckling::set_buckling_detection(&mut sheet, watched);
         self.sheets[index] = sheet;
         self.contacts[index] = SheetContact::default();
         Ok(())
@@ -200,7 +204,7 @@ impl World {
         to.blob(&contact);
         self.heat.iter().for_each(|heat| heat.serialise_settings(&mut to));
         self.detail.iter().for_each(|detail| detail.serialise_settings(&mut to));
-        self.sheets.iter().for_each(|s| s.serialise_settings(&mut to));
+        self.sheets.iter().for_each(|s| serialization::serialise_settings(s, &mut to));
         to.bytes
     }
 
@@ -232,7 +236,7 @@ impl World {
             detail.deserialise_settings(&mut from)?;
         }
         let tolerance = self.tolerance;
-        self.sheets.iter_mut().try_for_each(|s| s.deserialise_settings(&mut from, tolerance))?;
+        self.sheets.iter_mut().try_for_each(|s| serialization::deserialise_settings(s, &mut from, tolerance))?;
         if from.is_empty() { Ok(()) } else { Err(CorruptState) }
     }
 

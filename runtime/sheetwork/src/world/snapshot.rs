@@ -11,6 +11,7 @@ use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
 use crate::serialize::CorruptState;
 use crate::sheet::SavedSheetState;
+use crate::sheet::snapshot;
 use crate::world::World;
 
 /// State of a world at one time.
@@ -47,7 +48,7 @@ impl World {
             whole: self.serialise(),
             time: self.time,
             steps: self.steps,
-            sheets: self.sheets.iter().map(|s| (s.name.clone(), s.to_state())).collect(),
+            sheets: self.sheets.iter().map(|s| (s.name.clone(), snapshot::to_state(s))).collect(),
             bodies: (0..rigid.map_or(0, |r| r.bodies().len())).filter_map(free).collect(),
             touches: self.touches.clone(),
             events: self.events.len(),
@@ -63,7 +64,7 @@ impl World {
             return Ok(());
         }
         let same = |(sheet, (name, state)): (&crate::sheet::Sheet, &(String, SavedSheetState))| {
-            sheet.name == *name && sheet.accepts_state(state)
+            sheet.name == *name && snapshot::accepts_state(sheet, state)
         };
         let sheets = self.sheets.len() == snapshot.sheets.len() && self.sheets.iter().zip(&snapshot.sheets).all(same);
         let gives = |i: usize| self.rigid.as_ref().and_then(|r| r.state(i)).is_some_and(|s| s.is_dynamic());
@@ -73,7 +74,7 @@ impl World {
             return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
         }
         for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
-            sheet.restore(state).map_err(|CorruptState| InputError::new("snapshot", "cannot be read"))?;
+            snapshot::restore(sheet, state).map_err(|CorruptState| InputError::new("snapshot", "cannot be read"))?;
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, state, asleep) in &snapshot.bodies {

@@ -9,6 +9,8 @@ use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
 use crate::sheet::Sheet;
+use crate::sheet::temperature;
+use crate::sheet::temperature::spots;
 use crate::thermal::ThermalModel;
 use crate::thermal::source::{HeatSource, heat_gun, heater, oven};
 use crate::world::{World, unique_name};
@@ -90,9 +92,9 @@ impl World {
         spots.iter().try_for_each(SpotSpec::check)?;
         if self.heat.is_none() {
             self.heat = Some(Box::new(ThermalModel::new(&self.scene)?));
-            self.sheets.iter_mut().for_each(|s| s.start_temperatures(self.scene.ambient_temperature));
+            self.sheets.iter_mut().for_each(|s| temperature::start_temperatures(s, self.scene.ambient_temperature));
         }
-        self.sheets[index].heat_spots(spots, self.scene.ambient_temperature)?;
+        spots::heat_spots(&mut self.sheets[index], spots, self.scene.ambient_temperature)?;
         if let Some(spec) = self.scene.sheets.get_mut(index) {
             spec.spots.extend_from_slice(spots);
         }
@@ -172,7 +174,9 @@ impl World {
                 self.heat = ThermalModel::of(&scene)?.map(Box::new);
                 if self.heat.is_some() {
                     // Sheets start at the ambient temperature of the old scene.
-                    self.sheets.iter_mut().for_each(|s| s.start_temperatures(self.scene.ambient_temperature));
+                    self.sheets
+                        .iter_mut()
+                        .for_each(|s| temperature::start_temperatures(s, self.scene.ambient_temperature));
                 }
             }
         }

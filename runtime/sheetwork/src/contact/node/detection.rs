@@ -22,6 +22,7 @@ use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::rigid::RigidView;
 use crate::sheet::Sheet;
 use crate::sheet::layer_stack::LayerImpact;
+use crate::sheet::node_contact;
 
 const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
@@ -43,7 +44,7 @@ pub(crate) fn resolve_node_contact(
     touch: &mut dyn TouchListener,
 ) {
     let reach = reach_of_moving(view, dt + remaining);
-    let offset = sheet.contact_offset();
+    let offset = node_contact::contact_offset(sheet);
     let margin = (SETTINGS.search_margin * sheet.model.initial_diagonal).max(2.0 * offset);
     // A sheet may have been displaced between steps, and a caller may move its own bodies without
     // setting their velocity.
@@ -109,7 +110,7 @@ fn swept_bounds(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 
 /// Test all nodes that need it against one collider, and keep the first hit of each.
 fn test_nodes(sheet: &Sheet, clearance: &mut Clearance, target: &StepTarget, dt: f64, margin: f64) {
-    let offset = sheet.contact_offset();
+    let offset = node_contact::contact_offset(sheet);
     for i in 0..sheet.state.x.len() {
         if clearance.nearest[i] < 0.0 {
             continue;
@@ -179,7 +180,7 @@ fn respond(
     from: ColliderHandle,
     another: bool,
 ) -> bool {
-    let out = respond_to_surface(flight, surface, sheet.contact_offset());
+    let out = respond_to_surface(flight, surface, node_contact::contact_offset(sheet));
     sheet.state.x.set(i, out.x);
     sheet.state.v.set(i, out.v);
     sheet.state.counters.contacts += 1;
@@ -264,7 +265,8 @@ fn separate_from_two_bodies(
             let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
             for i in clearance.between_bodies.iter().map(|i| *i as usize) {
                 let Some(surface) = target.surface_at(sheet.state.x.get(i)) else { continue };
-                let depth = sheet.contact_offset() - (sheet.state.x.get(i) - surface.point).dot(surface.normal);
+                let depth =
+                    node_contact::contact_offset(sheet) - (sheet.state.x.get(i) - surface.point).dot(surface.normal);
                 let approach = (sheet.state.v.get(i) - surface.velocity).dot(surface.normal);
                 sheet.state.x.set(i, sheet.state.x.get(i) + surface.normal * depth.max(0.0));
                 sheet.state.v.set(i, sheet.state.v.get(i) - surface.normal * approach.min(0.0));

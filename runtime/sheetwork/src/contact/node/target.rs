@@ -18,6 +18,7 @@ use crate::contact::node::response::NodeContactSurface;
 use crate::rigid::{CONVEX, RigidView};
 use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
 use crate::sheet::Sheet;
+use crate::sheet::node_contact;
 
 /// A rigid frame in `f64`.
 #[derive(Clone, Copy, Debug)]
@@ -126,8 +127,8 @@ impl<'a> StepTarget<'a> {
             TypedShape::HalfSpace(plane) => TargetShape::Plane(plane.normal),
             _ => TargetShape::Other,
         };
-        let skin = sheet.contact_offset();
-        let (friction, restitution) = view.coefficients(sheet.surface_coefficients(), handle, collider);
+        let skin = node_contact::contact_offset(sheet);
+        let (friction, restitution) = view.coefficients(node_contact::surface_coefficients(sheet), handle, collider);
         Self {
             handle,
             shape,

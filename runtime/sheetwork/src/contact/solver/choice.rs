@@ -14,6 +14,7 @@
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
 use crate::contact::workspace::ContactWorkspace;
+use crate::sheet::stage;
 
 /// The contact solver that found the positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,7 +62,7 @@ impl ContactWorkspace {
             // iteration, and another solver takes too long.
             if self.has_only_fixed_bodies {
                 // The primal solver has left contact in the factor.
-                group.for_each_sheet(|sheet| sheet.restore_factor());
+                group.for_each_sheet(|sheet| stage::restore_factor(sheet));
                 self.solve_positions_by_pgs(group, h);
                 self.position_solver = PositionSolver::Pgs;
             }
@@ -118,7 +119,7 @@ impl ContactWorkspace {
             if settled || !self.policy.accepts_unconverged || !self.has_only_fixed_bodies {
                 return settled || self.policy.accepts_unconverged;
             }
-            group.for_each_sheet(|sheet| sheet.restore_factor());
+            group.for_each_sheet(|sheet| stage::restore_factor(sheet));
             let mut dual = std::mem::take(&mut self.pgs);
             dual.begin_closed(self, group, h);
             self.pgs = dual;

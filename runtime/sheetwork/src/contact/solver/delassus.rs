@@ -15,6 +15,7 @@ use crate::integrators::implicit::staged::ContactJump;
 use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
 use crate::sheet::Sheet;
+use crate::sheet::stage;
 
 /// Contact arrays of a sheet.
 #[derive(Default)]
@@ -157,7 +158,7 @@ impl DelassusOperator {
         }
         group.each_unit(|sheet, unit| {
             if !unit.loads.is_empty() {
-                sheet.half_solve(&unit.loads, &mut unit.halves);
+                stage::half_solve(sheet, &unit.loads, &mut unit.halves);
             }
         });
         for i in first..self.active.len() {
@@ -263,7 +264,7 @@ impl DelassusOperator {
         self.forces(group, contacts);
         group.each_unit(|sheet, unit| {
             if unit.is_touched() {
-                sheet.solve_displacement(&unit.force, &mut unit.jump.dx);
+                stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dx);
                 unit.accelerate(&sheet.inverse_mass);
             }
         });
@@ -279,7 +280,7 @@ impl DelassusOperator {
         self.forces(group, contacts);
         group.each_unit(|sheet, unit| {
             if unit.is_touched() {
-                sheet.solve_displacement(&unit.force, &mut unit.jump.dv);
+                stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dv);
                 unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
         });
@@ -341,7 +342,7 @@ fn loads<'a>(
         terms.into_iter().flat_map(move |point| {
             (0..3).filter_map(move |k| {
                 let weight = point.weights[k];
-                let (row, free) = sheet.free_row(point.nodes[k]).filter(|_| weight != 0.0)?;
+                let (row, free) = stage::free_row(sheet, point.nodes[k]).filter(|_| weight != 0.0)?;
                 Some((row, (direction * free * (sign * weight)).to_array()))
             })
         })

@@ -19,6 +19,7 @@ use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver::primal::solve_counted;
 use crate::contact::solver::working_set::WorkingSet;
 use crate::contact::workspace::ContactWorkspace;
+use crate::sheet::stage;
 
 const SETTINGS: DualSettings = ContactSettings::DEFAULT.dual;
 const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
@@ -114,7 +115,7 @@ impl ContactWorkspace {
     fn solve_positions_dual_up_to(&mut self, group: &mut IslandView, h: f64, rough: bool, most: usize) -> Option<bool> {
         let (mut few, mut primal) = (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
         let factors = self.counters.factors;
-        group.for_each_sheet(|sheet| sheet.restore_factor());
+        group.for_each_sheet(|sheet| stage::restore_factor(sheet));
         few.space.delassus.clear(group);
         primal.clear();
         self.working_set.clear();
@@ -194,7 +195,7 @@ impl ContactWorkspace {
             return false;
         }
         let mut few = std::mem::take(&mut self.dual);
-        group.for_each_sheet(|sheet| sheet.restore_factor());
+        group.for_each_sheet(|sheet| stage::restore_factor(sheet));
         few.space.delassus.clear_for_velocities(group);
         few.working_set.begin(self.detected.contacts.len());
         few.working_set.new.extend_from_slice(&self.working_set);

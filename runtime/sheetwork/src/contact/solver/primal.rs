@@ -19,6 +19,7 @@ use crate::contact::solver::augmented_lagrangian::{
 };
 use crate::contact::solver::delassus::frame_of;
 use crate::contact::workspace::ContactWorkspace;
+use crate::sheet::stage;
 
 const SETTINGS: PrimalSettings = ContactSettings::DEFAULT.primal;
 const DUPLICATES: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;
@@ -104,7 +105,7 @@ impl ContactWorkspace {
             }
         }
         self.uses_sheet_tangent = self.has_only_fixed_bodies;
-        if let Some(system) = group.sheet_mut(0).system_mut().filter(|_| self.has_only_fixed_bodies) {
+        if let Some(system) = stage::system_mut(group.sheet_mut(0)).filter(|_| self.has_only_fixed_bodies) {
             self.uses_sheet_tangent = primal.constraints.iter().all(|row| covers_constraint(system.pattern(), row));
         }
         if !self.uses_sheet_tangent {
@@ -174,11 +175,11 @@ impl ContactWorkspace {
         rough: bool,
     ) -> bool {
         let accuracy = self.settings(rough, group.independent_parts());
-        let tangent: &mut dyn TangentMatrix = match group.sheet_mut(0).system_mut().filter(|_| self.uses_sheet_tangent)
-        {
-            Some(system) => system,
-            None => &mut self.island_tangent,
-        };
+        let tangent: &mut dyn TangentMatrix =
+            match stage::system_mut(group.sheet_mut(0)).filter(|_| self.uses_sheet_tangent) {
+                Some(system) => system,
+                None => &mut self.island_tangent,
+            };
         if first {
             self.slots.clear();
             primal.constraints.iter_mut().for_each(|row| row.look_up_slots(tangent.pattern(), &mut self.slots));
@@ -211,7 +212,7 @@ impl ContactWorkspace {
                 ContactSide::Sheet { sheet, point } => {
                     let first = self.island_tangent.sheet(*sheet);
                     for (mass, weight) in point.terms() {
-                        if let Some((block, free)) = group.sheet(*sheet).free_row(mass) {
+                        if let Some((block, free)) = stage::free_row(&group.sheet(*sheet), mass) {
                             row.add(first + block, DMat3::from_diagonal(free * (sign * weight)));
                         }
                     }
@@ -251,7 +252,7 @@ impl ContactWorkspace {
         for contact in &self.detected.contacts {
             if let (ContactSide::Sheet { sheet, point }, ContactSide::Body { .. }) = (contact.a, contact.b)
                 && point.weights[0] == 1.0
-                && let Some((row, _)) = group.sheet(sheet).free_row(point.nodes[0])
+                && let Some((row, _)) = stage::free_row(&group.sheet(sheet), point.nodes[0])
             {
                 self.normals[(self.island_tangent.sheet(sheet) + row) as usize] = contact.normal;
             }
@@ -270,7 +271,7 @@ impl ContactWorkspace {
         };
         let first = self.island_tangent.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
-            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > DUPLICATES.node_weight);
+            let row = stage::free_row(&group.sheet(sheet), mass).filter(|_| weight > DUPLICATES.node_weight);
             row.is_some_and(|(row, _)| {
                 self.normals[(first + row) as usize].dot(contact.normal) > DUPLICATES.normal_cosine
             })
@@ -284,7 +285,7 @@ impl ContactWorkspace {
         for local in 0..count as u32 {
             let (sheet, unit) = group.with_unit(local);
             unit.prepare_without_list(sheet.node_count());
-            sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
+            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
         }
         for (i, (row, p)) in self.working_set.iter().zip(primal.constraints.iter().zip(&primal.force)) {
             if *p == DVec3::ZERO {
@@ -315,7 +316,7 @@ impl ContactWorkspace {
         let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.sheets.len());
         for local in 0..count as u32 {
             let (sheet, unit) = group.with_unit(local);
-            sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
+            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
             unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
         }
         for (body, mover) in group.solver_bodies.iter_mut().enumerate() {

@@ -24,6 +24,10 @@ use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::islands::{advance_free, finish_step, instability};
+use crate::sheet::attachment;
+use crate::sheet::bonds;
+use crate::sheet::instability::energy_at_start;
+use crate::sheet::node_contact;
 use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
@@ -75,10 +79,10 @@ impl IslandContext<'_> {
     fn is_near(&self, sheet: &Sheet, contact: &mut SheetContact) -> bool {
         contact.prepare_surface(sheet);
         let stack = contact.surface.as_ref().is_some_and(|s| s.is_multilayer());
-        if !stack || sheet.has_dynamic_attachments() {
+        if !stack || attachment::has_dynamic_attachments(sheet) {
             return true;
         }
-        let room = sheet.contact_offset() + SETTINGS.broad_phase_margin;
+        let room = node_contact::contact_offset(sheet) + SETTINGS.broad_phase_margin;
         let Some((low, high)) = swept_box(sheet, room) else { return false };
         self.surroundings.colliders.iter().any(|part| {
             let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.is_dynamic());
@@ -94,10 +98,10 @@ impl IslandContext<'_> {
         let dt = self.stage.dt;
         for (sheet, contact) in sheets.iter_mut().zip(contacts.iter_mut()) {
             // Adhesion is not supported with explicit integrators.
-            sheet.break_all_bonds();
+            bonds::break_all_bonds(sheet);
             contact.prepare_surface(sheet);
             sheet.work.touched_colliders.clear();
-            sheet.begin_contact_stage(dt);
+            node_contact::begin_contact_stage(sheet, dt);
         }
         let IslandState { contact: scratch, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
@@ -125,7 +129,7 @@ impl IslandContext<'_> {
             touched
         };
         group.each_unit(|sheet, unit| {
-            sheet.apply_contact((touched && unit.is_touched()).then_some(&unit.jump));
+            node_contact::apply_contact(sheet, (touched && unit.is_touched()).then_some(&unit.jump));
         });
         let brought = energy_of_surroundings(&group);
         let IslandView { sheets, solver_bodies: movers, .. } = group;
@@ -164,9 +168,9 @@ impl IslandContext<'_> {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
         for sheet in group.sheets.iter() {
-            let (low, high) = sheet.bounding_box();
+            let (low, high) = node_contact::bounding_box(sheet);
             around = (around.0.min(low), around.1.max(high));
-            travel = travel.max(sheet.largest_travel());
+            travel = travel.max(node_contact::largest_travel(sheet));
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
@@ -199,7 +203,7 @@ fn energy_of_surroundings(group: &IslandView) -> f64 {
             weight * PRESCRIBED_MOTION_ENERGY_FACTOR * m.start.velocity().length_squared()
         }
     });
-    let others = if group.sheets.len() > 1 { sheets().map(Sheet::energy_at_start).sum() } else { 0.0 };
+    let others = if group.sheets.len() > 1 { sheets().map(energy_at_start).sum() } else { 0.0 };
     bodies.sum::<f64>() + others
 }
 

@@ -45,28 +45,26 @@ fn clamp_springs(sheet: &Sheet) -> Option<&WallSprings> {
     sheet.elements.iter().find_map(|e| (&**e as &dyn Any).downcast_ref())
 }
 
-impl Sheet {
-    /// Remap the inelastic strain of the clamp springs of `old`.
-    pub(crate) fn remap_clamp_springs(&mut self, old: &Self, spec: &SheetSpec) {
-        let (Some(before), Some(own)) = (clamp_springs(old), clamp_springs(self)) else { return };
-        if old.state.heat.is_none() {
-            return;
-        }
-        let (was, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
-        let mut kinds: BTreeMap<ClampSpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-        for (mass, point, strain, [set, first, second]) in before.stored_state(&old.state.x) {
-            let held = [set, first, second, strain - set];
-            kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
-        }
-        let kinds: BTreeMap<ClampSpringKind, RowInterpolation<4>> =
-            kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
-        let width = now.wider_step(&was);
-        let read = |(mass, point, strain, _): (usize, DVec3, f64, WallSpringState)| {
-            let rows = nearest(&kinds, &kind(self, &now, spec, (mass, point)))?;
-            rows.interpolate(now.uv[mass], width).map(|held| fit_inelastic_strain(held, strain))
-        };
-        let held: Vec<Option<WallSpringState>> = own.stored_state(&self.state.x).map(read).collect();
-        let own = self.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());
-        own.into_iter().for_each(|walls| walls.set_stored_state(&held));
+/// Remap the inelastic strain of the clamp springs of `old`.
+pub(crate) fn remap_clamp_springs(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec) {
+    let (Some(before), Some(own)) = (clamp_springs(old), clamp_springs(sheet)) else { return };
+    if old.state.heat.is_none() {
+        return;
     }
+    let (was, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(sheet));
+    let mut kinds: BTreeMap<ClampSpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+    for (mass, point, strain, [set, first, second]) in before.stored_state(&old.state.x) {
+        let held = [set, first, second, strain - set];
+        kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
+    }
+    let kinds: BTreeMap<ClampSpringKind, RowInterpolation<4>> =
+        kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
+    let width = now.wider_step(&was);
+    let read = |(mass, point, strain, _): (usize, DVec3, f64, WallSpringState)| {
+        let rows = nearest(&kinds, &kind(sheet, &now, spec, (mass, point)))?;
+        rows.interpolate(now.uv[mass], width).map(|held| fit_inelastic_strain(held, strain))
+    };
+    let held: Vec<Option<WallSpringState>> = own.stored_state(&sheet.state.x).map(read).collect();
+    let own = sheet.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());
+    own.into_iter().for_each(|walls| walls.set_stored_state(&held));
 }

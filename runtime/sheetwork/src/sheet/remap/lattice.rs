@@ -13,8 +13,10 @@ use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{LatticeLayer, StructureKind};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
+use crate::sheet::remap::attachments;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
 use crate::sheet::remap::membrane::MembraneStrain;
+use crate::sheet::remap::motion;
 use crate::sheet::remap::motion::vectors;
 use crate::sheet::remap::spline::SplineSurface;
 use crate::sheet::remap::strain::{GridStrains, StrainGrid};
@@ -51,111 +53,109 @@ fn answer(mesh: &StrainGrid, layout: &LatticeLayout, x: &[DVec3], change: &GridS
     mesh.least_projected_motion(&x[..normals.len()], change, along)
 }
 
-impl Sheet {
-    /// Whether it is a lattice that can change its grid.
-    pub(crate) fn is_lattice(&self) -> bool {
-        self.model.structure != StructureKind::Shell && !self.springs.is_empty() && self.model.triangles.is_none()
+/// Whether it is a lattice that can change its grid.
+pub(crate) fn is_lattice(sheet: &Sheet) -> bool {
+    sheet.model.structure != StructureKind::Shell && !sheet.springs.is_empty() && sheet.model.triangles.is_none()
+}
+
+/// Positions of the nodes of another grid, m; `None` for a grid that does not exist.
+pub(crate) fn lattice_positions_at(sheet: &Sheet, grid: (u32, u32)) -> Option<Vectors> {
+    let (old, new) = (LatticeLayout::from_sheet(sheet), LatticeLayout::on_grid(sheet, grid).ok()?);
+    let places = with_loose_corners_extrapolated(sheet, &sheet.state.x);
+    let x: Vec<DVec3> = places.iter().collect();
+    let mut all = surface(&old, &new, &places);
+    new.place_upper_layers(&new.interpolate(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
+    Some(vectors(&all))
+}
+
+/// Nodal `values` interpolated at the nodes of another grid; `None` for a grid that does not
+/// exist.
+pub(crate) fn lattice_values_at(sheet: &Sheet, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
+    let (old, new) = (LatticeLayout::from_sheet(sheet), LatticeLayout::on_grid(sheet, grid).ok()?);
+    let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
+    Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
+}
+
+/// Copy nodal `values`, extrapolated linearly at nodes without a spring to another layer. Such
+/// a node, as at the corner of a triangular lattice without braces, is loose and does not
+/// represent the sheet.
+fn with_loose_corners_extrapolated(sheet: &Sheet, values: &Vectors) -> Vectors {
+    let mut all = values.clone();
+    if sheet.model.layers.len() < 2 {
+        return all;
     }
-
-    /// Positions of the nodes of another grid, m; `None` for a grid that does not exist.
-    pub(crate) fn lattice_positions_at(&self, grid: (u32, u32)) -> Option<Vectors> {
-        let (old, new) = (LatticeLayout::from_sheet(self), LatticeLayout::on_grid(self, grid).ok()?);
-        let places = self.with_loose_corners_extrapolated(&self.state.x);
-        let x: Vec<DVec3> = places.iter().collect();
-        let mut all = surface(&old, &new, &places);
-        new.place_upper_layers(&new.interpolate(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
-        Some(vectors(&all))
+    let mut joined = vec![false; sheet.node_count()];
+    for i in (0..sheet.springs.len()).filter(|i| sheet.springs.class[*i] == SpringClass::Inter) {
+        [sheet.springs.a[i], sheet.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
     }
-
-    /// Nodal `values` interpolated at the nodes of another grid; `None` for a grid that does not
-    /// exist.
-    pub(crate) fn lattice_values_at(&self, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
-        let (old, new) = (LatticeLayout::from_sheet(self), LatticeLayout::on_grid(self, grid).ok()?);
-        let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
-        Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
-    }
-
-    /// Copy nodal `values`, extrapolated linearly at nodes without a spring to another layer. Such
-    /// a node, as at the corner of a triangular lattice without braces, is loose and does not
-    /// represent the sheet.
-    fn with_loose_corners_extrapolated(&self, values: &Vectors) -> Vectors {
-        let mut all = values.clone();
-        if self.model.layers.len() < 2 {
-            return all;
-        }
-        let mut joined = vec![false; self.node_count()];
-        for i in (0..self.springs.len()).filter(|i| self.springs.class[*i] == SpringClass::Inter) {
-            [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
-        }
-        let bottom = &self.model.layers[0];
-        let columns = bottom.nx as usize;
-        for loose in bottom.range().filter(|i| !joined[*i]) {
-            let column = loose % columns;
-            let (one, two) = if column >= 2 {
-                (loose - 1, loose - 2)
-            } else if column + 2 < columns {
-                (loose + 1, loose + 2)
-            } else {
-                continue;
-            };
-            all.set(loose, values.get(one) * 2.0 - values.get(two));
-        }
-        all
-    }
-
-    /// Remap positions and velocities of `old`, with its layer offsets, strains and rates of
-    /// strain.
-    pub(crate) fn remap_layers(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
-        let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
-        self.remap_pins(old, spec, (&before, &now));
-        let (places, motion) =
-            (old.with_loose_corners_extrapolated(&old.state.x), old.with_loose_corners_extrapolated(&old.state.v));
-        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
-        let offsets = now.interpolate(&before.offsets(&was, &were));
-        let mesh = mesh(&now);
-        let held: Vec<bool> = self.inverse_mass[..mesh.columns * mesh.rows].iter().map(|w| *w == 0.0).collect();
-
-        let mut x = surface(&before, &now, &places);
-        let wanted = MembraneStrain::strains(&before, &was);
-        let mut best: Option<(f64, Vec<DVec3>)> = None;
-        for _ in 0..=MAX_CORRECTIONS {
-            self.place_layers_with_pins(&now, &offsets, &mut x, time);
-            let change = wanted.change(&mesh, &now, &MembraneStrain::strains(&now, &x));
-            let left = change.square();
-            if best.as_ref().is_some_and(|(least, _)| left >= *least) {
-                break;
-            }
-            let d = answer(&mesh, &now, &x, &change, &held);
-            best = Some((left, x.clone()));
-            x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
-        }
-        let x = best.map_or(x, |(_, x)| x);
-        self.state.x = vectors(&x);
-        if old.state.v.max_squared() == 0.0 {
-            self.state.v = Vectors::zeros(self.node_count());
-            return;
-        }
-        let mut v = surface(&before, &now, &motion);
-        now.move_upper_layers(&offsets, &x, &mut v);
-        let wanted = MembraneStrain::rates(&before, &was, &were);
-        let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &MembraneStrain::rates(&now, &x, &v)), &held);
-        v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
-        now.move_upper_layers(&offsets, &x, &mut v);
-        self.state.v = vectors(&v);
-        self.remap_pinned_velocities(old, (&before, &now));
-        self.restore_momentum(old);
-    }
-
-    /// Set the upper layers from the bottom one at `x` (m), and the positions of prescribed nodes
-    /// at `time` (s).
-    fn place_layers_with_pins(&mut self, layout: &LatticeLayout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
-        let mut place = |x: &mut [DVec3]| {
-            self.state.x = vectors(x);
-            self.pins.prescribe_positions(time, &mut self.state.x);
-            x.iter_mut().zip(self.state.x.iter()).for_each(|(to, from)| *to = from);
+    let bottom = &sheet.model.layers[0];
+    let columns = bottom.nx as usize;
+    for loose in bottom.range().filter(|i| !joined[*i]) {
+        let column = loose % columns;
+        let (one, two) = if column >= 2 {
+            (loose - 1, loose - 2)
+        } else if column + 2 < columns {
+            (loose + 1, loose + 2)
+        } else {
+            continue;
         };
-        place(x);
-        layout.place_upper_layers(offsets, x);
-        place(x);
+        all.set(loose, values.get(one) * 2.0 - values.get(two));
     }
+    all
+}
+
+/// Remap positions and velocities of `old`, with its layer offsets, strains and rates of
+/// strain.
+pub(crate) fn remap_layers(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, time: f64) {
+    let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(sheet));
+    attachments::remap_pins(sheet, old, spec, (&before, &now));
+    let (places, motion) =
+        (with_loose_corners_extrapolated(old, &old.state.x), with_loose_corners_extrapolated(old, &old.state.v));
+    let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
+    let offsets = now.interpolate(&before.offsets(&was, &were));
+    let mesh = mesh(&now);
+    let held: Vec<bool> = sheet.inverse_mass[..mesh.columns * mesh.rows].iter().map(|w| *w == 0.0).collect();
+
+    let mut x = surface(&before, &now, &places);
+    let wanted = MembraneStrain::strains(&before, &was);
+    let mut best: Option<(f64, Vec<DVec3>)> = None;
+    for _ in 0..=MAX_CORRECTIONS {
+        place_layers_with_pins(sheet, &now, &offsets, &mut x, time);
+        let change = wanted.change(&mesh, &now, &MembraneStrain::strains(&now, &x));
+        let left = change.square();
+        if best.as_ref().is_some_and(|(least, _)| left >= *least) {
+            break;
+        }
+        let d = answer(&mesh, &now, &x, &change, &held);
+        best = Some((left, x.clone()));
+        x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
+    }
+    let x = best.map_or(x, |(_, x)| x);
+    sheet.state.x = vectors(&x);
+    if old.state.v.max_squared() == 0.0 {
+        sheet.state.v = Vectors::zeros(sheet.node_count());
+        return;
+    }
+    let mut v = surface(&before, &now, &motion);
+    now.move_upper_layers(&offsets, &x, &mut v);
+    let wanted = MembraneStrain::rates(&before, &was, &were);
+    let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &MembraneStrain::rates(&now, &x, &v)), &held);
+    v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
+    now.move_upper_layers(&offsets, &x, &mut v);
+    sheet.state.v = vectors(&v);
+    attachments::remap_pinned_velocities(sheet, old, (&before, &now));
+    motion::restore_momentum(sheet, old);
+}
+
+/// Set the upper layers from the bottom one at `x` (m), and the positions of prescribed nodes
+/// at `time` (s).
+fn place_layers_with_pins(sheet: &mut Sheet, layout: &LatticeLayout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
+    let mut place = |x: &mut [DVec3]| {
+        sheet.state.x = vectors(x);
+        sheet.pins.prescribe_positions(time, &mut sheet.state.x);
+        x.iter_mut().zip(sheet.state.x.iter()).for_each(|(to, from)| *to = from);
+    };
+    place(x);
+    layout.place_upper_layers(offsets, x);
+    place(x);
 }

@@ -14,154 +14,156 @@ use crate::mesh::outline::TriangleMesh;
 use crate::mesh::outline::locate::{PointLocator, inward};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
+use crate::sheet::remap;
+use crate::sheet::remap::motion;
 use crate::sheet::remap::motion::{PIN_TOLERANCE, vectors};
 use crate::sheet::remap::patch::MovingLeastSquares;
 use crate::sheet::remap::strain::{MAX_NEWTON_ITERATIONS, MOTION_WEIGHT, STRAIN_THRESHOLD, solve_conjugate_gradients};
 
 impl Sheet {
-    fn edge_membrane(&self) -> Option<&EdgeMembrane> {
-        self.elements.iter().find_map(|e| (&**e as &dyn std::any::Any).downcast_ref())
-    }
-
     /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its
     /// description.
     pub fn mesh(&self) -> Option<&TriangleMesh> {
         self.model.meshes.present.as_deref()
     }
+}
 
-    /// Present mesh and that of the scene's `grid`; `None` where they are the same.
-    pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
-        let (_, first) = self
-            .model
-            .meshes
-            .described
-            .as_ref()
-            .filter(|(first, _)| *first == grid && *first != (self.model.grid.0, self.model.grid.2))?;
-        Some((self.model.meshes.present.as_deref()?, first))
+fn edge_membrane(sheet: &Sheet) -> Option<&EdgeMembrane> {
+    sheet.elements.iter().find_map(|e| (&**e as &dyn std::any::Any).downcast_ref())
+}
+
+/// Present mesh and that of the scene's `grid`; `None` where they are the same.
+pub(crate) fn meshes_to(sheet: &Sheet, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
+    let (_, first) = sheet
+        .model
+        .meshes
+        .described
+        .as_ref()
+        .filter(|(first, _)| *first == grid && *first != (sheet.model.grid.0, sheet.model.grid.2))?;
+    Some((sheet.model.meshes.present.as_deref()?, first))
+}
+
+/// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
+pub(crate) fn copy_described_mesh(sheet: &mut Sheet, old: &Sheet) {
+    let own = || Some(((old.model.grid.0, old.model.grid.2), old.model.meshes.present.clone()?));
+    sheet.model.meshes.described = old.model.meshes.described.clone().or_else(own);
+}
+
+/// Size of a cell of its grid, m.
+pub(crate) fn cell(sheet: &Sheet) -> [f64; 2] {
+    let [columns, rows] = remap::nodes_along(sheet);
+    [sheet.model.extent.0 / (columns - 1) as f64, sheet.model.extent.1 / (rows - 1) as f64]
+}
+
+/// Remap positions and velocities of `old`, with its edge stretch and its rates.
+pub(crate) fn remap_outline(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, meshes: &MeshRemap, time: f64) {
+    let surface = patches(old, meshes.from, true);
+    let rotation = spec.placement.quaternion();
+    let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.state.x.iter().collect(), old.state.v.iter().collect());
+    remap_outline_pins(sheet, old, spec, meshes);
+    sheet.state.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
+    sheet.pins.prescribe_positions(time, &mut sheet.state.x);
+    restore_stretch_of(sheet, old, meshes);
+    sheet.pins.prescribe_positions(time, &mut sheet.state.x);
+    if old.state.v.max_squared() == 0.0 {
+        sheet.state.v = Vectors::zeros(sheet.node_count());
+        return;
     }
-
-    /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
-    pub(crate) fn copy_described_mesh(&mut self, old: &Self) {
-        let own = || Some(((old.model.grid.0, old.model.grid.2), old.model.meshes.present.clone()?));
-        self.model.meshes.described = old.model.meshes.described.clone().or_else(own);
+    let mut v = vectors(&surface.interpolate(meshes.to, &were, [DVec3::ZERO; 2]));
+    if let Some((before, now)) = edge_membrane(old).zip(edge_membrane(sheet)) {
+        let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.state.x, &old.state.v));
+        let change: Vec<f64> =
+            wanted.iter().zip(now.stretch_rates(&sheet.state.x, &v)).map(|(wanted, own)| wanted - own).collect();
+        let d = least_motion_for_stretch(sheet, now, &change);
+        v.add_scaled(1.0, &d);
     }
+    sheet.state.v = v;
+    sheet.pins.zero_fixed_axes(&mut sheet.state.v);
+    motion::restore_momentum(sheet, old);
+}
 
-    /// Size of a cell of its grid, m.
-    pub(crate) fn cell(&self) -> [f64; 2] {
-        let [columns, rows] = self.nodes_along();
-        [self.model.extent.0 / (columns - 1) as f64, self.model.extent.1 / (rows - 1) as f64]
-    }
+/// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
+pub(crate) fn patches<'a>(sheet: &Sheet, mesh: &'a TriangleMesh, slopes: bool) -> MovingLeastSquares<'a> {
+    MovingLeastSquares::new(mesh, cell(sheet), |i| sheet.inverse_mass[i] == 0.0, |i| slopes && sheet.model.clamped[i])
+}
 
-    /// Remap positions and velocities of `old`, with its edge stretch and its rates.
-    pub(crate) fn remap_outline(&mut self, old: &Self, spec: &SheetSpec, meshes: &MeshRemap, time: f64) {
-        let surface = old.patches(meshes.from, true);
-        let rotation = spec.placement.quaternion();
-        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.state.x.iter().collect(), old.state.v.iter().collect());
-        self.remap_outline_pins(old, spec, meshes);
-        self.state.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
-        self.pins.prescribe_positions(time, &mut self.state.x);
-        self.restore_stretch_of(old, meshes);
-        self.pins.prescribe_positions(time, &mut self.state.x);
-        if old.state.v.max_squared() == 0.0 {
-            self.state.v = Vectors::zeros(self.node_count());
+/// Shift the start positions of pins from those of the description like those of `old`, which a
+/// moved sheet requires.
+fn remap_outline_pins(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, meshes: &MeshRemap) {
+    let rest = |[u, v]: [f64; 2]| spec.placement.apply(DVec3::new(u, 0.0, v));
+    let shifts = |starts: Vec<(u32, DVec3)>| {
+        let place = |i: u32| meshes.from.positions[i as usize];
+        PinShifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
+    };
+    let shifts: Vec<PinShifts> = old.pins.starts().map(shifts).collect();
+    let slack = PIN_TOLERANCE * sheet.model.length;
+    sheet.pins.shift_starts(|k, i| {
+        let by = shifts[k].at(meshes.to.positions[i as usize]);
+        // A shift within rounding errors counts as zero.
+        if by.length() > slack { by } else { DVec3::ZERO }
+    });
+}
+
+/// Move nodes towards the edge stretch of `old`.
+fn restore_stretch_of(sheet: &mut Sheet, old: &Sheet, meshes: &MeshRemap) {
+    let Some(both) = edge_membrane(old).zip(edge_membrane(sheet)) else { return };
+    let wanted = read_stretch(both, meshes, &both.0.stretch(&old.state.x));
+    for _ in 0..MAX_NEWTON_ITERATIONS {
+        let Some(now) = edge_membrane(sheet) else { return };
+        let change: Vec<f64> =
+            wanted.iter().zip(now.stretch(&sheet.state.x)).map(|(wanted, own)| wanted - own).collect();
+        if change.iter().all(|e| e.abs() < STRAIN_THRESHOLD) {
             return;
         }
-        let mut v = vectors(&surface.interpolate(meshes.to, &were, [DVec3::ZERO; 2]));
-        if let Some((before, now)) = old.edge_membrane().zip(self.edge_membrane()) {
-            let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.state.x, &old.state.v));
-            let change: Vec<f64> =
-                wanted.iter().zip(now.stretch_rates(&self.state.x, &v)).map(|(wanted, own)| wanted - own).collect();
-            let d = self.least_motion_for_stretch(now, &change);
-            v.add_scaled(1.0, &d);
-        }
-        self.state.v = v;
-        self.pins.zero_fixed_axes(&mut self.state.v);
-        self.restore_momentum(old);
+        let d = least_motion_for_stretch(sheet, now, &change);
+        sheet.state.x.add_scaled(1.0, &d);
     }
+}
 
-    /// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
-    pub(crate) fn patches<'a>(&self, mesh: &'a TriangleMesh, slopes: bool) -> MovingLeastSquares<'a> {
-        MovingLeastSquares::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.model.clamped[i])
+/// Least motion that changes the edge stretch by `change`; fixed nodes do not move.
+fn least_motion_for_stretch(sheet: &Sheet, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
+    let n = sheet.node_count();
+    let [a, b] = cell(sheet);
+    let scale = MOTION_WEIGHT / (a * b);
+    let back = |stress: &[f64], to: &mut [DVec3]| {
+        let mut sum = Vectors::zeros(n);
+        membrane.add_edge_forces(&sheet.state.x, stress, &mut sum);
+        to.iter_mut().zip(sum.iter()).for_each(|(to, p)| *to = p);
+    };
+    let mut first = vec![DVec3::ZERO; n];
+    back(change, &mut first);
+    let normal = |way: &[DVec3], image: &mut [DVec3]| {
+        back(&membrane.stretch_rates(&sheet.state.x, &vectors(way)), image);
+        image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
+    };
+    let free = |d: &mut [DVec3]| {
+        d.iter_mut().zip(&sheet.inverse_mass).filter(|(_, w)| **w == 0.0).for_each(|(d, _)| *d = DVec3::ZERO);
+    };
+    vectors(&solve_conjugate_gradients(first, normal, free))
+}
+
+/// Distribute each applied force of `old` to the corners of its triangle.
+pub(crate) fn remap_outline_forces(sheet: &mut Sheet, old: &Sheet, meshes: &MeshRemap) {
+    sheet.parameters.applied.clear();
+    if old.parameters.applied.max_squared() == 0.0 {
+        return;
     }
-
-    /// Shift the start positions of pins from those of the description like those of `old`, which a
-    /// moved sheet requires.
-    fn remap_outline_pins(&mut self, old: &Self, spec: &SheetSpec, meshes: &MeshRemap) {
-        let rest = |[u, v]: [f64; 2]| spec.placement.apply(DVec3::new(u, 0.0, v));
-        let shifts = |starts: Vec<(u32, DVec3)>| {
-            let place = |i: u32| meshes.from.positions[i as usize];
-            PinShifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
-        };
-        let shifts: Vec<PinShifts> = old.pins.starts().map(shifts).collect();
-        let slack = PIN_TOLERANCE * self.model.length;
-        self.pins.shift_starts(|k, i| {
-            let by = shifts[k].at(meshes.to.positions[i as usize]);
-            // A shift within rounding errors counts as zero.
-            if by.length() > slack { by } else { DVec3::ZERO }
-        });
-    }
-
-    /// Move nodes towards the edge stretch of `old`.
-    fn restore_stretch_of(&mut self, old: &Self, meshes: &MeshRemap) {
-        let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
-        let wanted = read_stretch(both, meshes, &both.0.stretch(&old.state.x));
-        for _ in 0..MAX_NEWTON_ITERATIONS {
-            let Some(now) = self.edge_membrane() else { return };
-            let change: Vec<f64> =
-                wanted.iter().zip(now.stretch(&self.state.x)).map(|(wanted, own)| wanted - own).collect();
-            if change.iter().all(|e| e.abs() < STRAIN_THRESHOLD) {
-                return;
-            }
-            let d = self.least_motion_for_stretch(now, &change);
-            self.state.x.add_scaled(1.0, &d);
+    let locator = PointLocator::new(meshes.to);
+    let sides = inward(meshes.from);
+    for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+        for (mass, part) in hat_weights(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
+            let sum = sheet.parameters.applied.get(mass as usize) + force * part;
+            sheet.parameters.applied.set(mass as usize, sum);
         }
     }
+}
 
-    /// Least motion that changes the edge stretch by `change`; fixed nodes do not move.
-    fn least_motion_for_stretch(&self, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
-        let n = self.node_count();
-        let [a, b] = self.cell();
-        let scale = MOTION_WEIGHT / (a * b);
-        let back = |stress: &[f64], to: &mut [DVec3]| {
-            let mut sum = Vectors::zeros(n);
-            membrane.add_edge_forces(&self.state.x, stress, &mut sum);
-            to.iter_mut().zip(sum.iter()).for_each(|(to, p)| *to = p);
-        };
-        let mut first = vec![DVec3::ZERO; n];
-        back(change, &mut first);
-        let normal = |way: &[DVec3], image: &mut [DVec3]| {
-            back(&membrane.stretch_rates(&self.state.x, &vectors(way)), image);
-            image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
-        };
-        let free = |d: &mut [DVec3]| {
-            d.iter_mut().zip(&self.inverse_mass).filter(|(_, w)| **w == 0.0).for_each(|(d, _)| *d = DVec3::ZERO);
-        };
-        vectors(&solve_conjugate_gradients(first, normal, free))
-    }
-
-    /// Distribute each applied force of `old` to the corners of its triangle.
-    pub(crate) fn remap_outline_forces(&mut self, old: &Self, meshes: &MeshRemap) {
-        self.parameters.applied.clear();
-        if old.parameters.applied.max_squared() == 0.0 {
-            return;
-        }
-        let locator = PointLocator::new(meshes.to);
-        let sides = inward(meshes.from);
-        for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
-            for (mass, part) in hat_weights(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
-                let sum = self.parameters.applied.get(mass as usize) + force * part;
-                self.parameters.applied.set(mass as usize, sum);
-            }
-        }
-    }
-
-    /// Interpolate the contact flags of `old` in its triangles; a node touches from a value of 0.5
-    /// on.
-    pub(crate) fn remap_outline_contact_flags(&mut self, old: &Self, meshes: &MeshRemap) {
-        let before: Vec<[f64; 1]> = old.state.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
-        for i in 0..self.node_count() {
-            self.state.touching[i] = meshes.at_node(&before, i)[0] >= 0.5;
-        }
+/// Interpolate the contact flags of `old` in its triangles; a node touches from a value of 0.5
+/// on.
+pub(crate) fn remap_outline_contact_flags(sheet: &mut Sheet, old: &Sheet, meshes: &MeshRemap) {
+    let before: Vec<[f64; 1]> = old.state.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
+    for i in 0..sheet.node_count() {
+        sheet.state.touching[i] = meshes.at_node(&before, i)[0] >= 0.5;
     }
 }
 

@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 use crate::elements::wall_spring::WallSpringState;
 use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
+use crate::sheet::remap::lattice;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
 use crate::sheet::remap::row_interpolation::RowInterpolation;
 
@@ -55,48 +56,46 @@ fn nearest<'a>(
     all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
 }
 
-impl Sheet {
-    /// Remap the inelastic strain of the springs of `old`.
-    pub(crate) fn remap_springs(&mut self, old: &Self) {
-        if !self.is_lattice() || old.state.heat.is_none() {
-            return;
-        }
-        let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(self));
-        let mut kinds: BTreeMap<SpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-        for i in 0..old.springs.len() {
-            let [set, first, second] = old.spring_held(i);
-            let held = [set, first, second, old.spring_strain(i) - set];
-            kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
-        }
-        let kinds: BTreeMap<SpringKind, RowInterpolation<4>> =
-            kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
-        let width = now.wider_step(&before);
-        for i in 0..self.springs.len() {
-            let rows = nearest(&kinds, &kind(self, &now, i));
-            if let Some(held) = rows.and_then(|rows| rows.interpolate(middle(self, &now, i), width)) {
-                self.put_spring(i, fit_inelastic_strain(held, self.spring_strain(i)));
-            }
+/// Remap the inelastic strain of the springs of `old`.
+pub(crate) fn remap_springs(sheet: &mut Sheet, old: &Sheet) {
+    if !lattice::is_lattice(sheet) || old.state.heat.is_none() {
+        return;
+    }
+    let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(sheet));
+    let mut kinds: BTreeMap<SpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+    for i in 0..old.springs.len() {
+        let [set, first, second] = spring_held(old, i);
+        let held = [set, first, second, spring_strain(old, i) - set];
+        kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
+    }
+    let kinds: BTreeMap<SpringKind, RowInterpolation<4>> =
+        kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
+    let width = now.wider_step(&before);
+    for i in 0..sheet.springs.len() {
+        let rows = nearest(&kinds, &kind(sheet, &now, i));
+        if let Some(held) = rows.and_then(|rows| rows.interpolate(middle(sheet, &now, i), width)) {
+            put_spring(sheet, i, fit_inelastic_strain(held, spring_strain(sheet, i)));
         }
     }
+}
 
-    /// Strain of spring `i` without thermal expansion.
-    fn spring_strain(&self, i: usize) -> f64 {
-        let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.state.x.get(m as usize));
-        self.state.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
-    }
+/// Strain of spring `i` without thermal expansion.
+fn spring_strain(sheet: &Sheet, i: usize) -> f64 {
+    let [a, b] = [sheet.springs.a[i], sheet.springs.b[i]].map(|m| sheet.state.x.get(m as usize));
+    sheet.state.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
+}
 
-    /// Inelastic strain of spring `i`, and that of its two arms.
-    fn spring_held(&self, i: usize) -> WallSpringState {
-        let creeping = self.state.inelastic.as_ref().and_then(|f| f.spring_held(i));
-        let grown = self.state.heat.as_ref().map(|h| h.grown_length(i));
-        creeping.or(grown.map(|length| [self.springs.rest[i] / length - 1.0, 0.0, 0.0])).unwrap_or_default()
-    }
+/// Inelastic strain of spring `i`, and that of its two arms.
+fn spring_held(sheet: &Sheet, i: usize) -> WallSpringState {
+    let creeping = sheet.state.inelastic.as_ref().and_then(|f| f.spring_held(i));
+    let grown = sheet.state.heat.as_ref().map(|h| h.grown_length(i));
+    creeping.or(grown.map(|length| [sheet.springs.rest[i] / length - 1.0, 0.0, 0.0])).unwrap_or_default()
+}
 
-    fn put_spring(&mut self, i: usize, held: WallSpringState) {
-        if let Some(flow) = self.state.inelastic.as_mut().filter(|f| f.spring_held(i).is_some()) {
-            flow.put_spring(i, held, &mut self.springs);
-        } else if let Some(heat) = &self.state.heat {
-            self.springs.set_rest(i, heat.grown_length(i) * (1.0 + held[0]));
-        }
+fn put_spring(sheet: &mut Sheet, i: usize, held: WallSpringState) {
+    if let Some(flow) = sheet.state.inelastic.as_mut().filter(|f| f.spring_held(i).is_some()) {
+        flow.put_spring(i, held, &mut sheet.springs);
+    } else if let Some(heat) = &sheet.state.heat {
+        sheet.springs.set_rest(i, heat.grown_length(i) * (1.0 + held[0]));
     }
 }

@@ -16,3 +16,6 @@ pub mod state;
 pub use playback::RecordedTemperature;
 pub use softening::Softening;
 pub use state::SheetTemperature;
+#[doc(hidden)]
+pub use state::start_temperatures;
+pub(crate) use state::{faces, set_side_temperatures, update_thermal_stiffness};

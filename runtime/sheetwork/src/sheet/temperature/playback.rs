@@ -2,6 +2,8 @@
 
 use crate::error::{InputError, check_range};
 use crate::sheet::Sheet;
+use crate::sheet::remap::motion;
+use crate::sheet::temperature;
 use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
 /// Minimum remaining stiffness: a recording can round it to zero.
@@ -26,7 +28,8 @@ impl RecordedTemperature {
     /// Temperatures of a sheet, at the nodes of `grid`.
     pub(crate) fn of(sheet: &Sheet, grid: (u32, u32), by_thesis: bool) -> Self {
         let Some(heat) = sheet.heat() else { return Self::Unknown };
-        let single = |values: &[f64]| sheet.values_at(grid, values).iter().map(|v| *v as f32).collect::<Vec<_>>();
+        let single =
+            |values: &[f64]| motion::values_at(sheet, grid, values).iter().map(|v| *v as f32).collect::<Vec<_>>();
         if by_thesis {
             let left: Vec<f64> = (0..sheet.node_count()).map(|i| 1.0 / heat.compliance(i)).collect();
             return Self::Stiffness(single(&left));
@@ -83,34 +86,30 @@ impl RecordedTemperature {
     }
 }
 
-impl Sheet {
-    /// Set recorded temperatures, which must be in range. Without effect when the number of values
-    /// does not fit.
-    pub(crate) fn show_temperatures(&mut self, warmth: &RecordedTemperature) {
-        let n = self.node_count();
-        if warmth.values().len() != warmth.count(n) || *warmth == RecordedTemperature::Unknown {
-            return;
-        }
-        self.start_temperatures(REFERENCE);
-        let Some(mut heat) = self.state.heat.take() else { return };
-        let two = heat.halves().is_some();
-        let celsius = |t: f32| f64::from(t).clamp(COLDEST, HOTTEST);
-        match warmth {
-            RecordedTemperature::Unknown => {}
-            RecordedTemperature::Mean(mean) => {
-                let sides = if two { 2 } else { 1 };
-                heat.set_nodes((0..sides * n).map(|k| celsius(mean[k % n])));
-            }
-            RecordedTemperature::Sides(sides) if two => heat.set_nodes(sides.iter().map(|t| celsius(*t))),
-            RecordedTemperature::Sides(sides) => {
-                heat.set_nodes((0..n).map(|i| celsius(0.5 * (sides[i] + sides[i + n]))))
-            }
-            RecordedTemperature::Stiffness(left) => {
-                let room = heat.celsius().first().copied().unwrap_or(REFERENCE);
-                heat.set_fractions(room, |i| f64::from(left[i]).clamp(MIN_STIFFNESS, 1.0));
-            }
-        }
-        self.state.heat = Some(heat);
-        self.update_thermal_stiffness();
+/// Set recorded temperatures, which must be in range. Without effect when the number of values
+/// does not fit.
+pub(crate) fn show_temperatures(sheet: &mut Sheet, warmth: &RecordedTemperature) {
+    let n = sheet.node_count();
+    if warmth.values().len() != warmth.count(n) || *warmth == RecordedTemperature::Unknown {
+        return;
     }
+    temperature::start_temperatures(sheet, REFERENCE);
+    let Some(mut heat) = sheet.state.heat.take() else { return };
+    let two = heat.halves().is_some();
+    let celsius = |t: f32| f64::from(t).clamp(COLDEST, HOTTEST);
+    match warmth {
+        RecordedTemperature::Unknown => {}
+        RecordedTemperature::Mean(mean) => {
+            let sides = if two { 2 } else { 1 };
+            heat.set_nodes((0..sides * n).map(|k| celsius(mean[k % n])));
+        }
+        RecordedTemperature::Sides(sides) if two => heat.set_nodes(sides.iter().map(|t| celsius(*t))),
+        RecordedTemperature::Sides(sides) => heat.set_nodes((0..n).map(|i| celsius(0.5 * (sides[i] + sides[i + n])))),
+        RecordedTemperature::Stiffness(left) => {
+            let room = heat.celsius().first().copied().unwrap_or(REFERENCE);
+            heat.set_fractions(room, |i| f64::from(left[i]).clamp(MIN_STIFFNESS, 1.0));
+        }
+    }
+    sheet.state.heat = Some(heat);
+    temperature::update_thermal_stiffness(sheet);
 }

@@ -15,6 +15,7 @@ use crate::error::{InputError, check_range};
 use crate::scene::Material;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::sheet::creep;
 use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
 use crate::sheet::temperature::patches::SheetPatches;
 use crate::sheet::temperature::softening::Softening;
@@ -288,11 +289,6 @@ impl SheetTemperature {
 }
 
 impl Sheet {
-    /// Patches of the sheet; `None` before the first thermal step.
-    pub(crate) fn faces(&self) -> Option<&SheetPatches> {
-        self.state.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
-    }
-
     /// Thermal state; `None` for a sheet without heat.
     pub fn heat(&self) -> Option<&SheetTemperature> {
         self.state.heat.as_deref()
@@ -331,69 +327,74 @@ impl Sheet {
                 "°C",
             )
         })?;
-        self.start_temperatures(crate::units::temperature::REFERENCE);
+        start_temperatures(self, crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.state.heat {
             let count = heat.nodes.len();
             heat.set_nodes((0..count).map(|k| celsius(k % n)));
         }
-        self.update_thermal_stiffness();
+        update_thermal_stiffness(self);
         Ok(())
     }
+}
 
-    /// Set the temperatures of the lower and of the upper half of the thickness, °C, by node;
-    /// without a gradient those of the lower. Updates the stiffness.
-    pub(crate) fn set_side_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
-        if let Some(heat) = &mut self.state.heat {
-            heat.set_nodes(lower.iter().chain(upper).copied());
-        }
-        self.update_thermal_stiffness();
+/// Patches of the sheet; `None` before the first thermal step.
+pub(crate) fn faces(sheet: &Sheet) -> Option<&SheetPatches> {
+    sheet.state.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
+}
+
+/// Set the temperatures of the lower and of the upper half of the thickness, °C, by node;
+/// without a gradient those of the lower. Updates the stiffness.
+pub(crate) fn set_side_temperatures(sheet: &mut Sheet, [lower, upper]: &[Vec<f64>; 2]) {
+    if let Some(heat) = &mut sheet.state.heat {
+        heat.set_nodes(lower.iter().chain(upper).copied());
     }
+    update_thermal_stiffness(sheet);
+}
 
-    /// Start the thermal state at `celsius` (°C), or at the initial temperature of its
-    /// specification. Without effect when it exists.
-    #[doc(hidden)]
-    pub fn start_temperatures(&mut self, celsius: f64) {
-        if self.state.heat.is_none() {
-            let points = if self.model.described_temperature.has_gradient { 2 } else { 1 };
-            self.state.heat = Some(Box::new(SheetTemperature::new(
-                self,
-                self.model.described_temperature.initial.unwrap_or(celsius),
-                points,
-            )));
-            self.update_thermal_stiffness();
-        }
+/// Start the thermal state at `celsius` (°C), or at the initial temperature of its
+/// specification. Without effect when it exists.
+#[doc(hidden)]
+pub fn start_temperatures(sheet: &mut Sheet, celsius: f64) {
+    if sheet.state.heat.is_none() {
+        let points = if sheet.model.described_temperature.has_gradient { 2 } else { 1 };
+        sheet.state.heat = Some(Box::new(SheetTemperature::new(
+            sheet,
+            sheet.model.described_temperature.initial.unwrap_or(celsius),
+            points,
+        )));
+        update_thermal_stiffness(sheet);
     }
+}
 
-    /// Update stiffness and size where the temperatures have changed enough.
-    pub(crate) fn update_thermal_stiffness(&mut self) {
-        let Some(mut heat) = self.state.heat.take_if(|h| h.needs_update()) else { return };
-        let was_as_built = heat.is_as_built();
-        heat.apply();
-        if was_as_built && heat.is_as_built() {
-            self.state.heat = Some(heat);
-            return;
-        }
-        self.warm_springs(&mut heat);
-        let warmth = heat.warmth();
-        self.elements.iter_mut().for_each(|e| e.apply_temperature(&self.state.x, &warmth));
-        self.state.heat = Some(heat);
-        self.refresh_springs();
+/// Update stiffness and size where the temperatures have changed enough.
+pub(crate) fn update_thermal_stiffness(sheet: &mut Sheet) {
+    let Some(mut heat) = sheet.state.heat.take_if(|h| h.needs_update()) else { return };
+    let was_as_built = heat.is_as_built();
+    heat.apply();
+    if was_as_built && heat.is_as_built() {
+        sheet.state.heat = Some(heat);
+        return;
     }
+    warm_springs(sheet, &mut heat);
+    let warmth = heat.warmth();
+    sheet.elements.iter_mut().for_each(|e| e.apply_temperature(&sheet.state.x, &warmth));
+    sheet.state.heat = Some(heat);
+    sheet.refresh_springs();
+}
 
-    /// Update rest lengths and softness of springs, as for elements.
-    fn warm_springs(&mut self, heat: &mut SheetTemperature) {
-        let warmth = ThermalFields { compliance: &heat.compliance, expansion: &heat.expansion, curl: &[] };
-        for (i, spring) in heat.springs.iter_mut().enumerate() {
-            let ends = [self.springs.a[i], self.springs.b[i]];
-            let (softness, expansion) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
-            let length = self.state.x.get(ends[0] as usize).distance(self.state.x.get(ends[1] as usize));
-            let grown = spring.cold * (expansion - spring.expansion);
-            if !self.heat_creeping_spring(i, length, grown, (spring.softness, softness)) {
-                let rest = rest_strain_after_softening(length, self.springs.rest[i] + grown, spring.softness, softness);
-                self.springs.set_rest(i, rest);
-            }
-            (spring.softness, spring.expansion) = (softness, expansion);
+/// Update rest lengths and softness of springs, as for elements.
+fn warm_springs(sheet: &mut Sheet, heat: &mut SheetTemperature) {
+    let warmth = ThermalFields { compliance: &heat.compliance, expansion: &heat.expansion, curl: &[] };
+    for (i, spring) in heat.springs.iter_mut().enumerate() {
+        let ends = [sheet.springs.a[i], sheet.springs.b[i]];
+        let (softness, expansion) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
+        let length = sheet.state.x.get(ends[0] as usize).distance(sheet.state.x.get(ends[1] as usize));
+        let grown = spring.cold * (expansion - spring.expansion);
+        if !creep::heat_creeping_spring(sheet, i, length, grown, (spring.softness, softness)) {
+            let rest = rest_strain_after_softening(length, sheet.springs.rest[i] + grown, spring.softness, softness);
+            sheet.springs.set_rest(i, rest);
         }
+        (spring.softness, spring.expansion) = (softness, expansion);
     }
 }
 

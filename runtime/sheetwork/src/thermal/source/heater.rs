@@ -27,6 +27,7 @@ use crate::scene::heater_file::Heater;
 use crate::scene::{HeaterSpec, Placement, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::sheet::temperature;
 use crate::thermal::shadow::SelfShadow;
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter, fourth_power};
 use crate::thermal::view_factor::contour;
@@ -181,7 +182,7 @@ impl PatchViews {
             self.own = None;
             return Ok(());
         }
-        let body = sheet.faces().ok_or(CorruptState)?;
+        let body = temperature::faces(sheet).ok_or(CorruptState)?;
         if self.own.as_ref().is_none_or(|own| !own.is_of(body)) {
             self.own = Some(SelfShadow::new(sheet, body));
         }

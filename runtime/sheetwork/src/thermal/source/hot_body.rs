@@ -13,6 +13,7 @@ use rapier3d::prelude::Collider;
 use crate::error::InputError;
 use crate::scene::{Scene, body_name};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::sheet::node_contact;
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter};
 use crate::units::temperature::{COLDEST, HOTTEST};
 
@@ -73,7 +74,7 @@ impl HeatSource for HotBody {
     fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let (Some(view), Some(rigid)) = (moment.view, moment.rigid) else { return };
         let Some(index) = rigid.index_of(&self.name) else { return };
-        let offset = target.sheet.contact_offset();
+        let offset = node_contact::contact_offset(&target.sheet);
         for handle in rigid.colliders(index) {
             if let Some(collider) = view.colliders.get(*handle) {
                 self.give_from(collider, offset, target);

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::World;
 use crate::scene::HeatMode;
 use crate::sheet::Sheet;
+use crate::sheet::remap::motion;
 use crate::sheet::temperature::RecordedTemperature;
 
 /// Header of a recording.
@@ -47,7 +48,8 @@ impl RecordedFrame {
         let by_thesis = matches!(world.scene().heat_mode, HeatMode::Thesis { .. });
         let sheets = world.sheets();
         let grids = world.scene().sheets.iter().map(|s| (s.grid.0, s.grid.2));
-        let places = |(s, grid): (&Sheet, (u32, u32))| s.positions_at(grid).iter().map(|p| p.as_vec3()).collect();
+        let places =
+            |(s, grid): (&Sheet, (u32, u32))| motion::positions_at(s, grid).iter().map(|p| p.as_vec3()).collect();
         let open = |s: &Sheet| s.open_cells().filter(|_| s.open_count() > 0).unwrap_or_default().into();
         let poses = world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.pose(i)));
         Self {

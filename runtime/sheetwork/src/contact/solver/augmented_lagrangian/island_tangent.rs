@@ -16,6 +16,7 @@ use crate::contact::solver_body::SolverBody;
 use crate::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::ImplicitSystem;
+use crate::sheet::stage;
 
 const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
 
@@ -70,7 +71,7 @@ impl IslandTangent {
         let mut next = 0;
         for local in 0..group.sheets.len() as u32 {
             let sheet = group.sheet(local);
-            let (rows, blocks) = sheet.tangent().map_or((0, 0), |t| (t.pattern().size(), t.pattern().blocks()));
+            let (rows, blocks) = stage::tangent(sheet).map_or((0, 0), |t| (t.pattern().size(), t.pattern().blocks()));
             self.first.push(next);
             self.layout.push((next, blocks as u32));
             next += rows as u32;
@@ -105,7 +106,7 @@ impl IslandTangent {
         let sheets = group.sheets.len();
         let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
         let within = row - self.first[local];
-        let tangent = group.sheet(local as u32).tangent();
+        let tangent = stage::tangent(&group.sheet(local as u32));
         if let Some(tangent) = tangent.filter(|t| (within as usize) < t.pattern().size()) {
             return tangent.diagonal(within);
         }
@@ -132,7 +133,7 @@ impl IslandTangent {
         self.base.fill(0.0);
         let mut slots = self.slots.iter();
         for local in 0..group.sheets.len() as u32 {
-            let Some(tangent) = group.sheet(local).tangent() else { continue };
+            let Some(tangent) = stage::tangent(&group.sheet(local)) else { continue };
             for (block, slot) in tangent.values().chunks_exact(9).zip(slots.by_ref()) {
                 let at = 9 * *slot as usize;
                 self.base[at..at + 9].copy_from_slice(block);
@@ -156,7 +157,7 @@ impl IslandTangent {
         self.pattern_layout.clone_from(&self.layout);
         let mut pairs = Vec::new();
         for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = group.sheet(local).tangent() {
+            if let Some(tangent) = stage::tangent(&group.sheet(local)) {
                 pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
             }
         }
@@ -233,7 +234,7 @@ impl IslandTangent {
     fn analyse_factor(&mut self, group: &IslandView) {
         self.slots.clear();
         for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = group.sheet(local).tangent() {
+            if let Some(tangent) = stage::tangent(&group.sheet(local)) {
                 let slot =
                     |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
                 self.slots.extend(tangent.pattern().iter().map(slot));
@@ -252,7 +253,7 @@ impl IslandTangent {
         for local in 0..group.sheets.len() as u32 {
             let sheet = group.sheet(local);
             let height = sheet.centre_of_mass().y;
-            for mass in sheet.block_masses() {
+            for mass in stage::block_masses(sheet) {
                 let x = sheet.state.x.get(*mass as usize);
                 self.places.push([x.x, x.z]);
                 self.depths.push(height);
