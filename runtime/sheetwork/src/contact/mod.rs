@@ -69,6 +69,8 @@ pub(crate) mod sheet_contact;
 pub mod solver;
 pub(crate) mod solver_body;
 pub(crate) mod step_bodies;
+#[cfg(test)]
+pub(crate) mod test_island;
 pub(crate) mod workspace;
 
 pub(crate) use crate::contact::sheet_contact::SheetContact;
