@@ -61,6 +61,13 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
 }
 
+/// Check a sheet that is added to a valid scene as number `index`, with a name that is not in use.
+/// The errors are those of [`values`] for the scene with the sheet.
+pub(crate) fn added_sheet(spec: &SheetSpec, index: usize) -> ValidationResult {
+    sheet(spec).map_err(|e| within(&format!("sheets.{index}"), e))?;
+    check_name(&format!("sheets.{index}"), &spec.name)
+}
+
 /// Check the material names of pairs.
 fn pair_names(scene: &Scene) -> ValidationResult {
     let library = material::LIBRARY.iter().map(|(name, _, _)| (*name).to_owned());
@@ -123,10 +130,16 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationRes
         if !name.is_empty() && !seen.insert(name) {
             return Err(InputError::new(format!("{field}.{i}.name"), format!("\"{name}\" is used twice")));
         }
-        if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
-            let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
-            return Err(InputError::new(format!("{field}.{i}.name"), problem));
-        }
+        check_name(&format!("{field}.{i}"), name)?;
+    }
+    Ok(())
+}
+
+/// Check that `name` of the object at the path `of` is neither a path nor an index.
+fn check_name(of: &str, name: &str) -> ValidationResult {
+    if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
+        let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
+        return Err(InputError::new(format!("{of}.name"), problem));
     }
     Ok(())
 }
@@ -230,29 +243,14 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
         MaterialChoice::Inline(constants) => material("material", constants)?,
         MaterialChoice::File(_) => {}
     }
-    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
-    let (fewest, most) = s.structure.info().layers;
-    if s.file.is_none() {
-        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
-            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
-    }
-    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")?;
+    grid(s)?;
     check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
     outline(s)?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
     option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
-    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
-    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
-    for (i, key) in s.pressure.iter().enumerate() {
-        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
-        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
-        if i > 0 && key.time <= s.pressure[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
-            return Err(InputError::new(format!("pressure.{i}.time"), problem));
-        }
-    }
+    air_loads(s)?;
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
     check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
@@ -283,6 +281,31 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
+    }
+    Ok(())
+}
+
+fn grid(s: &SheetSpec) -> ValidationResult {
+    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
+    let (fewest, most) = s.structure.info().layers;
+    if s.file.is_none() {
+        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
+            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
+    }
+    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")
+}
+
+/// Check drag and the schedule of pressure.
+fn air_loads(s: &SheetSpec) -> ValidationResult {
+    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
+    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
+    for (i, key) in s.pressure.iter().enumerate() {
+        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
+        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
+        if i > 0 && key.time <= s.pressure[i - 1].time {
+            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
+            return Err(InputError::new(format!("pressure.{i}.time"), problem));
+        }
     }
     Ok(())
 }

@@ -7,7 +7,8 @@ use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
 use crate::thermal::ThermalModel;
-use crate::world::{World, serialization, unique_name};
+use crate::world::serialization::StructureChecksum;
+use crate::world::{World, unique_name};
 
 impl World {
     /// Add a rigid body and return its name: the name of the description, with a number where it is
@@ -36,7 +37,7 @@ impl World {
             self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
         }
         self.scene.bodies.push(spec);
-        self.make = serialization::structure_checksum_of(&self.scene);
+        self.make.add_body(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(name)
     }
@@ -51,7 +52,7 @@ impl World {
             for sheet in &mut self.scene.sheets {
                 sheet.pins.retain(|p| p.body.as_deref() != Some(name));
             }
-            self.make = serialization::structure_checksum_of(&self.scene);
+            self.make = StructureChecksum::new(&self.scene);
             for sheet in &mut self.sheets {
                 index.into_iter().for_each(|i| sheet.detach_body(i));
                 sheet.wake();
