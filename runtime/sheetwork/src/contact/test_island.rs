@@ -89,7 +89,6 @@ pub(crate) fn on_plane(node: u32, normal: DVec3) -> ContactConstraint {
 pub(crate) struct TestIsland {
     pub sheets: Vec<Sheet>,
     contacts: Vec<SheetContact>,
-    members: Vec<u32>,
     pub bodies: Vec<SolverBody>,
     pub workspace: ContactWorkspace,
     pub field: Field,
@@ -100,7 +99,6 @@ impl TestIsland {
     pub fn new(sheets: Vec<Sheet>, bodies: Vec<SolverBody>, gravity: DVec3) -> Self {
         Self {
             contacts: sheets.iter().map(|_| SheetContact::default()).collect(),
-            members: (0..sheets.len() as u32).collect(),
             sheets,
             bodies,
             workspace: ContactWorkspace::default(),
@@ -113,7 +111,6 @@ impl TestIsland {
         let mut view = IslandView {
             sheets: &mut self.sheets,
             contacts: &mut self.contacts,
-            members: &self.members,
             solver_bodies: std::mem::take(&mut self.bodies),
             parallel: false,
             body_penetration: 0.0,

@@ -6,8 +6,8 @@ use glam::DVec3;
 use super::*;
 use crate::collision::constraint::ContactConstraint;
 use crate::contact::gap::node_side;
+use crate::contact::solver::choice::PositionSolver;
 use crate::contact::test_island::{TestIsland, ball, body_side, contact, fixed_body, loose_nodes, on_plane};
-use crate::contact::workspace::PositionSolver;
 use crate::scene::IntegratorKind;
 use crate::serialize::{StateReader, StateWriter};
 
