@@ -127,14 +127,14 @@ mod tests {
     }
 
     #[test]
-    fn sheets_have_crossed_when_a_touching_pair_penetrates_by_a_third_of_its_offset() {
+    fn sheets_have_crossed_when_a_touching_pair_penetrates_by_three_tenths_of_its_offset() {
         let offset = 1e-3;
         let pair = ContactConstraint { offset, ..contact(0, node_side(1, 0), node_side(0, 0), DVec3::Y) };
         let crossed = |fall: f64| two_sheets(fall).with(|view, _| has_crossed(view, &pair));
         assert!(!crossed(0.9 * SETTINGS.crossed_penetration * offset));
         assert!(crossed(1.1 * SETTINGS.crossed_penetration * offset));
         assert!(crossed(2.0 * offset), "passed through");
-        // A pair that starts with penetration 3 offsets has passed before this stage.
+        // A pair whose penetration grows from 2 to 3 offsets had passed before this stage.
         let passed = ContactConstraint { offset: 1e-3, normal: DVec3::NEG_Y, ..pair };
         assert!(!two_sheets(-1e-3).with(|view, _| has_crossed(view, &passed)));
     }

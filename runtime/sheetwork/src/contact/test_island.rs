@@ -7,7 +7,7 @@ use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
 use crate::collision::narrow_phase::feature_keys::{FeatureKind, feature_key};
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::node_side;
-use crate::contact::outer_iteration::{DetectionMode, StageSolve, solve_explicit, solve_stage};
+use crate::contact::outer_iteration::{ContactMargins, DetectionMode, StageSolve, solve_explicit, solve_stage};
 use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
 use crate::contact::{IslandView, SheetContact};
@@ -132,15 +132,24 @@ impl TestIsland {
 
     /// Solve the first stage of a step of `dt` (s) with `contacts`, sorted by key.
     pub fn solve_stage(&mut self, dt: f64, contacts: &[ContactConstraint]) -> StageSolve {
-        assert!(contacts.is_sorted_by_key(|c| c.key));
+        self.solve_stage_with(dt, |mode, _| if mode == DetectionMode::SheetCrossing { &[] } else { contacts })
+    }
+
+    /// Solve the first stage of a step of `dt` (s) with the contacts, sorted by key, that `detect`
+    /// returns for a detection mode and margins.
+    pub fn solve_stage_with<'c>(
+        &mut self,
+        dt: f64,
+        mut detect: impl FnMut(DetectionMode, ContactMargins) -> &'c [ContactConstraint],
+    ) -> StageSolve {
         self.begin_stage(dt);
         let (field, h) = (self.field, self.sheets[0].work.stage.h);
         self.with(|view, workspace| {
-            solve_stage(view, workspace, field, h, |_, mode, _, found| {
-                found.clear();
-                if mode != DetectionMode::SheetCrossing {
-                    list(contacts, found);
-                }
+            solve_stage(view, workspace, field, h, |_, mode, margins, detected| {
+                let contacts = detect(mode, margins);
+                assert!(contacts.is_sorted_by_key(|c| c.key));
+                detected.clear();
+                list(contacts, detected);
             })
         })
     }
@@ -164,7 +173,8 @@ impl TestIsland {
             sheet.x.add_scaled(h, &v);
             sheet.begin_contact_stage(h);
         }
-        let touched = self.with(|view, workspace| solve_explicit(view, workspace, h, |_, found| list(contacts, found)));
+        let touched =
+            self.with(|view, workspace| solve_explicit(view, workspace, h, |_, detected| list(contacts, detected)));
         self.with(|view, _| view.each_unit(|sheet, unit| sheet.apply_contact(touched.then_some(&unit.jump))));
         touched
     }
@@ -180,9 +190,9 @@ impl TestIsland {
     }
 }
 
-/// Write `contacts` to `found`.
-pub(crate) fn list(contacts: &[ContactConstraint], found: &mut DetectedContacts) {
-    found.contacts.extend_from_slice(contacts);
-    found.colliders.resize(contacts.len(), 0);
-    found.first_attachment = contacts.len();
+/// Write `contacts` to `detected`.
+pub(crate) fn list(contacts: &[ContactConstraint], detected: &mut DetectedContacts) {
+    detected.contacts.extend_from_slice(contacts);
+    detected.colliders.resize(contacts.len(), 0);
+    detected.first_attachment = contacts.len();
 }

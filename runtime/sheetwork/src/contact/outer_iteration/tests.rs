@@ -49,10 +49,12 @@ fn plane_carries_the_weight_of_a_node() {
 
 #[test]
 fn stage_without_overlap_converges_without_contact() {
+    // The node falls by g h² and ends 1 % of that above the plane.
     let mut island = nodes_on_plane(2, GRAVITY);
     let far = ContactConstraint { offset: -1.01 * G * DT * DT, ..on_plane(0, DVec3::Y) };
     assert_eq!(island.solve_stage(DT, &[far]), StageSolve::ConvergedWithoutContact);
     assert_eq!(island.force(&far), DVec3::ZERO);
+    assert!(island.iterate(0).distance(GRAVITY * (DT * DT)) < 1e-12, "{}", island.iterate(0));
 }
 
 #[test]
@@ -240,7 +242,7 @@ fn deserialised_workspace_finds_the_same_forces_to_the_bit() {
 }
 
 #[test]
-fn explicit_node_is_stopped_by_sweeps() {
+fn explicit_node_is_stopped_by_projected_gauss_seidel() {
     let (speed, mu) = (1.5, 0.25);
     let sheet = loose_nodes(2, M, &[], IntegratorKind::EulerRichardson);
     let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], DVec3::ZERO);
@@ -256,6 +258,63 @@ fn explicit_node_is_stopped_by_sweeps() {
     assert!(island.sheets[0].v.get(0).distance(expected) < 1e-8 / DT, "{}", island.sheets[0].v.get(0));
     let unmoved = (island.sheets[0].x.get(1), island.sheets[0].v.get(1));
     assert_eq!(unmoved, (DVec3::X, DVec3::ZERO));
+}
+
+#[test]
+fn contact_beyond_the_margin_is_detected_where_contact_pushes_a_node_against_it() {
+    // A plane inclined by 45° pushes the node by d = 2 mm, a wall stops it at x = d/2.
+    let d = 2e-3;
+    let slope = DVec3::new(1.0, 1.0, 0.0).normalize();
+    let floor = ContactConstraint { offset: d, ..on_plane(0, slope) };
+    let wall = contact(1, node_side(0, 0), body_side(0, DVec3::X * (0.5 * d)), DVec3::NEG_X);
+    let both = [floor, wall];
+    for (side, _) in SIDES {
+        let mut island = nodes_on_plane(side, DVec3::ZERO);
+        let outcome = island.solve_stage_with(DT, |mode, margins| match mode {
+            DetectionMode::FromStart | DetectionMode::FromIterate => {
+                &both[..if margins.bodies < 0.5 * d { 1 } else { 2 }]
+            }
+            _ => &[],
+        });
+        assert_eq!(outcome, StageSolve::Converged);
+        // x = d/2 and x + y = √2 d.
+        let expected = DVec3::new(0.5, std::f64::consts::SQRT_2 - 0.5, 0.0) * d;
+        assert!(island.iterate(0).distance(expected) < 1e-6, "{} {expected}", island.iterate(0));
+        // The wall bears the difference between the components of m δ/h².
+        let force = DVec3::NEG_X * ((expected.y - expected.x) * M / (DT * DT));
+        assert!(island.force(&wall).distance(force) < 6.0 * TOLERANCE, "{} {force}", island.force(&wall));
+    }
+}
+
+#[test]
+fn stage_continues_while_the_iterate_penetrates_a_body() {
+    // The first iteration detects only the contact of node 1. Node 0 ends it with a penetration of
+    // d = 1 mm, which the second iteration removes with the force m d/h².
+    let d = 1e-3;
+    let both = [0, 1].map(|i| ContactConstraint { offset: d, ..on_plane(i, DVec3::Y) });
+    for (side, _) in SIDES {
+        let mut island = nodes_on_plane(side, DVec3::ZERO);
+        let outcome = island.solve_stage_with(DT, |mode, _| match mode {
+            DetectionMode::FromStart => &both[1..],
+            _ => &both,
+        });
+        assert_eq!(outcome, StageSolve::Converged);
+        for contact in &both {
+            let force = island.force(contact);
+            assert!(force.distance(DVec3::Y * (M * d / (DT * DT))) < 2.0 * TOLERANCE, "{force}");
+        }
+    }
+}
+
+#[test]
+fn sheet_that_starts_inside_a_body_cancels_the_stage() {
+    // Three of four nodes start 1 m deep. The diagonal of the nodes is 3 m, and a tenth of it is
+    // the threshold.
+    let mut island = nodes_on_plane(2, GRAVITY);
+    let deep = [0, 1, 2].map(|i| ContactConstraint { offset: 1.0, ..on_plane(i, DVec3::Y) });
+    assert_eq!(island.solve_stage(DT, &deep), StageSolve::InitialPenetration(0));
+    let mut island = nodes_on_plane(2, GRAVITY);
+    assert_eq!(island.solve_stage(DT, &deep[..1]), StageSolve::Converged, "fewer than half of the nodes");
 }
 
 #[test]

@@ -72,23 +72,23 @@ impl SmallTangent {
         self.pattern.size()
     }
 
-    /// Displacement H⁻¹ Jᵀ p (m) by the forces `p` (N, contact frames) of `rows`.
-    fn displacement(&mut self, rows: &[SolverConstraint], p: &[DVec3]) -> Vec<f64> {
+    /// Displacement H⁻¹ Jᵀ p (m) by the forces `p` (N, contact frames) of `constraints`.
+    fn displacement(&mut self, constraints: &[SolverConstraint], p: &[DVec3]) -> Vec<f64> {
         let mut x = vec![0.0; 3 * self.nodes()];
-        rows.iter().zip(p).for_each(|(row, p)| row.add_force(*p, &mut x));
+        constraints.iter().zip(p).for_each(|(c, p)| c.add_force(*p, &mut x));
         self.factorize_with(&mut |_| {});
         self.solve(&mut x);
         x
     }
 
     /// Dual form of the constraints: the Delassus operator J H⁻¹ Jᵀ.
-    pub fn dual_space(&mut self, rows: &[SolverConstraint]) -> DualSpace {
+    pub fn dual_space(&mut self, constraints: &[SolverConstraint]) -> DualSpace {
         let mut space = DualSpace::default();
         let problem = &mut space.delassus.problem;
-        rows.iter().for_each(|row| problem.push(row.law, DVec3::ZERO));
-        for (j, row) in rows.iter().enumerate() {
-            let columns = DVec3::AXES.map(|axis| self.displacement(std::slice::from_ref(row), &[axis]));
-            for (i, other) in rows.iter().enumerate().skip(j) {
+        constraints.iter().for_each(|c| problem.push(c.law, DVec3::ZERO));
+        for (j, constraint) in constraints.iter().enumerate() {
+            let columns = DVec3::AXES.map(|axis| self.displacement(std::slice::from_ref(constraint), &[axis]));
+            for (i, other) in constraints.iter().enumerate().skip(j) {
                 let [x, y, z] = columns.each_ref().map(|x| other.displacement(x));
                 problem.couple(i, j, DMat3::from_cols(x, y, z));
             }
@@ -149,7 +149,7 @@ pub(crate) struct SmallSolution {
     pub u: Vec<DVec3>,
     /// Displacement of each node by the contact forces, m.
     pub displacement: Vec<DVec3>,
-    /// Newton steps or sweeps.
+    /// Newton steps or Gauss-Seidel sweeps.
     pub iterations: u64,
 }
 
@@ -179,13 +179,13 @@ impl SmallProblem {
     /// Add a contact of node `a` with node `b`, or with a fixed body. Without contact, a moves by
     /// `free` (m) relative to b from the position at which both touch.
     pub fn contact(mut self, a: u32, b: Option<u32>, normal: DVec3, free: DVec3, law: ContactLaw) -> Self {
-        let mut row = SolverConstraint::new(frame_of(normal), law);
-        row.add(a, DMat3::IDENTITY);
+        let mut constraint = SolverConstraint::new(frame_of(normal), law);
+        constraint.add(a, DMat3::IDENTITY);
         if let Some(b) = b {
-            row.add(b, -DMat3::IDENTITY);
+            constraint.add(b, -DMat3::IDENTITY);
         }
-        row.b = row.frame.transpose() * free;
-        self.constraints.push(row);
+        constraint.b = constraint.frame.transpose() * free;
+        self.constraints.push(constraint);
         self
     }
 
@@ -198,21 +198,21 @@ impl SmallProblem {
     /// Solve by `method` from the forces `initial` (N, world axes), with which the contacts
     /// `slipped` or not.
     pub fn solve_from(&mut self, method: Method, initial: &[DVec3], slipped: bool) -> SmallSolution {
-        let mut rows = self.constraints.clone();
+        let mut constraints = self.constraints.clone();
         let mut slots = Vec::new();
-        for row in &mut rows {
-            row.compute_stiffness(|block| self.tangent.diagonal(block));
-            row.look_up_slots(self.tangent.pattern(), &mut slots);
-            row.slipped = slipped;
+        for constraint in &mut constraints {
+            constraint.compute_stiffness(|block| self.tangent.diagonal(block));
+            constraint.look_up_slots(self.tangent.pattern(), &mut slots);
+            constraint.slipped = slipped;
         }
-        let mut force: Vec<DVec3> = rows.iter().zip(initial).map(|(row, p)| row.frame.transpose() * *p).collect();
+        let mut force: Vec<DVec3> = constraints.iter().zip(initial).map(|(c, p)| c.frame.transpose() * *p).collect();
         let (converged, iterations) = match method {
             Method::Primal | Method::Dual | Method::InteriorPoint => {
                 let mut solver = AugmentedLagrangian::default();
-                solver.constraints.clone_from(&rows);
+                solver.constraints.clone_from(&constraints);
                 solver.force = force;
                 let converged = match method {
-                    Method::Dual => solver.solve(&mut self.tangent.dual_space(&rows), &FINE),
+                    Method::Dual => solver.solve(&mut self.tangent.dual_space(&constraints), &FINE),
                     _ => {
                         let start = if method == Method::Primal { FINE.interior_point_iteration } else { 0 };
                         let accuracy = AugmentedLagrangianTolerances { interior_point_iteration: start, ..FINE };
@@ -222,35 +222,39 @@ impl SmallProblem {
                 force = std::mem::take(&mut solver.force);
                 (converged, solver.steps)
             }
-            Method::Pgs => {
-                let b: Vec<DVec3> = rows.iter().map(|row| row.b).collect();
-                let problem = &mut self.tangent.dual_space(&rows).delassus.problem;
-                problem.force = force;
-                let (mut sweeps, mut last) = (0, u32::MAX);
-                for _ in 0..500 {
-                    last = problem.solve(&b, 1e-12, 200).sweeps;
-                    sweeps += u64::from(last);
-                    if last == 1 {
-                        break;
-                    }
-                }
-                force = std::mem::take(&mut problem.force);
-                (last == 1, sweeps)
-            }
+            Method::Pgs => self.solve_by_pgs(&constraints, &mut force),
             Method::AlartCurnier => {
                 let mut solver = AlartCurnierSolver::default();
-                let problem = &self.tangent.dual_space(&rows).delassus.problem;
-                let converged = solver.solve(problem, &rows, &FINE, (&mut force, &mut Vec::new()));
+                let problem = &self.tangent.dual_space(&constraints).delassus.problem;
+                let converged = solver.solve(problem, &constraints, &FINE, (&mut force, &mut Vec::new()));
                 (converged, solver.steps)
             }
         };
-        let delta = self.tangent.displacement(&rows, &force);
+        let delta = self.tangent.displacement(&constraints, &force);
         SmallSolution {
             converged,
-            u: rows.iter().map(|row| row.frame * (row.displacement(&delta) + row.b)).collect(),
-            force: rows.iter().zip(&force).map(|(row, p)| row.frame * *p).collect(),
+            u: constraints.iter().map(|c| c.frame * (c.displacement(&delta) + c.b)).collect(),
+            force: constraints.iter().zip(&force).map(|(c, p)| c.frame * *p).collect(),
             displacement: delta.chunks_exact(3).map(DVec3::from_slice).collect(),
             iterations,
         }
+    }
+
+    /// Solve by the projected Gauss-Seidel method from `force` (N, contact frames), until one sweep
+    /// suffices. Returns whether it converged, and the number of sweeps.
+    fn solve_by_pgs(&mut self, constraints: &[SolverConstraint], force: &mut Vec<DVec3>) -> (bool, u64) {
+        let b: Vec<DVec3> = constraints.iter().map(|c| c.b).collect();
+        let problem = &mut self.tangent.dual_space(constraints).delassus.problem;
+        problem.force = std::mem::take(force);
+        let (mut sweeps, mut last) = (0, u32::MAX);
+        for _ in 0..500 {
+            last = problem.solve(&b, 1e-12, 200).sweeps;
+            sweeps += u64::from(last);
+            if last == 1 {
+                break;
+            }
+        }
+        *force = std::mem::take(&mut problem.force);
+        (last == 1, sweeps)
     }
 }

@@ -4,9 +4,11 @@
 
 use std::f64::consts::FRAC_PI_6;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::contact::coulomb::ContactLaw;
+use crate::contact::solver::augmented_lagrangian::SolverConstraint;
+use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver::test_problem::{Method, SmallProblem, SmallSolution};
 
 /// Weight of the stage, s.
@@ -88,6 +90,7 @@ fn slope_holds_a_node_up_to_the_friction_angle() {
 
 #[test]
 fn open_contact_has_no_force() {
+    // The free motion opens the gap by 1 mm and slides by 3 mm.
     let problem = || {
         let free = DVec3::new(3e-3, 1e-3, 0.0);
         SmallProblem::new(&[0.2], H).contact(0, None, DVec3::Y, free, ContactLaw::Coulomb(0.5))
@@ -127,24 +130,21 @@ fn two_blocks_part_with_the_force_of_the_schur_complement() {
         let momentum = solved.displacement[0] * m1 + solved.displacement[1] * m2;
         assert!(momentum.length() < 1e-12 * overlap * m1, "action equals reaction: {momentum}");
         let share = solved.displacement[0].x / overlap;
-        assert!((share - m2 / (m1 + m2)).abs() < 1e-4, "the lighter block gives way further: {share}");
+        assert!((share - m2 / (m1 + m2)).abs() < 1e-4, "displacements are as the inverse masses: {share}");
     }
 }
 
 #[test]
-fn delassus_operator_of_a_row_of_blocks_is_the_schur_complement() {
+fn delassus_operator_of_three_blocks_in_a_line_is_the_schur_complement() {
     let [m1, m2, m3] = [0.2, 0.6, 0.3];
-    let mut row = SmallProblem::new(&[m1, m2, m3], H);
+    let mut blocks = SmallProblem::new(&[m1, m2, m3], H);
     let constraints = [(0, 1), (1, 2)].map(|(a, b)| {
-        let mut row = crate::contact::solver::augmented_lagrangian::SolverConstraint::new(
-            crate::contact::solver::delassus::frame_of(DVec3::X),
-            FRICTIONLESS,
-        );
-        row.add(a, glam::DMat3::IDENTITY);
-        row.add(b, -glam::DMat3::IDENTITY);
-        row
+        let mut constraint = SolverConstraint::new(frame_of(DVec3::X), FRICTIONLESS);
+        constraint.add(a, DMat3::IDENTITY);
+        constraint.add(b, -DMat3::IDENTITY);
+        constraint
     });
-    let problem = row.tangent.dual_space(&constraints).delassus.problem;
+    let problem = blocks.tangent.dual_space(&constraints).delassus.problem;
     // Diagonal entries h² (1/m_a + 1/m_b); the contacts share block 2 with opposite signs: -h²/m₂.
     let expected = [H * H * (1.0 / m1 + 1.0 / m2), H * H * (1.0 / m2 + 1.0 / m3), -H * H / m2];
     let (other, block) = problem.columns[0][0];

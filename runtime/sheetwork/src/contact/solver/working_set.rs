@@ -182,8 +182,9 @@ mod tests {
 
     #[test]
     fn deepest_contact_is_followed_by_distant_ones() {
-        // First the deepest, 0; then the largest depth times squared distance from the chosen: 7;
-        // 3 (distance 3 from 0, 4 is as far from 7); 5; then the first of those at distance 1: 1, 2.
+        // The first contact is the deepest, 0. Each further one has the largest depth times squared
+        // distance from the chosen ones: 7; 3 (3 m from 0; 4 is as far from 7); 5; 1 and 2, the first
+        // of those at 1 m.
         let workspace = row_of_contacts(&[2e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]);
         let mut set = begun(&workspace);
         add_violated(&mut set, &workspace, &[]);
@@ -212,12 +213,12 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_adds_its_deepest_contact() {
+    fn every_pair_adds_up_to_six_contacts() {
         // Two contacts of the sheet with body 0 and eight with body 1, which adds six.
         let mut workspace = row_of_contacts(&[1e-3; 10]);
-        for (i, contact_) in workspace.detected.contacts.iter_mut().enumerate() {
+        for (i, constraint) in workspace.detected.contacts.iter_mut().enumerate() {
             let body = u32::from(i >= 2);
-            *contact_ = contact(i as u32, node_side(0, i as u32), body_side(body, DVec3::ZERO), DVec3::Y);
+            *constraint = contact(i as u32, node_side(0, i as u32), body_side(body, DVec3::ZERO), DVec3::Y);
         }
         let mut set = begun(&workspace);
         add_violated(&mut set, &workspace, &[]);
