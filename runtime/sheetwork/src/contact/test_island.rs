@@ -164,7 +164,8 @@ impl TestIsland {
         });
     }
 
-    /// Take a step of `h` (s) of sheets with explicit integrators that move freely to `x` + `h` `v`.
+    /// Take a step of `h` (s) of sheets with explicit integrators, whose free motion ends at
+    /// `x` + `h` `v`.
     pub fn solve_explicit(&mut self, h: f64, contacts: &[ContactConstraint]) -> bool {
         for sheet in &mut self.sheets {
             sheet.resize_workspace();

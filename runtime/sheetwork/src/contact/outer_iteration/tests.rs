@@ -161,7 +161,7 @@ fn nodes_of_two_sheets_part_with_the_force_of_the_schur_complement() {
     let (m1, m2, overlap) = (M, 3.0 * M, 1e-3);
     let sheets = [m1, m2].map(|m| loose_nodes(4, m, &[], IntegratorKind::BackwardEuler)).into_iter().collect();
     let mut island = TestIsland::new(sheets, vec![], DVec3::ZERO);
-    island.workspace.accepts_unconverged = true;
+    island.workspace.policy.accepts_unconverged = true;
     let pair = contact(0, node_side(0, 0), node_side(1, 0), DVec3::Y);
     let pair = ContactConstraint { offset: overlap, ..pair };
     assert_eq!(island.solve_stage(DT, &[pair]), StageSolve::Converged);
@@ -209,8 +209,8 @@ fn warm_start_needs_one_newton_step_per_solve() {
 #[test]
 fn contradicting_contacts_end_at_the_iteration_limit() {
     for (side, _) in SIDES {
-        // Floor and ceiling overlap by 2 mm, and the node starts 1 mm deep in both. The sheet moves,
-        // so that penetration is measured at the iterate.
+        // Floor and ceiling overlap by 2 mm, and the node starts 1 mm deep in both. The other nodes
+        // fall, so that penetration is measured at the iterate.
         let mut island = nodes_on_plane(side, GRAVITY);
         let pinch = [(0, DVec3::Y), (1, DVec3::NEG_Y)].map(|(i, normal)| ContactConstraint {
             offset: 1e-3,
@@ -343,7 +343,7 @@ fn iteration_limit_follows_sheets_substep_and_work() {
     workspace.is_single_sheet = false;
     assert_eq!(maximum_iterations(&workspace, false), SETTINGS.maximum_iterations_single, "nothing has touched");
     assert_eq!(maximum_iterations(&workspace, true), SETTINGS.maximum_iterations_several);
-    workspace.is_shortest_substep = true;
+    workspace.policy.is_shortest_substep = true;
     assert_eq!(maximum_iterations(&workspace, true), SETTINGS.maximum_iterations_shortest_substep);
     workspace.work = ContactSettings::DEFAULT.maximum_work + 1;
     assert_eq!(maximum_iterations(&workspace, true), 1, "the work budget is spent");

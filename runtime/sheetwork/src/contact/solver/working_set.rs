@@ -183,8 +183,8 @@ mod tests {
     #[test]
     fn deepest_contact_is_followed_by_distant_ones() {
         // The first contact is the deepest, 0. Each further one has the largest depth times squared
-        // distance from the chosen ones: 7; 3 (3 m from 0; 4 is as far from 7); 5; 1 and 2, the first
-        // of those at 1 m.
+        // distance from the chosen ones: 7; 3 (3 m from 0; 4 is as far from 7); 5; 1 and 2, the
+        // first of those at 1 m.
         let workspace = row_of_contacts(&[2e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]);
         let mut set = begun(&workspace);
         add_violated(&mut set, &workspace, &[]);
