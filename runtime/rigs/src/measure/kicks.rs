@@ -66,7 +66,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         damping_ratio: Some(damping),
         placement: Placement { rotation: draw.turns(), ..Placement::default() },
         pins,
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     let scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
     let mut world = World::new(&scene)?;
