@@ -32,13 +32,13 @@
 //! | `solver/dual` | contact forces | the working set is small compared to the nodes |
 //! | `solver/primal` | displacements | there are many contacts |
 //! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
-//! | `solver/node_sweeps` | contact forces | integrators are explicit; last fallback of one sheet |
+//! | `solver/pgs_working_set` | contact forces | integrators are explicit; last fallback of one sheet |
 //!
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
-//! contacts change state. `solver/node_sweeps` is projected Gauss-Seidel (PGS). Every solver starts
-//! from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in the
-//! sheets and in the solver bodies (`solver_body`).
+//! contacts change state. `solver/pgs_working_set` is projected Gauss-Seidel (PGS). Every solver
+//! starts from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in
+//! the sheets and in the solver bodies (`solver_body`).
 //!
 //! To add a friction law, extend `coulomb::Law` and follow its uses: `coulomb` solves one
 //! contact, `solver/augmented_lagrangian/contact_state` projects a force and differentiates the
