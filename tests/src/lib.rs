@@ -4,9 +4,11 @@
 //! The tests are in `tests/tests`, one file per subject; each names the source of its expected
 //! numbers.
 
+pub mod card;
 pub mod game;
 pub mod house;
 pub mod python;
+pub mod rig;
 
 use std::path::PathBuf;
 
@@ -130,7 +132,7 @@ pub fn run(world: &mut World, steps: u32, dt: f64) {
     if let Err(error) = world.set_dt(dt) {
         panic!("{error}");
     }
-    (0..steps).for_each(|_| world.step());
+    (0..steps).for_each(|_| _ = world.step());
     assert!(world.unstable().is_none(), "unstable");
 }
 

@@ -243,29 +243,14 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
         MaterialChoice::Inline(constants) => material("material", constants)?,
         MaterialChoice::File(_) => {}
     }
-    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
-    let (fewest, most) = s.structure.info().layers;
-    if s.file.is_none() {
-        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
-            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
-    }
-    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")?;
+    grid(s)?;
     check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
     outline(s)?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
     option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
-    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
-    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
-    for (i, key) in s.pressure.iter().enumerate() {
-        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
-        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
-        if i > 0 && key.time <= s.pressure[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
-            return Err(InputError::new(format!("pressure.{i}.time"), problem));
-        }
-    }
+    air_loads(s)?;
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
     check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
@@ -296,6 +281,31 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
+    }
+    Ok(())
+}
+
+fn grid(s: &SheetSpec) -> ValidationResult {
+    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
+    let (fewest, most) = s.structure.info().layers;
+    if s.file.is_none() {
+        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
+            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
+    }
+    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")
+}
+
+/// Check drag and the schedule of pressure.
+fn air_loads(s: &SheetSpec) -> ValidationResult {
+    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
+    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
+    for (i, key) in s.pressure.iter().enumerate() {
+        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
+        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
+        if i > 0 && key.time <= s.pressure[i - 1].time {
+            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
+            return Err(InputError::new(format!("pressure.{i}.time"), problem));
+        }
     }
     Ok(())
 }

@@ -228,7 +228,7 @@ fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
         "friction" => sheet.friction.to_string(),
         "restitution" => sheet.restitution.to_string(),
         "temperature" => sheet.temperature()?.to_string(),
-        "flexion_limit" if sheet.flexion.is_empty() => return None,
+        "flexion_limit" if sheet.flexion.triples.is_empty() => return None,
         "flexion_limit" => sheet.flexion_angle_limit().map_or_else(|| "none".to_owned(), |l| l.to_string()),
         _ => return None,
     })

@@ -9,14 +9,16 @@
 use glam::DVec3;
 
 use crate::contact::IslandView;
+use crate::contact::counters::ContactCounters;
 use crate::contact::gap::contact_velocity_jump;
 use crate::contact::settings::{AlartCurnierSettings, ContactSettings, DualSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::alart_curnier::AlartCurnierSolver;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace};
+use crate::contact::solver::choice::PositionSolver;
 use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver::primal::solve_counted;
 use crate::contact::solver::working_set::WorkingSet;
-use crate::contact::workspace::{ContactCounters, ContactWorkspace, PositionSolver};
+use crate::contact::workspace::ContactWorkspace;
 
 const SETTINGS: DualSettings = ContactSettings::DEFAULT.dual;
 const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
@@ -137,7 +139,7 @@ impl ContactWorkspace {
             let accuracy = self.settings(rough, group.independent_parts());
             let done = few.solve(&mut primal, &mut self.counters, &accuracy);
             settled = Some(done);
-            if !done && !self.accepts_unconverged {
+            if !done && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);
@@ -229,7 +231,7 @@ impl ContactWorkspace {
             begun = self.working_set.len();
             let accuracy = self.settings(false, group.independent_parts());
             settled = few.solve(&mut primal, &mut self.counters, &accuracy);
-            if !settled && !self.accepts_unconverged {
+            if !settled && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);
