@@ -1,5 +1,5 @@
-//! Heat: a polystyrene strip, clamped at one end, softens in an oven, sags, and keeps its shape when
-//! it has cooled.
+//! Heat: a polystyrene strip, clamped at one end, softens in an oven, sags, and keeps its shape
+//! when it has cooled.
 //!
 //! `cargo run -p sheetwork --example heat`
 
