@@ -32,7 +32,7 @@
 //! | `solver/dual` | contact forces | the working set is small compared to the nodes |
 //! | `solver/primal` | displacements | there are many contacts |
 //! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
-//! | `solver/pgs_working_set` | contact forces | integrators are explicit; last fallback of one sheet |
+//! | `solver/pgs_working_set` | contact forces | explicit integrators; last fallback of one sheet |
 //!
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
