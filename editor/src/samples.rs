@@ -195,8 +195,8 @@ mod tests {
 
     #[test]
     fn a_table_has_as_many_columns_in_every_line() {
-        let spec = SheetSpec { name: "a \"b\"".into(), ..SheetSpec::default() };
-        let scene = Scene { sheets: vec![spec], oven: Some(OvenSpec::default()), ..Scene::default() };
+        let spec = SheetSpec { name: "a \"b\"".into(), ..SheetSpec::thesis() };
+        let scene = Scene { sheets: vec![spec], oven: Some(OvenSpec::default()), ..Scene::thesis() };
         let world = World::new(&scene).expect("valid");
         let mut samples = Samples::default();
         samples.push(Sample::from_world(&world, 1e-4));

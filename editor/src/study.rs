@@ -123,7 +123,8 @@ pub fn scene(trial: Trial, title: &str) -> Result<Scene, InputError> {
             let material = format!("(young: {}, thickness: {GAP})", stiffness / GAP);
             (
                 format!(
-                    r#"structure: "{lattice}", grid: (11, {layers}, 11), gap: {GAP}, material: {material}, node_mass: {NODE}"#
+                    r#"structure: "{lattice}", grid: (11, {layers}, 11), gap: {GAP}, material: {material}, springs: Uniform,
+                        node_mass: {NODE}"#
                 ),
                 engine,
                 dt,

@@ -60,8 +60,8 @@ pub const TABLE: &[Template] = &[
         text: r#"(name: "wedge", engine: "euler-richardson", dt: 0.005, gravity: (0, -0.981, 0),
             room: (x: (-0.065, 0.065), y: (-0.0281, 0.03), z: (-0.0299, 0.0333), grid: 0.005),
             air: (factor: 0.97, per: 0.015),
-            sheets: [(name: "sheet", structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", node_mass: 4e-5,
-                placement: (position: (-0.0015, 0.0025, -0.0015)), probes: {"centre": (0.5, 0.5)})],
+            sheets: [(name: "sheet", structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis",
+                springs: Uniform, node_mass: 4e-5, placement: (position: (-0.0015, 0.0025, -0.0015)), probes: {"centre": (0.5, 0.5)})],
             bodies: [(name: "wedge", shape: Polyhedron((
                 vertices: [(-0.0165, -0.0281, 0.0145), (0.0135, -0.0281, 0.0145), (-0.0015, -0.0121, 0.0145),
                     (-0.0165, -0.0281, -0.0175), (0.0135, -0.0281, -0.0175), (-0.0015, -0.0121, -0.0175)],

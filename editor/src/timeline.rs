@@ -173,7 +173,7 @@ mod tests {
     use sheetwork::scene::{Scene, SheetSpec};
 
     fn world() -> World {
-        World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid")
+        World::new(&Scene { sheets: vec![SheetSpec::thesis()], ..Scene::thesis() }).expect("valid")
     }
 
     #[test]

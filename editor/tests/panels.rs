@@ -172,7 +172,7 @@ fn real_sheet() -> Session {
         size: (0.25, 0.25),
         material: "hips".into(),
         pins: vec![PinSpec::clamped(Region::Left)],
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     let (engine, dt) = ("tr-bdf2".parse().expect("known"), 1.0 / 60.0);
     let air = Air { density: 1.2, ..Air::default() };
@@ -222,9 +222,9 @@ fn the_numbers_show_the_delivered_stiffness() {
 
 #[test]
 fn the_bend_limit_acts_on_structures_with_flexion_springs() {
-    let spec = SheetSpec { structure: "provot2d".parse().expect("known"), grid: (7, 1, 7), ..SheetSpec::default() };
+    let spec = SheetSpec { structure: "provot2d".parse().expect("known"), grid: (7, 1, 7), ..SheetSpec::thesis() };
     let second = SheetSpec { name: "second".into(), ..spec.clone() };
-    let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::default() }).expect("valid");
+    let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::thesis() }).expect("valid");
     let mut harness = harness(session, |ui, (session, state)| panels::sheet(ui, session, state));
     harness.get_by_role_and_label(Role::ComboBox, "Of sheet").click();
     harness.run_steps(3);

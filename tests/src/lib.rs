@@ -102,7 +102,7 @@ pub fn small_sheet(structure: StructureKind, damping: f64) -> SheetSpec {
 
 /// A scene of one sheet without gravity, bodies or air.
 pub fn scene_without_gravity(sheet: SheetSpec, engine: IntegratorKind) -> Scene {
-    Scene { gravity: DVec3::ZERO, engine, tolerance: 1.0, sheets: vec![sheet], ..Scene::default() }
+    Scene { gravity: DVec3::ZERO, engine, tolerance: 1.0, sheets: vec![sheet], ..Scene::thesis() }
 }
 
 /// World of the scene, with sleeping disabled.

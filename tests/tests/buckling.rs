@@ -73,7 +73,7 @@ fn hanging_swinging_bouncing_and_bending_sheets_do_not_buckle() {
     let bounce = r#"(engine: "tr-bdf2", dt: 0.004, sheets: [(name: "a", structure: "shell", grid: (11, 1, 11), size: (0.1, 0.1), material: "hips",
         restitution: 0.5, placement: (position: (0, 0.05, 0)))], room: (x: (-1, 1), y: (0, 1), z: (-1, 1)))"#;
     let lattice = r#"(dt: 0.002, engine: "tr-bdf2", sheets: [(name: "a", structure: "slamm", grid: (9, 2, 9), size: (0.1, 0.1),
-        material: "rubber", pins: [(region: Left)])])"#;
+        material: "rubber", springs: Uniform, pins: [(region: Left)])])"#;
     for scene in [cantilever, pendulum, bounce, lattice] {
         assert_eq!(buckles(scene, 2.0, |_| {}), [], "{scene}");
     }

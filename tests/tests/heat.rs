@@ -334,8 +334,8 @@ fn a_body_before_a_heater_throws_a_shadow() {
 
 #[test]
 fn the_thesis_heat_model_softens_by_its_formula() {
-    let spec = SheetSpec { pins: vec![PinSpec::fixed(Region::Left)], node_mass: Some(4e-5), ..SheetSpec::default() };
-    let mut scene = Scene { dt: 2e-3, gravity: DVec3::new(0.0, -0.981, 0.0), sheets: vec![spec], ..Scene::default() };
+    let spec = SheetSpec { pins: vec![PinSpec::fixed(Region::Left)], node_mass: Some(4e-5), ..SheetSpec::thesis() };
+    let mut scene = Scene { dt: 2e-3, gravity: DVec3::new(0.0, -0.981, 0.0), sheets: vec![spec], ..Scene::thesis() };
     scene.heat_mode = HeatMode::Thesis { sensitivity: 0.1, conductivity: 0.0 };
     scene.oven = Some(OvenSpec { temperature: 21.0, ..OvenSpec::default() });
     let mut world = world(&scene);

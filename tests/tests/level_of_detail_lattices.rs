@@ -62,7 +62,7 @@ fn remapping_conserves_mass_and_momenta_of_a_flying_lattice() {
             for (from, n) in CHANGES {
                 let mut world = world(&format!(
                     r#"(engine: "{engine}", dt: 0.0005, gravity: (0, 0, 0), sheets: [(structure: "{structure}", grid: ({from}, {layers}, {from}),
-                        size: (0.25, 0.2), gap: 0.006, material: "thesis", velocity: (1, 0.5, -0.3), spin: (2, 1, 4))])"#
+                        size: (0.25, 0.2), gap: 0.006, material: "thesis", springs: Uniform, velocity: (1, 0.5, -0.3), spin: (2, 1, 4))])"#
                 ));
                 world.advance(0.1);
                 let of = |s: &Sheet| (s.total_mass(), s.momentum(), s.angular_momentum(), s.energy(DVec3::ZERO));
@@ -126,7 +126,7 @@ fn pinned_nodes_of_every_layer_keep_their_positions() {
 fn kinematic_nodes_continue_their_paths_after_remapping() {
     let mut world = world(
         r#"(engine: "tr-bdf2", dt: 0.01, sheets: [(name: "leaf", structure: "slamm", grid: (11, 2, 11), size: (0.25, 0.25), gap: 0.005,
-            material: "thesis", damping: 0.2, pins: [(region: Left, path: [(time: 0, offset: (0, 0, 0)), (time: 1, offset: (0, 0.5, 0))])])])"#,
+            material: "thesis", springs: Uniform, damping: 0.2, pins: [(region: Left, path: [(time: 0, offset: (0, 0, 0)), (time: 1, offset: (0, 0.5, 0))])])])"#,
     );
     world.advance(0.3);
     change_grid(&mut world, (21, 21));
@@ -221,7 +221,7 @@ fn remapping_conserves_set_and_creep_of_springs() {
 fn remapping_conserves_forces_settings_and_grabs_of_a_lattice() {
     let mut world = world(
         r#"(engine: "tr-bdf2", dt: 0.0166666, sheets: [(name: "leaf", structure: "provot3d", grid: (11, 2, 11), size: (0.25, 0.25), gap: 0.004,
-            material: "thesis", node_mass: 4e-5, damping: 0.2, flexion_limit: Some(40), pins: [(region: Left)], probes: { "tip": (1, 0.5) },
+            material: "thesis", springs: Uniform, node_mass: 4e-5, damping: 0.2, flexion_limit: Some(40), pins: [(region: Left)], probes: { "tip": (1, 0.5) },
             forces: [(region: Right, value: (0, -0.0004, 0))])])"#,
     );
     for (path, value) in [("material.young", "1e5"), ("friction", "0.7"), ("damping", "0.3"), ("flexion_limit", "55")] {
@@ -292,7 +292,7 @@ fn a_sleeping_lattice_stays_asleep_after_remapping() {
 fn an_explicit_integrator_takes_the_substeps_of_a_finer_lattice() {
     let mut world = world(
         r#"(engine: "verlet", dt: 0.0005, sheets: [(name: "leaf", structure: "trimm", grid: (8, 2, 8), size: (0.025, 0.025), gap: 0.001,
-            material: "thesis", node_mass: 4e-5, damping: 0.05, pins: [(region: Left)])])"#,
+            material: "thesis", springs: Uniform, node_mass: 4e-5, damping: 0.05, pins: [(region: Left)])])"#,
     );
     world.advance(0.1);
     assert_eq!(world.sheets()[0].substeps_of_step(world.dt()), 1);

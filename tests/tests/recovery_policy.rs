@@ -306,7 +306,8 @@ fn no_policy_has_an_energy_error_in_contact() {
     // Impacts on a ball or the floor beyond the stability limit, where an undetected instability
     // would gain a thousand joules.
     let lattice = r#"(engine: "euler-richardson", dt: 0.005, sheets: [(structure: "trimm", grid: (9, 2, 9), size: (0.03, 0.03), gap: 0.001,
-        material: (name: "thesis", young: 2e8), node_mass: 4e-5, damping: 0.115, placement: (position: (0.06, 0.05, 0)), when_unstable: "reduce-step 4096")],
+        material: (name: "thesis", young: 2e8), springs: Uniform, node_mass: 4e-5, damping: 0.115,
+        placement: (position: (0.06, 0.05, 0)), when_unstable: "reduce-step 4096")],
         bodies: [(name: "ball", shape: Ball(0.02), density: 100, placement: (position: (0.06, 0.12, 0))), (shape: HalfSpace, placement: (position: (0, -0.1, 0)))])"#;
     let shell = |engine: &str, dt: f64, material: &str, pins: &str| {
         format!(

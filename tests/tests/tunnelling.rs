@@ -29,7 +29,7 @@ fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
         node_mass: Some(1e-3),
         placement: Placement { position, rotation: DVec3::ZERO },
         velocity,
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     }
 }
 

@@ -139,7 +139,7 @@ mod tests {
     use sheetwork::scene::{BodySpec, OvenSpec, PinSpec, Shape};
 
     fn scene() -> Scene {
-        Scene { sheets: vec![SheetSpec { material: "hips".into(), ..SheetSpec::default() }], ..Scene::default() }
+        Scene { sheets: vec![SheetSpec { material: "hips".into(), ..SheetSpec::thesis() }], ..Scene::thesis() }
     }
 
     #[test]

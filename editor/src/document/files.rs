@@ -105,14 +105,10 @@ mod tests {
 
     #[test]
     fn a_scene_in_another_folder_names_the_same_files() {
-        let sheet = SheetSpec { file: Some("../sheets/a.sht".into()), ..SheetSpec::default() };
+        let sheet = SheetSpec { file: Some("../sheets/a.sht".into()), ..SheetSpec::thesis() };
         let body = BodySpec::new(Shape::File("/else/where.pol".into()));
-        let scene = Scene {
-            sheets: vec![sheet],
-            bodies: vec![body],
-            base: "/home/me/assets/scenes".into(),
-            ..Scene::default()
-        };
+        let scene =
+            Scene { sheets: vec![sheet], bodies: vec![body], base: "/home/me/assets/scenes".into(), ..Scene::thesis() };
         let there = moved(&scene, Path::new("/home/me/mine/deep"));
         assert_eq!(there.sheets[0].file.as_deref(), Some(Path::new("../../assets/sheets/a.sht")));
         assert_eq!(there.bodies[0].shape, Shape::File("/else/where.pol".into()), "one from the root stays");

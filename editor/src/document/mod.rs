@@ -218,7 +218,7 @@ mod tests {
     use super::*;
 
     fn with_dt(dt: f64) -> Scene {
-        Scene { dt, ..Scene::default() }
+        Scene { dt, ..Scene::thesis() }
     }
 
     #[test]

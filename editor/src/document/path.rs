@@ -99,15 +99,18 @@ mod tests {
     use super::*;
     use glam::DVec3;
     use sheetwork::World;
+    use sheetwork::scene::SheetSpec;
 
     #[test]
     fn every_parameter_of_a_world_is_a_field_of_its_scene() {
         let scene = Scene::parse(
-            r#"(heaters: [(size: (0.1, 0.01, 0.1), hot: [(face: 2, temperature: 300)], placement: (position: (0, 0.2, 0)))],
+            r#"(engine: "euler-richardson", dt: 0.001,
+                heaters: [(size: (0.1, 0.01, 0.1), hot: [(face: 2, temperature: 300)], placement: (position: (0, 0.2, 0)))],
                 oven: (on: false), heat_gun: (on: false),
                 bodies: [(shape: Ball(0.01), temperature: 80), (name: "iron", shape: Ball(0.01), temperature: 80)],
-                sheets: [(), (name: "real", structure: "shell", grid: (5, 1, 5), material: "hips"),
-                    (structure: "provot2d", grid: (5, 1, 5))])"#,
+                sheets: [(structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform),
+                    (name: "real", structure: "shell", grid: (5, 1, 5), size: (0.025, 0.025), material: "hips"),
+                    (structure: "provot2d", grid: (5, 1, 5), size: (0.025, 0.025), material: "thesis", springs: Uniform)])"#,
         );
         let scene = scene.expect("valid");
         let world = World::new(&scene).expect("valid");
@@ -127,7 +130,7 @@ mod tests {
             hot: vec![HotFaceSpec { face: 0, temperature: 200.0, emissivity: 0.9 }],
             ..HeaterSpec::default()
         };
-        let scene = Scene { heaters: vec![heater], sheets: vec![Default::default()], ..Scene::default() };
+        let scene = Scene { heaters: vec![heater], sheets: vec![SheetSpec::thesis()], ..Scene::thesis() };
         let hotter = with_value(&scene, "heaters.0.temperature", "300").expect("there");
         assert_eq!((hotter.heaters[0].hot[0].temperature, hotter.heaters[0].hot[0].emissivity), (300.0, 0.9));
         assert!(!with_value(&scene, "heaters.0.on", "0").expect("there").heaters[0].on);

@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn values_are_found_by_path_and_presets_by_the_materials_name() {
-        let spec = SheetSpec { material: "hips".into(), ..SheetSpec::default() };
-        let scene = Scene { sheets: vec![spec], ..Scene::default() };
+        let spec = SheetSpec { material: "hips".into(), ..SheetSpec::thesis() };
+        let scene = Scene { sheets: vec![spec], ..Scene::thesis() };
         assert_eq!(at(&scene, "gravity").as_deref(), Some("(0.0, -9.81, 0.0)"));
         assert_eq!(at(&scene, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
         assert_eq!(at(&scene, "sheets.0.friction").as_deref(), Some("none"));

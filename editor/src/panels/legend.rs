@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn numbers_along_a_scale_are_round() {
-        let scene = Scene { sheets: vec![SheetSpec::default()], oven: Some(OvenSpec::default()), ..Scene::default() };
+        let scene = Scene { sheets: vec![SheetSpec::thesis()], oven: Some(OvenSpec::default()), ..Scene::thesis() };
         let world = World::new(&scene).expect("valid");
         let read = |low, high| {
             let scale = SheetColour::TemperatureBetween { low, high }.scale(&world).expect("heated");

@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn the_bar_spans_the_colours_of_the_lowest_and_the_highest_value() {
-        let scene = Scene { sheets: vec![SheetSpec::default()], oven: Some(OvenSpec::default()), ..Scene::default() };
+        let scene = Scene { sheets: vec![SheetSpec::thesis()], oven: Some(OvenSpec::default()), ..Scene::thesis() };
         let scale = SheetColour::Temperature.scale(&World::new(&scene).expect("valid")).expect("heated");
         let mut picture = Picture { width: 400, height: 300, pixels: vec![255; 3 * 400 * 300] };
         draw(&mut picture, &scale);

@@ -173,7 +173,7 @@ impl Session {
         let placement = self.place_for(file);
         match kind_of(file) {
             Some(Kind::Sheet) => self.edit(&label, &label, |scene| {
-                scene.sheets.push(SheetSpec { name, file: Some(path), placement, ..SheetSpec::default() });
+                scene.sheets.push(SheetSpec { name, file: Some(path), placement, ..SheetSpec::thesis() });
             }),
             Some(Kind::Polyhedra) => self.edit(&label, &label, |scene| {
                 scene.bodies.push(BodySpec { name, placement, ..BodySpec::new(Shape::File(path)) });

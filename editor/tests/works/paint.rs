@@ -63,7 +63,11 @@ fn a_crease_is_drawn_and_folds_the_sheet() {
     };
     assert!(folded > 0.02, "half of 12 cm stands up by 60 degrees: {folded}");
     assert!(session.undo() && session.scene().sheets[0].creases.is_empty());
-    let lattice = Scene::parse(r#"(sheets: [(structure: "slamm", grid: (5, 2, 5))])"#).expect("valid");
+    let lattice = Scene::parse(
+        r#"(engine: "euler-richardson", dt: 0.001,
+            sheets: [(structure: "slamm", grid: (5, 2, 5), size: (0.025, 0.025), material: "thesis", springs: Uniform)])"#,
+    )
+    .expect("valid");
     let mut session = Session::new(&lattice).expect("valid");
     assert!(!session.crease(0, ((0.5, 0.0), (0.5, 1.0)), 60.0));
     assert!(session.messages()[0].text.contains("creases"), "{:?}", session.messages());
@@ -89,7 +93,11 @@ fn a_cut_opens_the_cells_under_the_line_while_it_runs() {
     );
     assert!(session.reset() && session.world().sheets()[0].open_count() == 8, "it is part of the scene");
     assert!(session.undo() && session.world().sheets()[0].open_count() == 0);
-    let triangles = Scene::parse(r#"(sheets: [(structure: "trimm", grid: (5, 2, 5))])"#).expect("valid");
+    let triangles = Scene::parse(
+        r#"(engine: "euler-richardson", dt: 0.001,
+            sheets: [(structure: "trimm", grid: (5, 2, 5), size: (0.025, 0.025), material: "thesis", springs: Uniform)])"#,
+    )
+    .expect("valid");
     let mut session = Session::new(&triangles).expect("valid");
     assert!(!session.cut(0, ((0.5, 0.0), (0.5, 1.0))));
     assert!(session.messages()[0].text.contains("square cells"), "{:?}", session.messages());

@@ -13,6 +13,7 @@ use bevy::asset::AssetApp;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use bevy_sheetwork::prelude::*;
+use bevy_sheetwork::sheetwork::scene::{Air, Scene};
 
 /// Sheets in a row.
 const ROW: u32 = 10;
@@ -63,12 +64,14 @@ fn game(kind: Sheets) -> App {
     app.init_asset::<StandardMaterial>().init_asset::<Image>();
     app.add_plugins((SheetworkPlugins, bevy::diagnostic::DiagnosticsPlugin));
     app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / 60.0)));
+    let settings = Scene { air: Air { density: 1.2, ..default() }, ..Scene::thesis() };
+    app.world_mut().resource_mut::<SheetWorld>().restart(&settings).expect("in range");
     if kind == Sheets::Asleep {
         app.world_mut().spawn(SheetBody::floor());
     }
     for k in (0..ROW * ROW).filter(|_| kind != Sheets::None) {
         let [column, row] = [k % ROW, k / ROW].map(|n| 0.5 * n as f32);
-        let sheet = Sheet::default().grid(21, 21).size(0.25, 0.25);
+        let sheet = Sheet::thesis().grid(21, 21).size(0.25, 0.25);
         let height = if kind == Sheets::Asleep { 2.6e-4 } else { 1.0 };
         let seen = if kind == Sheets::Hidden { Visibility::Hidden } else { Visibility::Inherited };
         app.world_mut().spawn((sheet, Transform::from_xyz(column, height, row), seen));

@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use bevy_sheetwork::prelude::*;
 use bevy_sheetwork::sheetwork::rigid::RigidView;
-use common::{app_with, run};
+use common::{app_with, explicit, run};
 
 /// The caller's rigid world.
 #[derive(Resource)]
@@ -28,8 +28,9 @@ fn a_sheet_rests_on_a_body_of_the_callers_world() {
     game.insert_collider(ColliderBuilder::cuboid(0.1, 0.01, 0.1), Some(table));
 
     let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    explicit(&mut app);
     app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
-    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.13, 0.0))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.13, 0.0))).id();
     run(&mut app, 3.0);
     let state = app.world().get::<SheetState>(sheet).expect("has one");
     assert!((state.centre.y - 0.1105).abs() < 1e-3 && state.contacts > 0, "{state:?}");

@@ -5,7 +5,7 @@ mod common;
 use bevy::camera::primitives::Aabb;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
-use common::{app, frame, run};
+use common::{frame, run, thesis_app};
 
 fn positions(app: &App, entity: Entity) -> &[[f32; 3]] {
     let mesh = app.world().get::<Mesh3d>(entity).expect("dressed");
@@ -21,8 +21,8 @@ fn changes(app: &mut App) -> usize {
 
 #[test]
 fn a_falling_sheet_is_drawn_in_the_same_arrays() {
-    let mut app = app();
-    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.5, 0.0))).id();
+    let mut app = thesis_app();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.5, 0.0))).id();
     frame(&mut app, 0.0);
     let mesh = app.world().get::<Mesh3d>(sheet).expect("dressed").0.id();
     assert!(app.world().get::<MeshMaterial3d<StandardMaterial>>(sheet).is_some());
@@ -36,9 +36,9 @@ fn a_falling_sheet_is_drawn_in_the_same_arrays() {
 
 #[test]
 fn bounds_follow_the_sheet_and_hold_every_vertex() {
-    let mut app = app();
+    let mut app = thesis_app();
     let there = Transform::from_xyz(0.2, 0.5, -0.3).with_rotation(Quat::from_rotation_x(0.7));
-    let sheet = app.world_mut().spawn((Sheet::default().velocity(Vec3::new(3.0, 1.0, 0.0)), there)).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis().velocity(Vec3::new(3.0, 1.0, 0.0)), there)).id();
     run(&mut app, 0.5);
     let bounds = app.world().get::<Aabb>(sheet).expect("has bounds");
     for p in positions(&app, sheet) {
@@ -53,9 +53,9 @@ fn bounds_follow_the_sheet_and_hold_every_vertex() {
 
 #[test]
 fn a_sheet_at_rest_or_hidden_is_not_sent_again() {
-    let mut app = app();
+    let mut app = thesis_app();
     app.world_mut().spawn(SheetBody::floor());
-    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
     run(&mut app, 0.1);
     assert!(changes(&mut app) > 0);
     app.world_mut().entity_mut(sheet).insert(Visibility::Hidden);
@@ -73,8 +73,8 @@ fn a_sheet_at_rest_or_hidden_is_not_sent_again() {
 
 #[test]
 fn layer_and_smoothing_can_be_changed_while_it_runs() {
-    let mut app = app();
-    let sheet = app.world_mut().spawn(Sheet::default()).id();
+    let mut app = thesis_app();
+    let sheet = app.world_mut().spawn(Sheet::thesis()).id();
     run(&mut app, 0.1);
     assert_eq!(positions(&app, sheet).len(), (9 * 4 + 1) * (9 * 4 + 1), "the upper layer, four pieces a cell");
     *app.world_mut().get_mut::<SheetDisplay>(sheet).expect("required") =
@@ -85,9 +85,9 @@ fn layer_and_smoothing_can_be_changed_while_it_runs() {
 
 #[test]
 fn a_user_material_is_not_replaced() {
-    let mut app = app();
+    let mut app = thesis_app();
     let mine = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
-    let sheet = app.world_mut().spawn((Sheet::default(), MeshMaterial3d(mine.clone()))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), MeshMaterial3d(mine.clone()))).id();
     let body = app.world_mut().spawn((SheetBody::ball(0.1), MeshMaterial3d(mine.clone()))).id();
     run(&mut app, 0.1);
     for entity in [sheet, body] {
@@ -100,7 +100,7 @@ fn a_user_material_is_not_replaced() {
 fn a_server_without_graphics_runs_too() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default(), SheetworkPlugins));
-    let sheet = app.world_mut().spawn(Sheet::default()).id();
+    let sheet = app.world_mut().spawn(Sheet::thesis()).id();
     run(&mut app, 0.2);
     assert!(app.world().get::<SheetState>(sheet).expect("has one").centre.y < -0.1);
 }

@@ -83,7 +83,7 @@ fn late_inputs_end_in_the_same_bits_as_inputs_in_time() {
 fn a_snapshot_of_other_sheets_is_rejected_and_changes_nothing() {
     let mut app = hanging();
     let saved = state(app.world().resource::<SheetWorld>());
-    app.world_mut().spawn((Sheet::default(), Transform::from_xyz(1.0, 1.0, 0.0)));
+    app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(1.0, 1.0, 0.0)));
     frame(&mut app, 0.0);
     let mut world = app.world_mut().resource_mut::<SheetWorld>();
     world.step();

@@ -12,8 +12,18 @@ fn scene(text: &str) -> SheetScene {
 }
 
 const TWO: &str = r#"(
-    name: "two", gravity: (0, -1, 0), dt: 0.005, room: (x: (-0.1, 0.1), y: (0.0, 0.1), z: (-0.1, 0.1)),
-    sheets: [(name: "a", placement: (position: (0, 0.02, 0))), (name: "b", placement: (position: (0, 0.05, 0)))],
+    name: "two", gravity: (0, -1, 0), engine: "euler-richardson", dt: 0.005,
+    room: (x: (-0.1, 0.1), y: (0.0, 0.1), z: (-0.1, 0.1)),
+    sheets: [
+        (
+            name: "a", structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform,
+            placement: (position: (0, 0.02, 0)),
+        ),
+        (
+            name: "b", structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform,
+            placement: (position: (0, 0.05, 0)),
+        ),
+    ],
     bodies: [(name: "ball", shape: Ball(0.01))],
 )"#;
 

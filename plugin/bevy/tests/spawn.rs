@@ -5,7 +5,7 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
-use common::{app, frame, run};
+use common::{app, frame, run, thesis_app};
 
 fn state(app: &App, entity: Entity) -> SheetState {
     *app.world().get::<SheetState>(entity).expect("every sheet has a state")
@@ -13,9 +13,9 @@ fn state(app: &App, entity: Entity) -> SheetState {
 
 #[test]
 fn a_sheet_spawned_in_one_line_falls_on_a_body_and_rests() {
-    let mut app = app();
+    let mut app = thesis_app();
     app.world_mut().spawn(SheetBody::cuboid(0.1, 0.02, 0.1));
-    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.03, 0.0))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.03, 0.0))).id();
     frame(&mut app, 0.0);
     assert!((state(&app, sheet).centre.y - 0.0305).abs() < 1e-4, "in the world in the frame it was spawned in");
     run(&mut app, 4.0);
@@ -38,11 +38,11 @@ fn the_readme_sheet_of_stiff_material_stays_stable() {
 
 #[test]
 fn the_initial_pose_and_size_follow_parents_and_scale() {
-    let mut app = app();
+    let mut app = thesis_app();
     let turned = Transform::from_xyz(1.0, 0.0, 0.0).with_rotation(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2));
     let parent = app.world_mut().spawn((turned, Visibility::default())).id();
     let local = Transform::from_xyz(0.0, 2.0, 0.0).with_scale(Vec3::splat(2.0));
-    let sheet = app.world_mut().spawn((Sheet::default(), local, ChildOf(parent))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), local, ChildOf(parent))).id();
     frame(&mut app, 0.0);
     let name = app.world().get::<SheetMotion>(sheet).expect("built").name().to_owned();
     let world = app.world().resource::<SheetWorld>();
@@ -53,9 +53,9 @@ fn the_initial_pose_and_size_follow_parents_and_scale() {
 
 #[test]
 fn despawned_entities_are_removed_from_the_world() {
-    let mut app = app();
-    let sheet = app.world_mut().spawn(Sheet::default()).id();
-    let other = app.world_mut().spawn(Sheet::default().named("other")).id();
+    let mut app = thesis_app();
+    let sheet = app.world_mut().spawn(Sheet::thesis()).id();
+    let other = app.world_mut().spawn(Sheet::thesis().named("other")).id();
     let body = app.world_mut().spawn(SheetBody::ball(0.01)).id();
     run(&mut app, 0.1);
     let count = |app: &App| {
@@ -74,9 +74,9 @@ fn despawned_entities_are_removed_from_the_world() {
 
 #[test]
 fn a_body_that_is_moved_carries_a_sheet_along() {
-    let mut app = app();
+    let mut app = thesis_app();
     let tray = app.world_mut().spawn(SheetBody::cuboid(0.1, 0.01, 0.1).friction(2.0)).id();
-    let sheet = app.world_mut().spawn((Sheet::default().friction(2.0), Transform::from_xyz(0.0, 0.006, 0.0))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis().friction(2.0), Transform::from_xyz(0.0, 0.006, 0.0))).id();
     run(&mut app, 1.0);
     for _ in 0..64 {
         app.world_mut().get_mut::<Transform>(tray).expect("has one").translation += Vec3::new(0.0005, 0.001, 0.0);
@@ -89,10 +89,10 @@ fn a_body_that_is_moved_carries_a_sheet_along() {
 
 #[test]
 fn a_body_moved_while_paused_is_put_there_without_pushing() {
-    let mut app = app();
+    let mut app = thesis_app();
     let wall = app.world_mut().spawn((SheetBody::cuboid(0.01, 0.1, 0.1), Transform::from_xyz(-0.1, 0.0, 0.0))).id();
     app.world_mut().resource_mut::<SheetWorld>().set_gravity(bevy::math::DVec3::ZERO).expect("in range");
-    let sheet = app.world_mut().spawn(Sheet::default()).id();
+    let sheet = app.world_mut().spawn(Sheet::thesis()).id();
     run(&mut app, 0.1);
     app.world_mut().resource_mut::<SheetClock>().paused = true;
     app.world_mut().get_mut::<Transform>(wall).expect("has one").translation.x = 0.1;
@@ -120,8 +120,8 @@ fn the_path_of_a_body_starts_when_it_is_spawned() {
 
 #[test]
 fn changing_the_component_changes_the_sheet() {
-    let mut app = app();
-    let entity = app.world_mut().spawn((Sheet::default().pin(Region::All), Transform::from_xyz(0.0, 1.0, 0.0))).id();
+    let mut app = thesis_app();
+    let entity = app.world_mut().spawn((Sheet::thesis().pin(Region::All), Transform::from_xyz(0.0, 1.0, 0.0))).id();
     run(&mut app, 0.2);
     let x = |app: &App| app.world().get::<SheetMotion>(entity).expect("built").positions().clone();
     let before = x(&app);
@@ -154,7 +154,7 @@ fn a_rejected_entity_is_left_out_and_tried_again_after_a_change() {
 fn events_are_sent_with_their_entities() {
     #[derive(Resource, Default)]
     struct Heard(Vec<SheetEvent>);
-    let mut app = app();
+    let mut app = thesis_app();
     app.init_resource::<Heard>().add_systems(
         Update,
         |mut events: MessageReader<SheetEvent>, mut heard: ResMut<Heard>| {
@@ -162,7 +162,7 @@ fn events_are_sent_with_their_entities() {
         },
     );
     let floor = app.world_mut().spawn(SheetBody::floor().named("ground")).id();
-    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
+    let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
     run(&mut app, 3.0);
     let heard = &app.world().resource::<Heard>().0;
     let first = heard.iter().find(|e| e.kind == EventKind::FirstContact).expect("it landed");

@@ -5,7 +5,7 @@ mod common;
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
-use common::{app, frame, run};
+use common::{frame, run, thesis_app};
 
 /// A sheet in free flight along x at 1 m/s.
 fn flying(app: &mut App) -> Entity {
@@ -13,7 +13,7 @@ fn flying(app: &mut App) -> Entity {
     world.set_gravity(DVec3::ZERO).expect("in range");
     // Air would slow the sheet.
     world.set("air.density", "0").expect("in range");
-    let sheet = app.world_mut().spawn(Sheet::default().velocity(Vec3::X)).id();
+    let sheet = app.world_mut().spawn(Sheet::thesis().velocity(Vec3::X)).id();
     frame(app, 0.0);
     sheet
 }
@@ -29,7 +29,7 @@ fn drawn(app: &App, sheet: Entity) -> f32 {
 fn displayed_motion_is_even_at_irregular_frame_times() {
     // 1/1024 s divides the tick, 15 ms does not, 40 ms is longer than the tick.
     for dt in [1.0 / 1024.0, 0.015, 0.04] {
-        let mut app = app();
+        let mut app = thesis_app();
         app.world_mut().resource_mut::<SheetWorld>().set_dt(dt).expect("in range");
         let sheet = flying(&mut app);
         run(&mut app, 0.5);
@@ -47,10 +47,10 @@ fn displayed_motion_is_even_at_irregular_frame_times() {
 #[test]
 fn the_number_of_steps_does_not_depend_on_frame_rate_and_speed() {
     let run_at = |frame_time: f64, speed: f64| {
-        let mut app = app();
+        let mut app = thesis_app();
         app.world_mut().resource_mut::<SheetClock>().speed = speed;
         app.world_mut().spawn(SheetBody::ball(0.01));
-        app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.001, 0.02, 0.0)));
+        app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.001, 0.02, 0.0)));
         let mut at_200 = None;
         while app.world().resource::<SheetWorld>().steps() < 200 {
             frame(&mut app, frame_time);
@@ -70,7 +70,7 @@ fn the_number_of_steps_does_not_depend_on_frame_rate_and_speed() {
 
 #[test]
 fn paused_sheets_stand_still_but_for_single_steps() {
-    let mut app = app();
+    let mut app = thesis_app();
     let sheet = flying(&mut app);
     run(&mut app, 0.2);
     app.world_mut().resource_mut::<SheetClock>().paused = true;
@@ -97,7 +97,7 @@ fn paused_sheets_stand_still_but_for_single_steps() {
 
 #[test]
 fn a_long_frame_is_truncated_and_its_lost_time_reported() {
-    let mut app = app();
+    let mut app = thesis_app();
     flying(&mut app);
     run(&mut app, 0.1);
     let time = |app: &App| app.world().resource::<SheetWorld>().time();
@@ -111,7 +111,7 @@ fn a_long_frame_is_truncated_and_its_lost_time_reported() {
 
 #[test]
 fn speed_makes_time_go_faster() {
-    let mut app = app();
+    let mut app = thesis_app();
     flying(&mut app);
     app.world_mut().resource_mut::<SheetClock>().speed = 3.0;
     run(&mut app, 0.5);
@@ -123,9 +123,9 @@ fn speed_makes_time_go_faster() {
 fn diagnostics_are_measured() {
     use bevy::diagnostic::DiagnosticsStore;
     type Paths = SheetworkDiagnosticsPlugin;
-    let mut app = app();
+    let mut app = thesis_app();
     app.world_mut().spawn(SheetBody::floor());
-    app.world_mut().spawn(Sheet::default());
+    app.world_mut().spawn(Sheet::thesis());
     run(&mut app, 0.5);
     let store = app.world().resource::<DiagnosticsStore>();
     let value = |path| store.get(&path).and_then(|d| d.value());

@@ -103,7 +103,7 @@ impl Generate {
             material: MaterialChoice::Named(self.material.clone()),
             node_mass: self.node_mass,
             cross_over: self.cross_over,
-            ..SheetSpec::default()
+            ..SheetSpec::thesis()
         };
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
         sheetwork::scene::validate::scene(&scene).map_err(unprefixed)?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use sheetwork::mesh::structure;
-use sheetwork::scene::{HeaterSpec, Scene, Shape, heater_file, material, pol, sht};
+use sheetwork::scene::{HeaterSpec, Scene, Shape, SheetSpec, heater_file, material, pol, sht};
 use sheetwork::{World, integrators};
 
 fn assets() -> PathBuf {
@@ -168,16 +168,40 @@ fn the_table_of_materials_equals_the_library() {
 #[test]
 fn the_table_of_defaults_equals_the_defaults() {
     let readme = readme();
-    let tree = serde_json::to_value(Scene { sheets: vec![Default::default()], ..Scene::default() }).expect("a tree");
+    let tree = serde_json::to_value(Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("a tree");
     for (fields, value) in [
         (["dt", "tolerance", "duration", "ambient_temperature", "contact_conductance", "time_lapse"].as_slice(), &tree),
         (["gap", "damping", "flexion_stiffness"].as_slice(), &tree["sheets"][0]),
     ] {
         for field in fields {
-            let row = readme.lines().find(|l| l.starts_with(&format!("| `{field}` |"))).expect("a row");
-            let tabled = row.split('|').nth(4).and_then(|cell| cell.trim().parse::<f64>().ok());
-            assert_eq!(tabled, value[*field].as_f64(), "{field}");
+            assert_eq!(number(&tabled_default(&readme, field)), value[*field].as_f64(), "{field}");
         }
+    }
+    let of_sheets = readme.split("\n### Sheet\n").nth(1).expect("a section");
+    let (spec, sheet) = (SheetSpec::default(), &tree["sheets"][0]);
+    for (text, field, wanted) in [
+        (&*readme, "engine", format!("`{}`", tree["engine"])),
+        (of_sheets, "structure", format!("`{}`", sheet["structure"])),
+        (of_sheets, "material", format!("`{}`", sheet["material"])),
+        (of_sheets, "springs", format!("`{:?}`", spec.springs)),
+        (of_sheets, "grid", format!("{:?}", spec.grid)),
+        (of_sheets, "size", format!("{:?}", spec.size)),
+    ] {
+        assert_eq!(tabled_default(text, field), wanted, "{field}");
+    }
+}
+
+/// Default of the first row of a field in the tables.
+fn tabled_default(readme: &str, field: &str) -> String {
+    let row = readme.lines().find(|l| l.starts_with(&format!("| `{field}` |"))).expect("a row");
+    row.split('|').nth(4).expect("a column").trim().to_owned()
+}
+
+/// Number of a cell, which may be a fraction.
+fn number(cell: &str) -> Option<f64> {
+    match cell.split_once('/') {
+        Some((a, b)) => Some(a.parse::<f64>().ok()? / b.parse::<f64>().ok()?),
+        None => cell.parse().ok(),
     }
 }
 

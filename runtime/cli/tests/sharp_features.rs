@@ -30,7 +30,7 @@ fn sheet(grid: u32) -> SheetSpec {
             thickness: 5e-4,
             ..Material::default()
         }),
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     }
 }
 

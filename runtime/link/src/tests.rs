@@ -10,9 +10,11 @@ use sheetwork::scene::Scene;
 
 fn world() -> World {
     let scene = Scene::parse(
-        r#"(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [
-            (name: "leaf", structure: "shell", grid: (6, 1, 5), size: (0.2, 0.1), material: "pet"),
-            (name: "lattice", structure: "samm", grid: (4, 2, 4), size: (0.3, 0.3), placement: (position: (1, 0.5, 0)))])"#,
+        r#"(engine: "euler-richardson", dt: 0.001, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+            sheets: [
+                (name: "leaf", structure: "shell", grid: (6, 1, 5), size: (0.2, 0.1), material: "pet"),
+                (name: "lattice", structure: "samm", grid: (4, 2, 4), size: (0.3, 0.3), material: "thesis", springs: Uniform,
+                    placement: (position: (1, 0.5, 0)))])"#,
     );
     World::new(&scene.expect("valid")).expect("valid")
 }

@@ -30,7 +30,7 @@ fn sheet() -> (CollisionSurface, Vectors) {
         material: MaterialChoice::Inline(material),
         ..SheetSpec::default()
     };
-    let scene = Scene { sheets: vec![spec], ..Scene::default() };
+    let scene = Scene { sheets: vec![spec], ..Scene::thesis() };
     let sheet = Sheet::build(&scene, 0).expect("valid");
     (CollisionSurface::from_sheet(&sheet), sheet.state.x.clone())
 }

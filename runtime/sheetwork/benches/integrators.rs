@@ -32,7 +32,7 @@ fn engines() -> impl Iterator<Item = IntegratorKind> {
 /// A free sheet of the thesis's material with a small motion, 11 or 21 nodes per side.
 fn scene(structure: StructureKind, engine: IntegratorKind, side: u32) -> Scene {
     let layers = structure.info().layers.1.min(2);
-    let sheet = SheetSpec { structure, grid: (side, layers, side), node_mass: Some(4e-5), ..SheetSpec::default() };
+    let sheet = SheetSpec { structure, grid: (side, layers, side), node_mass: Some(4e-5), ..SheetSpec::thesis() };
     Scene { engine, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
 }
 

@@ -6,6 +6,7 @@
 use sheetwork::glam::DVec3;
 use sheetwork::prelude::*;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let floor = BodySpec { name: "floor".into(), ..BodySpec::new(Shape::HalfSpace) };
     // A path makes a body kinematic: it moves 0.1 m to the right and turns by 30 degrees.
@@ -30,8 +31,8 @@ pub fn main() -> Result<(), InputError> {
     let mut world = World::new(&scene)?;
 
     println!("{:>8} {:>10} {:>14} {:>12} {:>14}", "time, s", "arm x, m", "carried x, m", "ball y, mm", "ball v, m/s");
-    for _ in 0..6 {
-        world.advance(0.25);
+    for _ in 0..10 {
+        world.advance(0.1);
         let (arm, ball) = (body(&world, "arm"), body(&world, "ball"));
         let carried = world.sheet("carried").map_or(0.0, |s| s.centre_of_mass().x);
         println!(

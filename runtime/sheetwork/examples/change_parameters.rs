@@ -4,6 +4,7 @@
 
 use sheetwork::prelude::*;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let strip = SheetSpec::new("hips")
         .named("strip")
@@ -21,7 +22,7 @@ pub fn main() -> Result<(), InputError> {
         println!("{path:<36} {value:>14} {unit:<12} {range}");
     }
 
-    println!("\n{:<44} {:>10}", "after one second with", "droop, mm");
+    println!("\n{:<44} {:>10}", "after a second more, all changes kept", "droop, mm");
     println!("{:<44} {:>10.2}", "the constants of polystyrene", droop_after(&mut world, 1.0));
     // A change takes effect from the next step on. A number without unit is in SI.
     for (path, value) in [

@@ -5,6 +5,7 @@
 use sheetwork::glam::DVec3;
 use sheetwork::prelude::*;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     // Errors: nothing changes when input is rejected.
     let scene = Scene::new().with_sheet(SheetSpec::new("crad"));
@@ -15,7 +16,6 @@ pub fn main() -> Result<(), InputError> {
     let placement = Placement { position: DVec3::new(0.0, 0.1, 0.0), rotation: DVec3::new(0.0, 0.0, 20.0) };
     let card = SheetSpec::new("playing-card").named("card").size(0.09, 0.06).grid(9, 7).placement(placement);
     let mut world = World::new(&Scene::new().with_body(floor).with_sheet(card))?;
-    world.set_sleep(true);
     report_error("a value out of range", world.set("sheets.card.material.poisson", "0.7").err());
     report_error("a unit of another quantity", world.set("sheets.card.material.young", "3 mm").err());
     report_error("a misspelt path", world.set("sheets.card.material.yuong", "1e9").err());
@@ -37,7 +37,7 @@ pub fn main() -> Result<(), InputError> {
     for event in world.drain_events().iter().filter(|e| e.kind == EventKind::Unstable) {
         let alarm = event.alarm.as_ref().expect("an unstable sheet has a report");
         println!(
-            "{:>8.3} Unstable: {:.0} m/s after a step of {:.1} ms",
+            "{:>8.3} Unstable: {:.1e} m/s after a step of {:.1} ms",
             event.time_s,
             alarm.speed_m_s,
             1e3 * alarm.step_s

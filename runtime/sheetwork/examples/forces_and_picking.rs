@@ -6,6 +6,7 @@
 use sheetwork::glam::DVec3;
 use sheetwork::prelude::*;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let card = SheetSpec::new("card")
         .named("card")

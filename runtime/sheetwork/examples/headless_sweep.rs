@@ -10,6 +10,7 @@ use sheetwork::prelude::*;
 /// Length and width of the strip, m.
 const SIZE: (f64, f64) = (0.10, 0.02);
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let thicknesses = [3e-4, 4e-4, 5e-4, 7e-4, 1e-3, 1.5e-3];
     // Worlds are independent, and each gives the same bits on every thread.

@@ -1,4 +1,4 @@
-//! Heat: a polystyrene strip between two supports softens in an oven, sags, and keeps its shape
+//! Heat: a polystyrene strip, clamped at one end, softens in an oven, sags, and keeps its shape
 //! when it has cooled.
 //!
 //! `cargo run -p sheetwork --example heat`
@@ -6,6 +6,7 @@
 use sheetwork::prelude::*;
 use sheetwork::scene::{OvenKey, OvenSpec};
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let strip = SheetSpec { creep: true, ..SheetSpec::new("hips") }
         .named("strip")
@@ -21,11 +22,11 @@ pub fn main() -> Result<(), InputError> {
     schedule.push(OvenKey { time: 3.0 + 1e-6, temperature: None });
     let mut scene = Scene::new().with_sheet(strip);
     scene.oven = Some(OvenSpec { convection: Some(40.0), schedule, ..OvenSpec::default() });
-    // Heat runs 20 times as fast as motion: 1 s of the scene is 20 s of heating.
+    // Thermal time runs 20 times faster: 1 s of the scene is 20 s of heating.
     scene.time_lapse = 20.0;
     let mut world = World::new(&scene)?;
 
-    println!("{:>8} {:>10} {:>12} {:>10}", "time, s", "oven, °C", "sheet, °C", "tip, mm");
+    println!("{:>8} {:>10} {:>12} {:>10}", "time, s", "room, °C", "sheet, °C", "tip, mm");
     let mut warmest: f64 = 0.0;
     for _ in 0..12 {
         world.advance(0.5);

@@ -4,6 +4,7 @@
 
 use sheetwork::prelude::*;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     // A shell of 21 x 21 nodes, 0.3 m long and 0.2 m wide, with the constants of card of 300 g/m².
     let card = SheetSpec::new("card")

@@ -14,6 +14,7 @@ const PUSHED_AT: u64 = 30;
 /// Ticks until this machine hears of it.
 const DELAY: u64 = 8;
 
+/// Run the example. Public for `tests/examples.rs`, which runs all of them.
 pub fn main() -> Result<(), InputError> {
     let floor = BodySpec::new(Shape::HalfSpace);
     let card = SheetSpec::new("card").named("card").size(0.2, 0.2).grid(11, 11).at(0.0, 0.1, 0.0);

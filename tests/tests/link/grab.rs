@@ -8,7 +8,8 @@ use super::place::TestLink;
 
 /// A free sheet of 0.2 m x 0.1 m in normal gravity; its mass is ρ t a b.
 fn free() -> World {
-    let scene = r#"(engine: "tr-bdf2", sheets: [(name: "free", structure: "shell", grid: (9, 1, 5), size: (0.2, 0.1), material: "pet", damping_ratio: 0.5)])"#;
+    let scene = r#"(engine: "tr-bdf2", dt: 0.001,
+        sheets: [(name: "free", structure: "shell", grid: (9, 1, 5), size: (0.2, 0.1), material: "pet", damping_ratio: 0.5)])"#;
     World::new(&Scene::parse(scene).expect("valid")).expect("valid")
 }
 

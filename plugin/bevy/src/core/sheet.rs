@@ -30,6 +30,8 @@ use super::reflect::SheetSpecReflect;
 ///
 /// A change of material, damping, drag, friction, restitution or the grid of a shell acts on the
 /// running sheet. Any other change of the component rebuilds the sheet at its entity's transform.
+///
+/// The default is `Sheet::new("card")`. [`Sheet::thesis`] is the soft lattice of the thesis.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility, SheetState)]
@@ -53,22 +55,21 @@ impl Sheet {
     /// and the sheet is not built.
     ///
     /// The sheet is a square shell of 21 x 21 nodes, 25 cm wide, with the thickness of the library.
-    /// It needs an implicit integrator; [`SheetWorld`](super::SheetWorld) chooses one.
+    /// It needs an implicit integrator, as [`SheetWorld`](super::SheetWorld) has from its start.
     pub fn new(material: impl Into<String>) -> Self {
-        SheetSpec {
-            material: MaterialChoice::Named(material.into()),
-            structure: StructureKind::Shell,
-            springs: SpringLaw::Calibrated,
-            grid: (21, 1, 21),
-            size: (0.25, 0.25),
-            ..SheetSpec::default()
-        }
-        .into()
+        SheetSpec::new(material).into()
     }
 
-    /// Sheet of a `.sht` file at this path (relative to the working directory).
+    /// The soft lattice of the thesis: `trimm`, 11 x 2 x 11 nodes, 25 mm square, of the material
+    /// `thesis`.
+    pub fn thesis() -> Self {
+        SheetSpec::thesis().into()
+    }
+
+    /// Sheet of a `.sht` file at this path (relative to the working directory), of the material
+    /// `thesis`.
     pub fn from_file(file: impl Into<PathBuf>) -> Self {
-        SheetSpec { file: Some(file.into()), ..SheetSpec::default() }.into()
+        SheetSpec { file: Some(file.into()), ..SheetSpec::thesis() }.into()
     }
 
     /// Set the name in the world, in events and in parameter paths, made unique there. When empty,

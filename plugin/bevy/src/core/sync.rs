@@ -70,9 +70,6 @@ fn add_sheet(
     }
     let built = insert_sheet(world, &spec, sheet)?;
     if clock.auto_step {
-        if world.sheet(built.0.name()).is_some_and(|s| s.follows_material()) {
-            world.choose_integrator();
-        }
         shorten_step(world, built.0.name());
     }
     Ok(built)

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::rigid::RigidView;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Air, Scene};
 use sheetwork::{InputError, World as Sheets};
 
@@ -20,9 +19,8 @@ pub(super) struct KinematicMotion {
 /// The [`sheetwork::World`] of the entities with [`Sheet`](super::Sheet) and
 /// [`SheetBody`](super::SheetBody).
 ///
-/// It starts with the integrator and step of an empty scene. The first [`Sheet`](super::Sheet)
-/// whose stiffness follows its material changes the integrator to `tr-bdf2`, which is stable for
-/// any material at the game's fixed step, unless integrator or step were set before.
+/// It starts with `tr-bdf2`, which is stable for any material at the game's fixed step, and takes
+/// that step until another one is set.
 ///
 /// It dereferences to the world, for reading and for setters such as `set_gravity`, `set_engine`,
 /// `set_dt`, `set_oven`, `set_surroundings` or `set("sheets.leaf.damping", "0.2")`. Sheets, bodies,
@@ -46,10 +44,14 @@ pub struct SheetWorld {
     fitted: Option<f64>,
 }
 
-/// Settings of an empty world: air at 1.2 kg/m³.
+/// Bevy's default fixed step, s.
+const FIXED_STEP: f64 = 1.0 / 64.0;
+
+/// Settings of an empty world: the integrator of an empty scene, Bevy's default fixed step, air at
+/// 1.2 kg/m³.
 fn empty_world() -> Scene {
     let air = Air { density: 1.2, ..Air::default() };
-    Scene { air, ..Scene::default() }
+    Scene { air, dt: FIXED_STEP, ..Scene::default() }
 }
 
 impl SheetWorld {
@@ -67,17 +69,7 @@ impl SheetWorld {
             mean_step: 0.0,
             unstepped: 0.0,
             shown: 0.0,
-            fitted: None,
-        }
-    }
-
-    /// Choose `tr-bdf2` and Bevy's default fixed step, unless integrator or step differ from those
-    /// of an empty world.
-    pub(super) fn choose_integrator(&mut self) {
-        let empty = Scene::default();
-        if self.world.engine() == empty.engine && self.world.dt() == empty.dt && self.world.set_dt(1.0 / 64.0).is_ok() {
-            self.world.set_engine(IntegratorKind::TrBdf2);
-            self.fitted = Some(1.0 / 64.0);
+            fitted: Some(FIXED_STEP),
         }
     }
 
@@ -117,6 +109,8 @@ impl SheetWorld {
     /// When a file of a sheet or body cannot be read; the world is unchanged then.
     pub fn reset(&mut self) -> Result<(), InputError> {
         self.world.reset()?;
+        // The reset world has its first step again, which is fitted to the tick as at the start.
+        self.fitted = self.fitted.map(|_| self.world.dt());
         self.moves.clear();
         self.events_seen = 0;
         (self.unstepped, self.shown) = (0.0, 0.0);

@@ -273,7 +273,7 @@ mod tests {
     fn heated(celsius: f64) -> World {
         let oven = Some(OvenSpec::default());
         let mut world =
-            World::new(&Scene { sheets: vec![SheetSpec::default()], oven, ..Scene::default() }).expect("valid");
+            World::new(&Scene { sheets: vec![SheetSpec::thesis()], oven, ..Scene::thesis() }).expect("valid");
         world.sheets_mut()[0].set_temperatures(|i| if i == 0 { celsius } else { 20.0 }).expect("in range");
         world
     }
@@ -287,7 +287,7 @@ mod tests {
         assert_eq!((scale(-17.0).low, scale(-17.0).high), (-20.0, 30.0));
         let own = SheetColour::TemperatureBetween { low: 0.0, high: 200.0 }.scale(&heated(90.0)).expect("heated");
         assert_eq!((own.low, own.high), (0.0, 200.0));
-        let cold = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
+        let cold = World::new(&Scene { sheets: vec![SheetSpec::thesis()], ..Scene::thesis() }).expect("valid");
         for colour in [SheetColour::Plain, SheetColour::Temperature, SheetColour::Stiffness] {
             assert_eq!(colour.scale(&cold), None, "{colour:?}");
         }
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn measured_fields_are_coloured_on_a_round_scale_without_heat() {
-        let mut world = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
+        let mut world = World::new(&Scene { sheets: vec![SheetSpec::thesis()], ..Scene::thesis() }).expect("valid");
         let still = SheetColour::Speed.scale(&world).expect("a sheet");
         assert_eq!((still.low, still.high, still.unit), (0.0, 1e-3, "m/s"));
         world.sheets_mut()[0].state.v.set(0, bevy::math::DVec3::new(0.0, 0.3, 0.0));

@@ -82,8 +82,8 @@ mod tests {
     fn sheet(structure: &str) -> World {
         let layers = if structure == "shell" { 1 } else { 2 };
         let (structure, size) = (structure.parse().expect("known"), (0.2, 0.2));
-        let spec = SheetSpec { structure, grid: (9, layers, 9), size, material: "hips".into(), ..SheetSpec::default() };
-        World::new(&Scene { sheets: vec![spec], ..Scene::default() }).expect("valid")
+        let spec = SheetSpec { structure, grid: (9, layers, 9), size, material: "hips".into(), ..SheetSpec::thesis() };
+        World::new(&Scene { sheets: vec![spec], ..Scene::thesis() }).expect("valid")
     }
 
     #[test]

@@ -8,7 +8,8 @@ use bevy::app::{App, PluginGroup};
 use bevy::asset::AssetApp;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use bevy_sheetwork::SheetworkPlugins;
+use bevy_sheetwork::sheetwork::scene::{Air, Scene};
+use bevy_sheetwork::{SheetWorld, SheetworkPlugins};
 
 /// All plugins of the group over a minimal Bevy app, with the assets of rendering.
 pub fn app() -> App {
@@ -26,6 +27,20 @@ pub fn app_with(plugins: impl PluginGroup) -> App {
     app.finish();
     app.cleanup();
     app
+}
+
+/// As [`app`], with the explicit integrator and the step for the soft lattice of the thesis.
+pub fn thesis_app() -> App {
+    let mut app = app();
+    explicit(&mut app);
+    app
+}
+
+/// Sets the explicit integrator and the step of the thesis.
+pub fn explicit(app: &mut App) {
+    let air = Air { density: 1.2, ..Air::default() };
+    let settings = Scene { air, ..Scene::thesis() };
+    app.world_mut().resource_mut::<SheetWorld>().restart(&settings).expect("in range");
 }
 
 /// One frame of `seconds`.

@@ -90,8 +90,8 @@ const SCENE: &str = r#"(
     room: (x: (-0.065, 0.065), y: (-0.0281, 0.03), z: (-0.0299, 0.0333), back_wall: true),
     air: (factor: 0.97, per: 0.015),
     sheets: [(
-        name: "leaf", structure: "provot3d", grid: (5, 2, 4), material: (young: 185, poisson: 0.3), node_mass: 4e-4,
-        flexion_limit: 40, placement: (position: (0, 0.0025, 0), rotation: (0, 10, 5)),
+        name: "leaf", structure: "provot3d", grid: (5, 2, 4), size: (0.025, 0.025), material: (young: 185, poisson: 0.3),
+        springs: Uniform, node_mass: 4e-4, flexion_limit: 40, placement: (position: (0, 0.0025, 0), rotation: (0, 10, 5)),
         pins: [(region: Point(0.5, 0.5), path: [(time: 0), (time: 1, offset: (0, 0.01, 0))])],
         forces: [(region: Rect((0, 0.1), (0, 1)), value: (0, 1e-4, 0))], probes: {"tip": (1, 0.5)},
     )],

@@ -37,7 +37,10 @@ fn a_written_sheet_is_read_by_a_scene_with_the_same_counts() {
         let file = format!("{structure}-{grid}.sht");
         let ran = place.run(&["generate", "--structure", structure, "--grid", grid, "-o", &file]);
         assert_eq!(ran.status, Some(0), "{}", ran.err);
-        let scene = format!("(duration: 0.002, sheets: [(name: \"leaf\", file: \"{file}\")])");
+        let scene = format!(
+            r#"(engine: "euler-richardson", dt: 0.001, duration: 0.002,
+                sheets: [(name: "leaf", file: "{file}", material: "thesis")])"#
+        );
         let report = place.json(&["run", place.write("file.ron", &scene), "--json"]);
         let sheet = &report["sheets"][0];
         assert_eq!(sheet["structure"], *structure);
@@ -69,11 +72,14 @@ fn a_written_sheet_moves_like_the_generated_one() {
     assert_eq!(place.run(&flags).status, Some(0));
     let fields = "node_mass: 4e-4, velocities: [(region: Left, value: (0, 0.1, 0))], probes: {\"tip\": (1, 0.3)}";
     let run = |sheet: &str| {
-        let scene = format!("(dt: 0.01, duration: 0.5, sheets: [({sheet}, {fields})])");
+        let scene = format!(
+            r#"(engine: "euler-richardson", dt: 0.01, duration: 0.5, sheets: [({sheet}, material: "thesis", {fields})])"#
+        );
         let tip = &place.json(&["run", place.write("scene.ron", &scene), "--json"])["sheets"][0]["probes"]["tip"];
         [0, 1, 2].map(|axis| tip[axis].as_f64().expect("a number"))
     };
-    let (read, made) = (run("file: \"leaf.sht\""), run("structure: \"slamm\", grid: (7, 2, 6)"));
+    let made = "structure: \"slamm\", grid: (7, 2, 6), size: (0.025, 0.025), springs: Uniform";
+    let (read, made) = (run("file: \"leaf.sht\""), run(made));
     assert!(read.iter().zip(made).all(|(a, b)| (a - b).abs() < 1e-12), "{read:?} {made:?}");
 }
 
@@ -178,7 +184,9 @@ fn a_material_report_has_the_delivered_stiffness() {
 fn a_scene_reads_its_material_from_a_file() {
     let place = TestFolder::new("material-file");
     place.write("soft.ron", "(\n  young: 200,\n  density: 2090,\n)");
-    let scene = "(dt: 0.001, duration: 0.002, sheets: [(name: \"leaf\", structure: \"samm\", material: \"soft.ron\")])";
+    let scene = r#"(engine: "euler-richardson", dt: 0.001, duration: 0.002,
+        sheets: [(name: "leaf", structure: "samm", grid: (11, 2, 11), size: (0.025, 0.025), material: "soft.ron",
+            springs: Uniform)])"#;
     let report = place.json(&["run", place.write("scene.ron", scene), "--json"]);
     assert_eq!(report["status"], "ok");
     place.write("soft.ron", "(\n  young: 200,\n  density: -1,\n)");

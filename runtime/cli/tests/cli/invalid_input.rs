@@ -53,8 +53,11 @@ fn errors_of_the_construction_of_a_world_are_located() {
         "(bodies: [(shape: Part(\"assets/polyhedra/cube.pol\", 1))])",
         &["bodies.0.shape", "polyhedron 1", "holds 1"],
     );
-    refused("(sheets: [(pins: [(region: Masses([7, 500]))])])", &["sheets.0.pins.0.region", "mass 500", "0 to 220"]);
-    refused("(sheets: [(flexion_limit: 30)])", &["sheets.0.flexion_limit", "trimm"]);
+    refused("(sheets: [(pins: [(region: Masses([7, 500]))])])", &["sheets.0.pins.0.region", "mass 500", "0 to 440"]);
+    refused(
+        "(sheets: [(structure: \"trimm\", grid: (11, 2, 11), flexion_limit: 30)])",
+        &["sheets.0.flexion_limit", "trimm"],
+    );
     let open = "(bodies: [(shape: Polyhedron((vertices: [(0,0,0), (1,0,0), (0,1,0)], faces: [[0, 1, 2]])))])";
     refused(open, &["bodies.0.shape"]);
 }
@@ -174,7 +177,7 @@ fn a_misspelt_name_is_answered_with_the_nearest_names() {
     let place = TestFolder::new("near-names");
     let missing = "wegde: cannot be opened: No such file";
     for command in ["run", "serve"] {
-        place.expect_rejection(&[command, "wegde"], &[missing, "did you mean wedge?"]);
+        place.expect_rejection(&[command, "wegde"], &[missing, "did you mean wedge"]);
     }
     place.expect_rejection(&["run", "assets/scenes/flga.ron"], &["did you mean assets/scenes/flag.ron"]);
     let ran = place.run(&["run", "xyzzy-qqq"]);

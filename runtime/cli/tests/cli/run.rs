@@ -86,11 +86,18 @@ fn an_override_changes_the_result() {
 #[test]
 fn the_result_is_independent_of_threads() {
     let place = TestFolder::new("threads");
-    let sheet =
-        |i: i32| format!("(node_mass: 4e-4, placement: (position: ({}, 0.00{}, 0.03)))", 0.4 * f64::from(i - 3), 2 + i);
+    let sheet = |i: i32| {
+        format!(
+            r#"(structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform,
+                node_mass: 4e-4, placement: (position: ({}, 0.00{}, 0.03)))"#,
+            0.4 * f64::from(i - 3),
+            2 + i
+        )
+    };
     let sheets: Vec<String> = (1..6).map(sheet).collect();
     let scene = format!(
-        "(dt: 0.005, duration: 0.5, room: (x: (-2, 2), y: (0, 1), z: (-1, 1)), sheets: [{}])",
+        r#"(engine: "euler-richardson", dt: 0.005, duration: 0.5, room: (x: (-2, 2), y: (0, 1), z: (-1, 1)),
+            sheets: [{}])"#,
         sheets.join(", ")
     );
     let file = place.write("many.ron", &scene);

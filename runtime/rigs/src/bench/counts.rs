@@ -180,7 +180,7 @@ fn springs() -> Scene {
         grid: (21, 2, 21),
         size: (0.25, 0.25),
         pins: vec![PinSpec::clamped(Region::Left)],
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     Scene { engine: IntegratorKind::Rk4, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
 }

@@ -112,8 +112,8 @@ impl LinkBench {
     fn measure(&self, root: &Path) -> Result<Value, InputError> {
         let across = (f64::from(self.vertices) / 2.0).sqrt().round().max(2.0) as u32;
         let grid = ((self.vertices / across).max(2), 1, across);
-        let sheet = SheetSpec { name: "sheet".into(), grid, size: (2.0, 1.0), ..SheetSpec::default() };
-        let scene = Scene { sheets: vec![sheet], dt: 1.0 / self.rate, ..Scene::default() };
+        let sheet = SheetSpec { name: "sheet".into(), grid, size: (2.0, 1.0), ..SheetSpec::thesis() };
+        let scene = Scene { sheets: vec![sheet], dt: 1.0 / self.rate, ..Scene::thesis() };
         let mut game = BenchedGame(World::new(&scene)?);
         let place = LinkPlace::within(root, "bench")?;
         let mut link = Link::new(&place, &game.0)?;

@@ -151,7 +151,7 @@ fn scene() -> Scene {
         size: (0.2, 0.1),
         material: "pet".into(),
         pins,
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     let engine = sheetwork::scene::IntegratorKind::TrBdf2;
     Scene { name: "soak".into(), engine, sheets: vec![sheet], dt: 1.0 / 240.0, ..Scene::default() }

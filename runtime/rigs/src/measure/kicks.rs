@@ -104,7 +104,7 @@ fn draw_sheet(draw: &mut RandomSequence, structures: &[StructureKind]) -> (Sheet
         damping_ratio: Some(damping),
         placement: Placement { rotation: draw.turns(), ..Placement::default() },
         pins,
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     let what = format!(
         "{name} {structure} {nx}x{nz} {length:.3}x{width:.3} m, t {:.2e} m, {speed:.2} m/s, damping {damping}",

@@ -152,7 +152,7 @@ impl StabilityTrial {
             velocity: DVec3::new(0.0, -self.speed, 0.0),
             temperature: (self.jump != 0.0).then_some(20.0),
             when_unstable: if self.speed > 0.0 { WhenUnstable::Freeze } else { WhenUnstable::Stop },
-            ..SheetSpec::default()
+            ..SheetSpec::thesis()
         };
         let mut scene =
             Scene { engine: self.engine, dt, gravity: DVec3::ZERO, sheets: vec![sheet], ..Scene::default() };

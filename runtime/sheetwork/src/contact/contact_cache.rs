@@ -95,3 +95,71 @@ impl ContactCache {
         self.entries.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::narrow_phase::feature_keys::{FeatureKind, feature_key};
+
+    /// Key of node `node` of sheet 0 on face `face` of body `body`.
+    fn key(node: u32, body: u32, face: u32) -> ContactKey {
+        [feature_key(FeatureKind::Node, 0, node), feature_key(FeatureKind::Face, body, face)]
+    }
+
+    fn forces(position: f64) -> CachedForces {
+        let position = DVec3::new(0.1, position, -0.3);
+        CachedForces { position, velocity: position * 0.5, slipped: [true, false] }
+    }
+
+    fn filled(entries: &[(ContactKey, CachedForces)]) -> ContactCache {
+        let mut cache = ContactCache::default();
+        cache.replace(|_, new| new.extend_from_slice(entries));
+        cache
+    }
+
+    #[test]
+    fn forces_are_found_by_key_in_any_order_of_insertion() {
+        let cache = filled(&[(key(5, 0, 0), forces(5.0)), (key(1, 0, 0), forces(1.0)), (key(3, 2, 0), forces(3.0))]);
+        for (node, body) in [(1, 0), (3, 2), (5, 0)] {
+            assert_eq!(cache.of(&key(node, body, 0)), Some(forces(f64::from(node))));
+        }
+        assert_eq!(cache.of(&key(1, 2, 0)), None);
+    }
+
+    #[test]
+    fn force_follows_a_node_to_another_face_of_the_same_body_only() {
+        let cache = filled(&[(key(1, 0, 4), forces(1.0)), (key(1, 2, 0), forces(2.0))]);
+        assert_eq!(cache.of_feature(&key(1, 0, 7)), Some(forces(1.0)));
+        assert_eq!(cache.of_feature(&key(1, 2, 7)), Some(forces(2.0)));
+        assert_eq!(cache.of_feature(&key(1, 3, 4)), None, "another body");
+        assert_eq!(cache.of_feature(&key(2, 0, 4)), None, "another node");
+    }
+
+    #[test]
+    fn contacts_without_force_are_dropped() {
+        let cache = filled(&[(key(1, 0, 0), CachedForces { slipped: [true; 2], ..CachedForces::default() })]);
+        assert!(cache.is_empty());
+    }
+
+    #[test]
+    fn deserialised_cache_returns_the_same_forces() {
+        let cache = filled(&[(key(1, 0, 0), forces(1.0 / 3.0)), (key(9, 1, 3), forces(-0.0))]);
+        let mut writer = StateWriter::default();
+        cache.serialise(&mut writer);
+        let mut restored = filled(&[(key(4, 0, 0), forces(4.0))]);
+        let mut reader = StateReader::new(&writer.bytes);
+        restored.deserialise(&mut reader).expect("what was written");
+        assert!(reader.is_empty());
+        assert_eq!(restored.entries, cache.entries);
+    }
+
+    #[test]
+    fn truncated_cache_is_an_error() {
+        let mut writer = StateWriter::default();
+        filled(&[(key(1, 0, 0), forces(1.0))]).serialise(&mut writer);
+        for length in 0..writer.bytes.len() {
+            let read = ContactCache::default().deserialise(&mut StateReader::new(&writer.bytes[..length]));
+            assert!(read.is_err(), "{length} of {} bytes", writer.bytes.len());
+        }
+    }
+}

@@ -71,3 +71,72 @@ pub(crate) fn has_crossed(group: &IslandView, contact: &ContactConstraint) -> bo
         && now > was.max(0.0) + SETTINGS.crossed_growth * contact.offset
         && was < contact.offset
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::gap::node_side;
+    use crate::contact::test_island::{TestIsland, body_side, contact, fixed_body, loose_nodes, on_plane};
+    use crate::scene::IntegratorKind;
+
+    const DT: f64 = 0.01;
+
+    /// Two sheets whose first nodes lie 1 mm apart along y, sheet 1 above; sheet 1 moves down by
+    /// `fall` (m) in the stage.
+    fn two_sheets(fall: f64) -> TestIsland {
+        let mut sheets: Vec<_> = (0..2).map(|_| loose_nodes(2, 0.2, &[], IntegratorKind::BackwardEuler)).collect();
+        sheets[1].x.set(0, DVec3::Y * 1e-3);
+        sheets[1].v.set(0, DVec3::NEG_Y * (fall / DT));
+        let mut island = TestIsland::new(sheets, vec![fixed_body()], DVec3::ZERO);
+        island.begin_stage(DT);
+        let moved = island.sheets[1].x.get(0) - DVec3::Y * fall;
+        island.sheets[1].work.stage.iterate.set(0, moved);
+        island
+    }
+
+    #[test]
+    fn tolerance_is_finer_in_the_first_iterations_of_a_single_sheet() {
+        let (fine, coarse) = (SETTINGS.fine_penetration, SETTINGS.penetration_single);
+        assert_eq!(penetration_tolerance(0, 1, false), fine);
+        assert_eq!(penetration_tolerance(SETTINGS.fine_iterations - 1, 1, false), fine);
+        assert_eq!(penetration_tolerance(SETTINGS.fine_iterations, 1, false), coarse);
+        assert_eq!(penetration_tolerance(0, 1, true), coarse, "stagnation");
+        assert_eq!(penetration_tolerance(0, 2, false), SETTINGS.penetration_several);
+    }
+
+    #[test]
+    fn deepest_penetration_is_that_of_the_iterate_into_bodies() {
+        // Node 0 of sheet 0 lies on the plane of the contact offset 0.3 mm: it is 0.3 mm deep. The
+        // deeper sheet-sheet contact does not count.
+        let mut island = two_sheets(0.0);
+        let on_body = ContactConstraint { offset: 3e-4, ..on_plane(0, DVec3::Y) };
+        let on_sheet = contact(1, node_side(1, 0), node_side(0, 0), DVec3::Y);
+        let on_sheet = ContactConstraint { offset: 5e-3, ..on_sheet };
+        let open =
+            ContactConstraint { offset: -1e-3, ..contact(2, node_side(0, 0), body_side(0, DVec3::ZERO), DVec3::Y) };
+        let all = [on_body, on_sheet, open];
+        let depth = island.with(|view, _| deepest_body_penetration(view, &all));
+        assert!((depth - 3e-4).abs() < 1e-16, "{depth}");
+        assert_eq!(island.with(|view, _| deepest_body_penetration(view, &all[1..])), 0.0);
+    }
+
+    #[test]
+    fn nodes_count_as_moved_beyond_the_displacement_threshold() {
+        let threshold = SETTINGS.displacement_several;
+        assert!(!two_sheets(0.9 * threshold).with(|view, _| has_moved(view)));
+        assert!(two_sheets(1.1 * threshold).with(|view, _| has_moved(view)));
+    }
+
+    #[test]
+    fn sheets_have_crossed_when_a_touching_pair_penetrates_by_three_tenths_of_its_offset() {
+        let offset = 1e-3;
+        let pair = ContactConstraint { offset, ..contact(0, node_side(1, 0), node_side(0, 0), DVec3::Y) };
+        let crossed = |fall: f64| two_sheets(fall).with(|view, _| has_crossed(view, &pair));
+        assert!(!crossed(0.9 * SETTINGS.crossed_penetration * offset));
+        assert!(crossed(1.1 * SETTINGS.crossed_penetration * offset));
+        assert!(crossed(2.0 * offset), "passed through");
+        // A pair whose penetration grows from 2 to 3 offsets had passed before this stage.
+        let passed = ContactConstraint { offset: 1e-3, normal: DVec3::NEG_Y, ..pair };
+        assert!(!two_sheets(-1e-3).with(|view, _| has_crossed(view, &passed)));
+    }
+}

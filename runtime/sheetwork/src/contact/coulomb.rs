@@ -218,6 +218,66 @@ mod tests {
         }
     }
 
+    /// Force of a contact with the compliance `a` (m/N) in every direction.
+    fn solve_isotropic(a: f64, b: DVec3, friction: f64) -> DVec3 {
+        solve(&(DMat3::IDENTITY * a), b, ContactLaw::Coulomb(friction), DVec3::ZERO)
+    }
+
+    #[test]
+    fn isotropic_contact_is_the_projection_on_the_friction_cone() {
+        let (a, mu) = (2.5e-3, 0.4);
+        // Uncoupled directions: p_n = [-b_n/a], p_t = -b_t/a shortened to μ p_n.
+        for tangential in [DVec2::new(1.0, -2.0), DVec2::new(30.0, 40.0), DVec2::ZERO] {
+            let b = DVec3::new(-10.0, tangential.x, tangential.y) * 1e-3;
+            let normal = 10e-3 / a;
+            let friction = (-tangential * (1e-3 / a)).clamp_length_max(mu * normal);
+            let p = solve_isotropic(a, b, mu);
+            assert!(p.distance(DVec3::new(normal, friction.x, friction.y)) < 1e-11 * normal, "{p}");
+        }
+        assert_eq!(solve_isotropic(a, DVec3::new(1e-3, 5.0, 5.0), mu), DVec3::ZERO, "open");
+    }
+
+    #[test]
+    fn contact_without_mobility_along_the_normal_has_no_force() {
+        let a = DMat3::from_diagonal(DVec3::new(0.0, 1.0, 1.0));
+        assert_eq!(solve(&a, DVec3::NEG_X, ContactLaw::Coulomb(0.3), DVec3::ZERO), DVec3::ZERO);
+    }
+
+    #[test]
+    fn coupled_slip_has_the_normal_force_of_two_linear_equations() {
+        // Normal and first tangent couple with c. In slip towards ±y, p_y = ∓μ p_n, and the closed
+        // gap a p_n + c p_y + b_n = 0 gives p_n = -b_n/(a ∓ μ c).
+        let (a, c, mu) = (2.0, 0.8, 0.5);
+        let block = DMat3::from_cols(DVec3::new(a, c, 0.0), DVec3::new(c, a, 0.0), DVec3::new(0.0, 0.0, a));
+        for sign in [1.0, -1.0] {
+            let p = solve(&block, DVec3::new(-1.0, 5.0 * sign, 0.0), ContactLaw::Coulomb(mu), DVec3::ZERO);
+            let normal = 1.0 / (a - sign * mu * c);
+            assert!(p.distance(DVec3::new(normal, -sign * mu * normal, 0.0)) < 1e-10, "{p} {normal}");
+        }
+    }
+
+    #[test]
+    fn bracketing_search_finds_the_solution_of_the_fixed_point_iteration() {
+        let (a, c, mu) = (2.0, 0.8, 0.5);
+        let block = DMat3::from_cols(DVec3::new(a, c, 0.0), DVec3::new(c, a, 0.0), DVec3::new(0.0, 0.0, a));
+        let normal = 1.0 / (a - mu * c);
+        let p = bracket_slip(&block, DVec3::new(-1.0, 5.0, 0.0), mu, 1.0 / a);
+        assert!(p.distance(DVec3::new(normal, -mu * normal, 0.0)) < 1e-10, "{p} {normal}");
+    }
+
+    #[test]
+    fn principal_values_are_the_roots_of_the_characteristic_polynomial() {
+        for [a, b, c] in [[2.0, 0.0, 5.0], [2.0, 1.5, -1.0], [3.0, -2.0, 3.0], [1.0, 0.0, 1.0]] {
+            let (basis, values) = principal(a, b, c);
+            let (mean, radius) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
+            assert!((values - DVec2::new(mean + radius, mean - radius)).length() < 1e-15);
+            let matrix = DMat2::from_cols(DVec2::new(a, b), DVec2::new(b, c));
+            for (direction, value) in [(basis.x_axis, values.x), (basis.y_axis, values.y)] {
+                assert!((matrix * direction - direction * value).length() < 1e-14, "{direction} {value}");
+            }
+        }
+    }
+
     #[test]
     fn attachment_holds_in_every_direction() {
         let a = compliance([0.3, 0.1, -0.2, 0.5, 0.9, 0.1, 0.0, 0.2, 0.7]);

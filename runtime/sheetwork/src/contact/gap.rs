@@ -144,3 +144,55 @@ pub(crate) fn velocity(group: &IslandView, side: &ContactSide, at: StagePose) ->
 pub(crate) fn node_side(sheet: u32, i: u32) -> ContactSide {
     ContactSide::Sheet { sheet, point: SheetPoint::node(i) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::test_island::{TestIsland, ball, body_side, contact, fixed_body, loose_nodes};
+    use crate::scene::IntegratorKind;
+
+    const DT: f64 = 0.01;
+
+    #[test]
+    fn gap_and_open_fraction_follow_a_node_that_falls_on_a_plane() {
+        // Node 0 is 3 mm above the contact offset and moves down by 4 mm.
+        let mut sheet = loose_nodes(2, 0.2, &[], IntegratorKind::BackwardEuler);
+        sheet.x.set(0, DVec3::new(0.0, 5e-3, 0.0));
+        sheet.v.set(0, DVec3::new(0.0, -4e-3 / DT, 0.0));
+        let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], DVec3::ZERO);
+        island.begin_stage(DT);
+        let field = island.field;
+        assert!(island.sheets[0].solve_free_motion(field));
+        let floor = contact(0, node_side(0, 0), body_side(0, DVec3::ZERO), DVec3::Y);
+        let floor = ContactConstraint { offset: 2e-3, ..floor };
+        let mut gaps = ContactGaps::default();
+        island.with(|view, _| gaps.measure(&[floor], view));
+        assert!((gaps.start[0] - 3e-3).abs() < 1e-15 && (gaps.free[0] + 1e-3).abs() < 1e-15, "{:?}", gaps.free);
+        assert_eq!(gaps.now, gaps.free);
+        // α = start/(start - end) = 3/4.
+        assert!((gaps.open_fraction(0) - 0.75).abs() < 1e-12);
+    }
+
+    #[test]
+    fn contact_that_starts_closed_or_stays_open_has_the_limits_of_the_fraction() {
+        let gaps =
+            |start: f64, free: f64| ContactGaps { start: vec![start], free: vec![free], ..ContactGaps::default() };
+        assert_eq!(gaps(0.0, -1e-3).open_fraction(0), 0.0);
+        assert_eq!(gaps(-1e-3, -2e-3).open_fraction(0), 0.0);
+        assert_eq!(gaps(2e-3, 1e-3).open_fraction(0), 1.0);
+        assert_eq!(gaps(1e-3, 2e-3).open_fraction(0), 0.0, "it opens");
+    }
+
+    #[test]
+    fn sides_of_a_moved_body_move_with_its_centre_and_rotation() {
+        let mut island = TestIsland::new(vec![], vec![ball(2.0, DVec3::ZERO)], DVec3::ZERO);
+        let (shift, turn, arm) = (DVec3::new(1e-3, 2e-3, 0.0), DVec3::Z * 1e-2, DVec3::X * 0.1);
+        (island.bodies[0].displacement, island.bodies[0].rotation) = (shift, turn);
+        (island.bodies[0].kick, island.bodies[0].spin_jump) = (shift * 10.0, turn * 10.0);
+        let side = body_side(0, arm);
+        let (by, jump) = island.with(|view, _| (contact_displacement(view, &side), contact_velocity_jump(view, &side)));
+        // δ + θ × r, with z × x = y.
+        let expected = shift + DVec3::Y * (1e-2 * 0.1);
+        assert!(by.distance(expected) < 1e-17 && jump.distance(expected * 10.0) < 1e-16, "{by} {jump}");
+    }
+}

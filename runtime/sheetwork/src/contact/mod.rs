@@ -32,7 +32,7 @@
 //! | `solver/dual` | contact forces | the working set is small compared to the nodes |
 //! | `solver/primal` | displacements | there are many contacts |
 //! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
-//! | `solver/pgs_working_set` | contact forces | integrators are explicit; last fallback of one sheet |
+//! | `solver/pgs_working_set` | contact forces | explicit integrators; last fallback of one sheet |
 //!
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
@@ -75,6 +75,8 @@ pub(crate) mod solve_policy;
 pub mod solver;
 pub(crate) mod solver_body;
 pub(crate) mod step_bodies;
+#[cfg(test)]
+pub(crate) mod test_island;
 pub(crate) mod workspace;
 
 pub use crate::contact::counters::ContactCounters;

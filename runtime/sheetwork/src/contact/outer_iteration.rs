@@ -296,3 +296,6 @@ pub(crate) enum StageSolve {
     /// Iteration limit; an earlier iteration had contact, the last one had none.
     Separated,
 }
+
+#[cfg(test)]
+mod tests;

@@ -109,3 +109,44 @@ pub(crate) fn frame_of_body(state: &BodyState) -> RigidFrame {
     let (origin, rotation) = state.frame();
     RigidFrame { origin, rotation }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::test_island::{ball, fixed_body};
+
+    const H: f64 = 0.02;
+
+    #[test]
+    fn force_at_the_centre_moves_a_body_by_h_squared_over_m() {
+        let mut body = ball(2.0, DVec3::Y);
+        let force = DVec3::new(1.0, -2.0, 3.0);
+        body.add_displacement(force, DVec3::ZERO, H);
+        body.add_velocity_jump(force, DVec3::ZERO, H);
+        assert!(body.displacement.distance(force * (H * H / 2.0)) < 1e-18);
+        let end = body.end();
+        assert!(end.velocity().distance(force * (H / 2.0)) < 1e-16, "{}", end.velocity());
+        assert!(end.centre().distance(DVec3::Y + force * (H * H / 2.0)) < 1e-16);
+    }
+
+    #[test]
+    fn compliance_is_the_displacement_of_a_point_by_a_force_at_another() {
+        let mut body = ball(2.0, DVec3::ZERO);
+        let (r, at, force) = (DVec3::new(0.1, 0.0, 0.03), DVec3::new(0.0, -0.07, 0.05), DVec3::new(3.0, 1.0, -2.0));
+        body.add_displacement(force, at.cross(force), H);
+        // δ + θ × r with δ = h² p/m, θ = h² (at × p)/I and I = 2/5 m (0.1 m)².
+        let turn = at.cross(force) * (H * H / (0.4 * 2.0 * 0.01));
+        let expected = force * (H * H / 2.0) + turn.cross(r);
+        assert!(body.displacement_at(r).distance(expected) < 1e-16);
+        assert!((body.compliance(r, at) * force * (H * H)).distance(expected) < 1e-16);
+    }
+
+    #[test]
+    fn static_body_ignores_forces() {
+        let mut body = fixed_body();
+        body.add_displacement(DVec3::ONE, DVec3::ONE, H);
+        body.add_velocity_jump(DVec3::ONE, DVec3::ONE, H);
+        assert_eq!(body.compliance(DVec3::X, DVec3::Y), DMat3::ZERO);
+        assert_eq!((body.displacement_at(DVec3::X), body.end()), (DVec3::ZERO, body.start));
+    }
+}

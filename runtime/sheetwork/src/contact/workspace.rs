@@ -1,5 +1,5 @@
-//! Contact problem of an island: detected contacts, contact caches of its stages, solvers with their
-//! arrays, counters and the course of the step.
+//! Contact problem of an island: detected contacts, contact caches of its stages, solvers with
+//! their arrays, counters and the course of the step.
 //!
 //! The workspace lives from step to step. Contact caches start the next solve; they and the solver
 //! bodies are saved before a substep and restored when it is rolled back. The phases of contact add

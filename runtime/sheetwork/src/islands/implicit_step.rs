@@ -1,7 +1,7 @@
 //! One step of an island by an implicit integrator: sheets and bodies that may touch, stage by
 //! stage.
 //!
-//!   lead the pins
+//!   move kinematic nodes
 //!     → for each stage: outer iterations of free motion, detection and position solve
 //!     → velocity solve → finish
 //!     → energy budget and penetration
@@ -79,7 +79,7 @@ pub(crate) enum StageOutcome {
     Fallback(Fallback),
 }
 
-/// What the stages of a substep have met so far.
+/// Contact in the stages of a substep so far.
 #[derive(Clone, Copy, Debug)]
 struct StageRecord {
     /// Whether any stage had contact.

@@ -1,10 +1,10 @@
 //! One step of a sheet: the order of its phases.
 //!
-//!   lead the pins → integrator → flexion limit → instability detector → contact
+//!   move kinematic nodes → integrator → flexion limit → instability detector → contact
 //!     → thickness limit
 //!     → (again, where the integrator took less than the step)
 //!     → contact with dynamic bodies and sharp edges (`explicit`)
-//!     → put the pins in place → sleep?
+//!     → place kinematic nodes → sleep test
 //!
 //! Features that a scene does not use cost no call. The first step sizes the working arrays; later
 //! steps allocate nothing here. Sheets that do not touch share no state, so any number of threads

@@ -16,20 +16,23 @@ impl SheetSpec {
     /// 21 nodes, 25 cm square, with the thickness of the material. An unknown name is refused when
     /// the world is built.
     pub fn new(material: impl Into<String>) -> Self {
-        Self {
-            material: MaterialChoice::Named(material.into()),
-            structure: StructureKind::Shell,
-            springs: SpringLaw::Calibrated,
-            grid: (21, 1, 21),
-            size: (0.25, 0.25),
-            ..Self::thesis()
-        }
+        Self { material: MaterialChoice::Named(material.into()), ..Self::default() }
     }
 
     /// The soft lattice of the thesis: `trimm`, 11 x 2 x 11 nodes, 25 mm square, 1 mm between the
-    /// layers.
+    /// layers, of the material `thesis` with the spring law `Uniform` and 0.115 of critical damping
+    /// in every spring.
     pub fn thesis() -> Self {
-        Self::default()
+        Self {
+            structure: StructureKind::Trimm,
+            grid: (11, 2, 11),
+            size: (0.025, 0.025),
+            gap: 0.001,
+            material: MaterialChoice::Named("thesis".into()),
+            springs: SpringLaw::Uniform,
+            damping: 0.115,
+            ..Self::default()
+        }
     }
 
     /// Name in the world, in events and parameter paths.
@@ -158,16 +161,16 @@ impl SheetSpec {
 }
 
 impl Scene {
-    /// Empty scene for sheets of real materials: the implicit integrator `tr-bdf2` with steps of
-    /// 1/60 s.
+    /// Empty scene, as the default: the implicit integrator `tr-bdf2`, which is stable for sheets
+    /// of real materials, with steps of 1/60 s.
     pub fn new() -> Self {
-        Self { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, ..Self::thesis() }
+        Self::default()
     }
 
     /// Empty scene with the explicit integrator and the step of the thesis: `euler-richardson`,
     /// 1 ms. A stiff sheet is unstable in it.
     pub fn thesis() -> Self {
-        Self::default()
+        Self { engine: IntegratorKind::EulerRichardson, dt: 1.0e-3, ..Self::default() }
     }
 
     /// Add a sheet.

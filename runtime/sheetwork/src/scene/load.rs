@@ -172,7 +172,10 @@ mod tests {
     use super::*;
 
     fn scene() -> Scene {
-        Scene::parse(r#"(sheets: [(name: "strip", material: "hips", probes: {"tip": (1.0, 0.5)})])"#).expect("valid")
+        let text = r#"(engine: "euler-richardson", dt: 0.001,
+            sheets: [(name: "strip", structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "hips", springs: Uniform,
+                probes: {"tip": (1.0, 0.5)})])"#;
+        Scene::parse(text).expect("valid")
     }
 
     #[test]

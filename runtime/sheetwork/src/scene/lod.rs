@@ -123,7 +123,7 @@ mod tests {
             structure: StructureKind::Shell,
             grid: (11, 1, 11),
             detail: Some(DetailSpec::new(levels)),
-            ..SheetSpec::default()
+            ..SheetSpec::thesis()
         };
         assert!(check(&spec(vec![((21, 21), Some(1.0)), ((11, 11), None)])).is_ok());
         let refused = |levels| check(&spec(levels)).expect_err("refused").field;

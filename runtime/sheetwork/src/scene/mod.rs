@@ -56,7 +56,8 @@ use crate::mesh::slits::Slit;
 use crate::mesh::structure::StructureKind;
 pub use crate::scene::spot::SpotSpec;
 
-/// Scene: the contents of a scene file.
+/// Scene: the contents of a scene file. The default is empty, with the implicit integrator
+/// `tr-bdf2` and steps of 1/60 s; [`Scene::thesis`] has the explicit integrator of the thesis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
@@ -120,8 +121,8 @@ impl Default for Scene {
             name: "untitled".into(),
             description: String::new(),
             gravity: DVec3::new(0.0, -9.81, 0.0),
-            engine: IntegratorKind::EulerRichardson,
-            dt: 1.0e-3,
+            engine: IntegratorKind::TrBdf2,
+            dt: 1.0 / 60.0,
             tolerance: 1.0e-7,
             duration: 10.0,
             room: None,
@@ -251,6 +252,9 @@ impl Placement {
 ///
 /// Local axes: x along the length (u), z along the width (v), y through the thickness; the origin
 /// is the middle of the bottom layer.
+///
+/// The default is a square of card, 25 cm wide: a shell of 21 by 21 nodes. [`SheetSpec::thesis`] is
+/// the soft lattice of the thesis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SheetSpec {
@@ -360,16 +364,16 @@ impl Default for SheetSpec {
     fn default() -> Self {
         Self {
             name: String::new(),
-            structure: StructureKind::Trimm,
-            grid: (11, 2, 11),
-            size: (0.025, 0.025),
+            structure: StructureKind::Shell,
+            grid: (21, 1, 21),
+            size: (0.25, 0.25),
             gap: 0.001,
             file: None,
             outline: None,
             holes: Vec::new(),
             cuts: Vec::new(),
-            material: MaterialChoice::Named("thesis".into()),
-            springs: SpringLaw::Uniform,
+            material: MaterialChoice::Named("card".into()),
+            springs: SpringLaw::Calibrated,
             node_mass: None,
             damping: 0.115,
             damping_ratio: None,

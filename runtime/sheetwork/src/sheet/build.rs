@@ -368,8 +368,8 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
 /// # Errors
 /// When the file's contents do not make a sheet.
 pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
-    let scene = Scene::default();
-    let spec = SheetSpec::default();
+    let scene = Scene::thesis();
+    let spec = SheetSpec::thesis();
     let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read_parts(file)?, false, None);
     sheet.state.touching = vec![false; sheet.node_count()];
     Ok(sheet)

@@ -255,7 +255,7 @@ mod tests {
 
     /// Angle across each row of nodes along u, of a sheet of 0.3 m by 0.2 m.
     fn across_rows(crease: CreaseSpec, columns: usize, rows: usize) -> Vec<f64> {
-        let spec = SheetSpec { size: (0.3, 0.2), creases: vec![crease], ..SheetSpec::default() };
+        let spec = SheetSpec { size: (0.3, 0.2), creases: vec![crease], ..SheetSpec::thesis() };
         let spacing = (0.3 / (columns - 1) as f64, 0.2 / (rows - 1) as f64);
         let clamped = vec![false; columns * rows];
         let source = curvatures(&StaggeredGrid { columns, rows, spacing, clamped: &clamped });

@@ -106,9 +106,9 @@ mod tests {
             grid: (4, 2, 3),
             damping: 0.1,
             pins: vec![PinSpec::clamped(Region::Left)],
-            ..SheetSpec::default()
+            ..SheetSpec::thesis()
         };
-        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::default() }).expect("valid");
+        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::thesis() }).expect("valid");
         let sheet = &world.sheets()[0];
         let modes = sheet.damped_modes();
         let held = (0..sheet.node_count()).filter(|i| sheet.is_held(*i)).count();

@@ -268,9 +268,9 @@ mod tests {
             structure: structure.parse().expect("known"),
             grid: (6, 1, 5),
             size: (0.5, 0.4),
-            ..SheetSpec::default()
+            ..SheetSpec::thesis()
         };
-        Sheet::build(&Scene { sheets: vec![spec], ..Scene::default() }, 0).expect("valid")
+        Sheet::build(&Scene { sheets: vec![spec], ..Scene::thesis() }, 0).expect("valid")
     }
 
     #[test]

@@ -41,8 +41,8 @@ mod tests {
     #[test]
     fn a_shell_has_the_edges_of_its_grid_and_their_lengths() {
         let sheet =
-            SheetSpec { structure: StructureKind::Shell, grid: (4, 1, 3), size: (0.3, 0.1), ..SheetSpec::default() };
-        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::default() }).expect("valid");
+            SheetSpec { structure: StructureKind::Shell, grid: (4, 1, 3), size: (0.3, 0.1), ..SheetSpec::thesis() };
+        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::thesis() }).expect("valid");
         let sheet = &world.sheets()[0];
         // 3 rows of 3 along, 4 columns of 2 across, and a diagonal for each of 6 cells.
         assert_eq!(sheet.edges().len(), 9 + 8 + 6);

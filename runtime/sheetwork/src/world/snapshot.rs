@@ -101,7 +101,7 @@ mod tests {
 
     fn world() -> World {
         let scene = Scene::parse(
-            r#"(dt: 0.005, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+            r#"(engine: "euler-richardson", dt: 0.005, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
                 sheets: [(name: "leaf", structure: "shell", grid: (6, 1, 5), size: (0.2, 0.15), material: "pet",
                     placement: (position: (0, 0.05, 0)))],
                 bodies: [(name: "ball", shape: Ball(0.02), mass: 0.01, placement: (position: (0.3, 0.2, 0)))])"#,
@@ -141,8 +141,8 @@ mod tests {
                 oven: (convection: 20, schedule: [(time: 0, temperature: 150)]),
                 sheets: [(name: "hot", structure: "shell", grid: (9, 1, 3), size: (0.2, 0.05), material: "hips", creep: true,
                         pins: [(region: Left, clamp: true)]),
-                    (name: "lattice", structure: "slamm", grid: (5, 2, 3), size: (0.1, 0.05), material: "hips", creep: true,
-                        placement: (position: (0, 0.3, 0)), pins: [(region: Left)])])"#,
+                    (name: "lattice", structure: "slamm", grid: (5, 2, 3), size: (0.1, 0.05), material: "hips",
+                        springs: Uniform, creep: true, placement: (position: (0, 0.3, 0)), pins: [(region: Left)])])"#,
         );
         let mut world = World::new(&scene.expect("valid")).expect("valid");
         let seen = |world: &World| {

@@ -233,7 +233,7 @@ fn small_scene() -> Result<Scene, InputError> {
                 (name: "film", structure: "shell", grid: (5, 1, 5), size: (0.1, 0.1), tearing: true,
                     material: (young: 1e7, thickness: 1e-4, tears_at: 0.001), placement: (position: (0.4, 0.1, 0)),
                     pins: [(region: Left), (region: Right, path: [(time: 0), (time: 1, offset: (0.05, 0, 0))])]),
-                (name: "lattice", structure: "samm", grid: (4, 2, 4), size: (0.1, 0.1), material: "pet",
+                (name: "lattice", structure: "samm", grid: (4, 2, 4), size: (0.1, 0.1), material: "pet", springs: Uniform,
                     placement: (position: (-0.4, 0.05, 0)))])"#,
     )
 }

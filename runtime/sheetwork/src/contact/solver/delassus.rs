@@ -355,3 +355,107 @@ pub(crate) fn frame_of(normal: DVec3) -> DMat3 {
     let tangent = (axis - normal * axis.dot(normal)).normalize();
     DMat3::from_cols(normal, tangent, normal.cross(tangent))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::coulomb::ContactLaw;
+    use crate::contact::gap::node_side;
+    use crate::contact::test_island::{TestIsland, ball, body_side, contact, fixed_body, loose_nodes};
+    use crate::scene::IntegratorKind;
+
+    const H: f64 = 0.01;
+
+    /// The operator of `contacts`.
+    fn operator(island: &mut TestIsland, contacts: &[ContactConstraint]) -> DelassusOperator {
+        let mut operator = DelassusOperator::default();
+        island.with(|view, _| {
+            operator.clear(view);
+            contacts.iter().for_each(|_| operator.problem.push(ContactLaw::Coulomb(0.5), DVec3::ZERO));
+            let all: Vec<u32> = (0..contacts.len() as u32).collect();
+            operator.add(view, contacts, &all, H);
+        });
+        operator
+    }
+
+    /// Balls of masses 2 and 5 kg and radius 0.1 m that touch at the origin, one above the other.
+    fn two_balls() -> (TestIsland, ContactConstraint) {
+        let bodies = vec![ball(2.0, DVec3::Y * 0.1), ball(5.0, DVec3::NEG_Y * 0.1)];
+        let island = TestIsland::new(vec![], bodies, DVec3::ZERO);
+        let (a, b) = (body_side(0, DVec3::NEG_Y * 0.1), body_side(1, DVec3::Y * 0.1));
+        (island, contact(0, a, b, DVec3::Y))
+    }
+
+    #[test]
+    fn two_bodies_add_their_inverse_masses_and_inertias() {
+        let (mut island, touch) = two_balls();
+        let w = operator(&mut island, &[touch]).problem.diagonal[0];
+        // A tangential force at arm r also turns a ball with I = 2/5 m r²: 1/m + r²/I = 7/(2 m).
+        let masses = 1.0 / 2.0 + 1.0 / 5.0;
+        let expected = DMat3::from_diagonal(DVec3::new(masses, 3.5 * masses, 3.5 * masses) * (H * H));
+        assert!((w - expected).to_cols_array().iter().all(|x| x.abs() < 1e-15 * H), "{w} {expected}");
+    }
+
+    #[test]
+    fn two_contacts_of_a_body_couple_through_its_rotation() {
+        // A ball of 2 kg, I = 0.4 · 2 · 0.01, under normal forces at the arms x = 0.06 and -0.08 m.
+        let mut island = TestIsland::new(vec![], vec![ball(2.0, DVec3::ZERO), fixed_body()], DVec3::ZERO);
+        let arms = [0.06, -0.08];
+        let contacts = [0, 1].map(|i| {
+            let at = DVec3::X * arms[i as usize];
+            contact(i, body_side(0, at), body_side(1, at), DVec3::Y)
+        });
+        let problem = operator(&mut island, &contacts).problem;
+        // W_ij = h² (1/m + x_i x_j/I).
+        let expected = |i: usize, j: usize| H * H * (1.0 / 2.0 + arms[i] * arms[j] / (0.4 * 2.0 * 0.01));
+        assert!((problem.diagonal[0].x_axis.x - expected(0, 0)).abs() < 1e-17);
+        assert!((problem.diagonal[1].x_axis.x - expected(1, 1)).abs() < 1e-17);
+        assert_eq!(problem.columns[0].len(), 1);
+        assert!((problem.columns[0][0].1.x_axis.x - expected(0, 1)).abs() < 1e-17);
+    }
+
+    #[test]
+    fn node_and_body_add_their_inverse_masses() {
+        let sheet = loose_nodes(2, 0.2, &[], IntegratorKind::BackwardEuler);
+        let mut island = TestIsland::new(vec![sheet], vec![ball(5.0, DVec3::NEG_Y * 0.1)], DVec3::ZERO);
+        island.begin_stage(H);
+        let field = island.field;
+        assert!(island.sheets[0].solve_free_motion(field));
+        let touch = contact(0, node_side(0, 0), body_side(0, DVec3::Y * 0.1), DVec3::Y);
+        let w = operator(&mut island, &[touch]).problem.diagonal[0];
+        let expected = DVec3::new(1.0 / 0.2 + 1.0 / 5.0, 1.0 / 0.2 + 3.5 / 5.0, 1.0 / 0.2 + 3.5 / 5.0) * (H * H);
+        assert!((w - DMat3::from_diagonal(expected)).to_cols_array().iter().all(|x| x.abs() < 1e-14 * H), "{w}");
+    }
+
+    #[test]
+    fn forces_move_both_bodies_in_proportion_to_their_mobility() {
+        let (mut island, touch) = two_balls();
+        let mut operator = operator(&mut island, &[touch]);
+        // In the frame (normal, two tangents) of the normal y, the first tangent is x.
+        operator.problem.force[0] = DVec3::new(30.0, 4.0, 0.0);
+        let force = DVec3::new(4.0, 30.0, 0.0);
+        island.with(|view, _| {
+            operator.displace(view, &[touch], H);
+            operator.apply_velocity_jumps(view, &[touch], H);
+        });
+        for (body, sign, m) in [(0, 1.0, 2.0), (1, -1.0, 5.0)] {
+            let body = &island.bodies[body];
+            assert!(body.displacement.distance(force * (sign * H * H / m)) < 1e-16, "{}", body.displacement);
+            assert!(body.kick.distance(force * (sign * H / m)) < 1e-14, "{}", body.kick);
+            // Both forces have the moment r × p = (∓r y) × (±p) = 0.1 · 4 about z.
+            let turn = DVec3::Z * (0.1 * 4.0 / (0.4 * m * 0.01));
+            assert!(body.rotation.distance(turn * (H * H)) < 1e-15, "{}", body.rotation);
+            assert!(body.spin_jump.distance(turn * H) < 1e-13, "{}", body.spin_jump);
+        }
+    }
+
+    #[test]
+    fn frame_is_orthonormal_and_starts_with_the_normal() {
+        for normal in [DVec3::X, DVec3::Y, DVec3::NEG_Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.8, -0.6, 0.0)] {
+            let frame = frame_of(normal);
+            assert_eq!(frame.x_axis, normal);
+            let error = frame.transpose() * frame - DMat3::IDENTITY;
+            assert!(error.to_cols_array().iter().all(|x| x.abs() < 1e-15) && frame.determinant() > 0.0, "{normal}");
+        }
+    }
+}

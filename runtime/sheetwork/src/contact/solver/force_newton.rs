@@ -288,3 +288,59 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     sums.iter().sum::<f64>() + rest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All three directions of a contact.
+    const STICK: FreeDirections = FreeDirections { count: 3, ..FreeDirections::NONE };
+
+    /// W of two contacts: a on both diagonals and c between them, in every direction.
+    fn coupled(a: f64, c: f64) -> (Vec<Vec<(u32, DMat3)>>, [DMat3; 2]) {
+        let between = DMat3::IDENTITY * c;
+        (vec![vec![(1, between)], vec![(0, between)]], [DMat3::IDENTITY * a; 2])
+    }
+
+    #[test]
+    fn step_of_two_coupled_contacts_is_that_of_cramers_rule() {
+        let (a, c) = (3.0, 1.2);
+        let (columns, diagonal) = coupled(a, c);
+        let u = [DVec3::new(-1.0, 0.5, 0.2), DVec3::new(-2.0, 0.0, -0.4)];
+        let mut newton = ForceNewton::default();
+        assert!(newton.solve(&columns, &diagonal, &[STICK; 2], &u));
+        // [a c; c a] Δ = -u.
+        let determinant = a * a - c * c;
+        let expected = [(u[1] * c - u[0] * a) / determinant, (u[0] * c - u[1] * a) / determinant];
+        for (i, expected) in expected.into_iter().enumerate() {
+            assert!(newton.step(i, &STICK).distance(expected) < 1e-15, "{i}: {}", newton.step(i, &STICK));
+        }
+    }
+
+    #[test]
+    fn open_contact_keeps_its_force_and_does_not_couple() {
+        let (columns, diagonal) = coupled(3.0, 1.2);
+        let ways = [FreeDirections::NONE, STICK];
+        let u = [DVec3::ONE, DVec3::new(-2.0, 0.0, -0.4)];
+        let mut newton = ForceNewton::default();
+        assert!(newton.solve(&columns, &diagonal, &ways, &u));
+        assert_eq!(newton.step(0, &ways[0]), DVec3::ZERO);
+        assert!(newton.step(1, &STICK).distance(u[1] / -3.0) < 1e-15);
+    }
+
+    #[test]
+    fn slip_adds_its_compliance_along_its_directions() {
+        // Normal and one tangent are free; the tangent is more compliant by D.
+        let ways = FreeDirections { count: 2, compliance: [0.0, 0.5, 0.0], ..FreeDirections::NONE };
+        let u = DVec3::new(-1.0, 0.7, 9.0);
+        let mut newton = ForceNewton::default();
+        assert!(newton.solve(&[vec![]], &[DMat3::IDENTITY * 2.0], &[ways], &[u]));
+        assert!(newton.step(0, &ways).distance(DVec3::new(1.0 / 2.0, -0.7 / 2.5, 0.0)) < 1e-15);
+    }
+
+    #[test]
+    fn redundant_contacts_have_no_factor() {
+        let (columns, diagonal) = coupled(1.0, 1.0);
+        assert!(!ForceNewton::default().solve(&columns, &diagonal, &[STICK; 2], &[DVec3::NEG_X; 2]));
+    }
+}

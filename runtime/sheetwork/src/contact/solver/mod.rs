@@ -22,4 +22,8 @@ pub(crate) mod force_newton;
 pub mod pgs;
 pub(crate) mod pgs_working_set;
 pub(crate) mod primal;
+#[cfg(test)]
+pub(crate) mod test_problem;
+#[cfg(test)]
+mod tests;
 pub(crate) mod working_set;

@@ -152,3 +152,98 @@ fn add_from_pair(
         next = best.1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::contact_cache::CachedForces;
+    use crate::contact::gap::node_side;
+    use crate::contact::test_island::{body_side, contact, list, on_plane};
+
+    /// A workspace with one contact per entry of `depths` (m) at x = 0, 1, 2, ... m, on body 0.
+    fn row_of_contacts(depths: &[f64]) -> ContactWorkspace {
+        let contacts: Vec<ContactConstraint> = (0..depths.len() as u32).map(|i| on_plane(i, DVec3::Y)).collect();
+        let mut workspace = ContactWorkspace::default();
+        list(&contacts, &mut workspace.detected);
+        workspace.gaps.free = depths.iter().map(|depth| -depth).collect();
+        workspace.gaps.positions_a = (0..depths.len()).map(|i| DVec3::new(i as f64, 0.0, 0.0)).collect();
+        workspace
+    }
+
+    fn begun(workspace: &ContactWorkspace) -> WorkingSet {
+        let mut set = WorkingSet::default();
+        set.begin(workspace.detected.contacts.len());
+        set
+    }
+
+    fn add_violated(set: &mut WorkingSet, workspace: &ContactWorkspace, active: &[usize]) {
+        set.add_violated(workspace, &workspace.gaps.free, 1e-6, active.iter().copied());
+    }
+
+    #[test]
+    fn deepest_contact_is_followed_by_distant_ones() {
+        // The first contact is the deepest, 0. Each further one has the largest depth times squared
+        // distance from the chosen ones: 7; 3 (3 m from 0; 4 is as far from 7); 5; 1 and 2, the
+        // first of those at 1 m.
+        let workspace = row_of_contacts(&[2e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]);
+        let mut set = begun(&workspace);
+        add_violated(&mut set, &workspace, &[]);
+        assert_eq!(set.new, [0, 1, 2, 3, 5, 7]);
+    }
+
+    #[test]
+    fn contacts_that_are_open_or_active_are_not_added() {
+        let workspace = row_of_contacts(&[1e-3, -1e-3, 1e-7, 1e-3]);
+        let mut set = begun(&workspace);
+        add_violated(&mut set, &workspace, &[]);
+        assert_eq!(set.new, [0, 3], "contact 1 is open, and contact 2 within the tolerance");
+        set.activate();
+        assert!(set.is_active(0) && !set.is_active(1));
+        add_violated(&mut set, &workspace, &[0, 3]);
+        assert!(set.new.is_empty());
+    }
+
+    #[test]
+    fn excluded_contacts_are_not_added() {
+        let workspace = row_of_contacts(&[1e-3, 1e-3]);
+        let mut set = begun(&workspace);
+        set.exclude(0);
+        add_violated(&mut set, &workspace, &[]);
+        assert_eq!(set.new, [1]);
+    }
+
+    #[test]
+    fn every_pair_adds_up_to_six_contacts() {
+        // Two contacts of the sheet with body 0 and eight with body 1, which adds six.
+        let mut workspace = row_of_contacts(&[1e-3; 10]);
+        for (i, constraint) in workspace.detected.contacts.iter_mut().enumerate() {
+            let body = u32::from(i >= 2);
+            *constraint = contact(i as u32, node_side(0, i as u32), body_side(body, DVec3::ZERO), DVec3::Y);
+        }
+        let mut set = begun(&workspace);
+        add_violated(&mut set, &workspace, &[]);
+        let of_first = set.new.iter().filter(|i| **i < 2).count();
+        assert_eq!((of_first, set.new.len()), (2, 8));
+    }
+
+    #[test]
+    fn cached_contacts_join_if_they_penetrate_and_attachments_always() {
+        let mut workspace = row_of_contacts(&[1e-3, 1e-3, -1e-3, -1e-3]);
+        workspace.detected.first_attachment = 3;
+        let keys = [1, 2].map(|i| workspace.detected.contacts[i].key);
+        workspace.cache.replace(|_, new| {
+            new.extend(keys.map(|key| (key, CachedForces { position: DVec3::Y, ..CachedForces::default() })));
+        });
+        let mut set = begun(&workspace);
+        set.add_cached(&workspace);
+        assert_eq!(set.new, [1, 3], "contact 0 has no cached force, and contact 2 is open");
+    }
+
+    #[test]
+    fn smallest_gap_is_added_where_nothing_penetrates() {
+        let workspace = row_of_contacts(&[-3e-3, -1e-3, -2e-3]);
+        let mut set = begun(&workspace);
+        set.add_deepest(&workspace.gaps.free);
+        assert_eq!(set.new, [1]);
+    }
+}

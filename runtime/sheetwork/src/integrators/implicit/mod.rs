@@ -15,6 +15,8 @@
 
 pub mod newton;
 pub mod staged;
+#[cfg(test)]
+mod tests;
 
 use crate::elements::{Anchor, Geometric};
 use crate::linear::NotPositiveDefinite;

@@ -4,9 +4,10 @@
 //! nodes with static and kinematic bodies is resolved node by node
 //! ([`crate::contact::node::detection`]). All other contacts are resolved at the end of the step:
 //! edges and corners of bodies, dynamic bodies, other sheets and self-contact, by the contact
-//! constraints and the two solves of implicit integrators ([`crate::contact::stage`]), with the
-//! node masses as system matrix. A sheet near none of these costs a few box tests. A sheet with an
-//! implicit integrator in the same island is treated in the same way.
+//! constraints and the two solves of implicit integrators
+//! ([`crate::contact::outer_iteration::solve_explicit`]), with the node masses as system matrix. A
+//! sheet near none of these costs a few box tests. A sheet with an implicit integrator in the same
+//! island is treated in the same way.
 
 #[cfg(test)]
 mod tests;

@@ -23,7 +23,7 @@ fn lattice(engine: IntegratorKind) -> Scene {
         node_mass: Some(4e-5),
         damping: 0.2,
         placement: at(0.0, 0.02, 0.0),
-        ..SheetSpec::default()
+        ..SheetSpec::thesis()
     };
     Scene { engine, dt: 1e-3, sheets: vec![sheet], contact: rough(), ..Scene::default() }
 }

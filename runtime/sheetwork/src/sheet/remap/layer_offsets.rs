@@ -348,8 +348,8 @@ mod tests {
 
     fn sheet(structure: &str, grid: (u32, u32, u32)) -> Sheet {
         let structure = structure.parse().expect("known");
-        let spec = SheetSpec { structure, grid, size: (0.25, 0.2), gap: 0.004, ..SheetSpec::default() };
-        Sheet::build(&Scene { sheets: vec![spec], ..Scene::default() }, 0).expect("valid")
+        let spec = SheetSpec { structure, grid, size: (0.25, 0.2), gap: 0.004, ..SheetSpec::thesis() };
+        Sheet::build(&Scene { sheets: vec![spec], ..Scene::thesis() }, 0).expect("valid")
     }
 
     #[test]

@@ -325,7 +325,7 @@ mod tests {
             outline,
             ..SheetSpec::default()
         };
-        Sheet::build(&Scene { sheets: vec![spec], ..Scene::default() }, 0).expect("valid")
+        Sheet::build(&Scene { sheets: vec![spec], ..Scene::thesis() }, 0).expect("valid")
     }
 
     fn every() -> Vec<(Sheet, usize)> {

@@ -418,7 +418,7 @@ mod tests {
             outline,
             ..SheetSpec::default()
         };
-        let scene = Scene { sheets: vec![spec], ..Scene::default() };
+        let scene = Scene { sheets: vec![spec], ..Scene::thesis() };
         let mut sheet = Sheet::build(&scene, 0).expect("valid");
         for i in 0..sheet.node_count() {
             let p = sheet.state.x.get(i);

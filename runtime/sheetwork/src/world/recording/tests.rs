@@ -25,7 +25,9 @@ impl Drop for RecordingFile {
 }
 
 fn falling() -> World {
-    let scene = r#"(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [(placement: (position: (0, 0.1, 0)))])"#;
+    let scene = r#"(engine: "euler-richardson", dt: 0.001, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+        sheets: [(structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform,
+            placement: (position: (0, 0.1, 0)))])"#;
     World::new(&Scene::parse(scene).expect("valid")).expect("valid")
 }
 
@@ -90,8 +92,8 @@ fn hot() -> World {
     let scene = r#"(engine: "tr-bdf2", dt: 0.01, heaters: [(name: "lamp", size: (0.1, 0.1, 0.1), hot: [(face: 0, temperature: 200)])],
         sheets: [
             (name: "shell", structure: "shell", grid: (5, 1, 4), size: (0.1, 0.1), material: "pvc", temperature_gradient: true),
-            (name: "film", structure: "samm", grid: (6, 2, 5), size: (0.1, 0.1), material: "pvc", tearing: true,
-                placement: (position: (0.5, 0, 0)))])"#;
+            (name: "film", structure: "samm", grid: (6, 2, 5), size: (0.1, 0.1), material: "pvc",
+                springs: Uniform, tearing: true, placement: (position: (0.5, 0, 0)))])"#;
     World::new(&Scene::parse(scene).expect("valid")).expect("valid")
 }
 

@@ -116,3 +116,68 @@ pub(crate) fn derivative(rho: DVec3, state: &ContactState, braced: bool) -> DMat
         DVec3::new(0.0, yz, zz),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(friction: f64) -> SolverConstraint {
+        SolverConstraint::new(DMat3::IDENTITY, ContactLaw::Coulomb(friction))
+    }
+
+    #[test]
+    fn projection_cuts_tension_and_friction_beyond_the_bound() {
+        let row = row(0.5);
+        // (trial force, bound, projection).
+        let cases = [
+            (DVec3::new(2.0, 0.3, -0.4), 1.0, DVec3::new(2.0, 0.3, -0.4)),
+            (DVec3::new(2.0, 3.0, -4.0), 1.0, DVec3::new(2.0, 0.6, -0.8)),
+            (DVec3::new(-2.0, 0.3, -0.4), 0.0, DVec3::ZERO),
+        ];
+        for (trial, bound, expected) in cases {
+            assert!(project_force(&row, trial, bound).distance(expected) < 1e-15, "{trial}");
+        }
+        let attachment = SolverConstraint::new(DMat3::IDENTITY, ContactLaw::Attachment);
+        assert_eq!(project_force(&attachment, DVec3::NEG_ONE, 0.0), DVec3::NEG_ONE);
+        let mut disabled = row;
+        disabled.is_disabled = true;
+        assert_eq!(project_force(&disabled, DVec3::ONE, 1.0), DVec3::ZERO);
+    }
+
+    #[test]
+    fn state_names_the_branch_of_the_projection() {
+        let state = |p: DVec3, bound: f64| state_of(&row(0.5), p, bound);
+        let stick = state(DVec3::new(2.0, 0.3, -0.4), 1.0);
+        assert_eq!((stick.is_closed, stick.friction), (true, FrictionState::Stick));
+        let slip = state(DVec3::new(2.0, 3.0, -4.0), 1.0);
+        assert_eq!((slip.is_closed, slip.friction), (true, FrictionState::Slip));
+        // Direction p_t/|p_t|, and L/|p_t| = 1/5 across it.
+        assert!((slip.along - DVec2::new(0.6, -0.8)).length() < 1e-15 && (slip.across - 0.2).abs() < 1e-15);
+        let open = state(DVec3::new(-2.0, 0.3, -0.4), 0.0);
+        assert!(!open.is_closed && !open.is_active());
+        assert_eq!(state(DVec3::new(2.0, 0.3, 0.0), 0.0).friction, FrictionState::None, "no bound, no friction");
+    }
+
+    #[test]
+    fn derivative_is_that_of_the_projection_by_central_differences() {
+        let (row, rho, step) = (row(0.5), DVec3::splat(7.0), 1e-6);
+        for trial in [DVec3::new(2.0, 0.3, -0.4), DVec3::new(2.0, 3.0, -4.0), DVec3::new(-2.0, 0.3, 0.1)] {
+            let d = derivative(rho, &state_of(&row, trial, 1.0), false);
+            for (k, axis) in DVec3::AXES.into_iter().enumerate() {
+                let [above, below] = [step, -step].map(|by| project_force(&row, trial + axis * by, 1.0));
+                let slope = (above - below) * (rho.x / (2.0 * step));
+                assert!(slope.distance(d.col(k)) < 1e-8, "{trial}, axis {k}: {slope} {}", d.col(k));
+            }
+        }
+    }
+
+    #[test]
+    fn regularised_derivative_bounds_the_exact_one_from_above() {
+        let (rho, slip) = (DVec3::splat(7.0), state_of(&row(0.5), DVec3::new(2.0, 3.0, -4.0), 1.0));
+        let excess = derivative(rho, &slip, true) - derivative(rho, &slip, false);
+        // ρ L/|p_t| along the direction of slip, and zero across it.
+        let along = DVec3::new(0.0, 0.6, -0.8);
+        assert!((excess * along - along * (7.0 * 0.2)).length() < 1e-14);
+        assert!((excess * DVec3::new(0.0, 0.8, 0.6)).length() < 1e-14);
+    }
+}

@@ -10,74 +10,33 @@ use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
 use crate::contact::coulomb::ContactLaw;
 use crate::contact::solver::augmented_lagrangian::{
-    AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace, PrimalSpace, SolverConstraint, TangentMatrix,
-    UnknownSpace,
+    AugmentedLagrangian, AugmentedLagrangianTolerances, PrimalSpace, SolverConstraint, TangentMatrix, UnknownSpace,
 };
 use crate::contact::solver::delassus::frame_of;
-use crate::linear::{Backend, Factor, Pattern, analyse};
-
-/// Tangent matrix of a chain of nodes.
-struct NodeChain {
-    pattern: Pattern,
-    values: Vec<f64>,
-    with: Vec<f64>,
-    factor: Box<dyn Factor>,
-}
+use crate::contact::solver::test_problem::SmallTangent;
 
 const BLOCKS: u32 = 6;
 
 type DrawnProblem = ([f64; 6], [[f64; 3]; 6], [[f64; 3]; 5], [[f64; 3]; 5], f64);
 
-impl NodeChain {
-    /// A chain of nodes of mass 1, each joined to the next by a spring with stiffness `along` in
-    /// its direction and a tenth of it across.
-    fn new(along: [f64; BLOCKS as usize], directions: [[f64; 3]; BLOCKS as usize]) -> Self {
-        // The pattern covers contacts between any two nodes.
-        let pairs = (0..BLOCKS).flat_map(|i| (0..=i).map(move |j| (i, j)));
-        let pattern = Pattern::new(BLOCKS as usize, pairs);
-        let mut values = vec![0.0; 9 * pattern.blocks()];
-        let mut add = |i: u32, j: u32, block: DMat3| {
-            let at = 9 * pattern.slot(i.max(j), i.min(j)).expect("there") as usize;
-            for (to, value) in values[at..at + 9].iter_mut().zip(block.to_cols_array()) {
-                *to += value;
-            }
-        };
-        for i in 0..BLOCKS {
-            add(i, i, DMat3::IDENTITY);
-            let d = DVec3::from(directions[i as usize]).try_normalize().unwrap_or(DVec3::X);
-            let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
-            let k = (outer * 0.9 + DMat3::IDENTITY * 0.1) * along[i as usize];
-            if i + 1 < BLOCKS {
-                add(i, i, k);
-                add(i + 1, i + 1, k);
-                add(i, i + 1, -k);
-            }
+/// A chain of nodes of mass 1, each joined to the next by a spring with stiffness `along` in its
+/// direction and a tenth of it across.
+fn node_chain(along: [f64; BLOCKS as usize], directions: [[f64; 3]; BLOCKS as usize]) -> SmallTangent {
+    let mut chain = SmallTangent::new(BLOCKS);
+    for i in 0..BLOCKS {
+        chain.add(i, i, DMat3::IDENTITY);
+        let d = DVec3::from(directions[i as usize]).try_normalize().unwrap_or(DVec3::X);
+        let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+        let k = (outer * 0.9 + DMat3::IDENTITY * 0.1) * along[i as usize];
+        if i + 1 < BLOCKS {
+            chain.add_spring(i, Some(i + 1), k);
         }
-        let places: Vec<[f64; 2]> = (0..BLOCKS).map(|i| [f64::from(i), 0.0]).collect();
-        let mut factor = analyse(&pattern, &places, Backend::default());
-        factor.factorize(&values).expect("positive definite");
-        Self { with: values.clone(), pattern, values, factor }
     }
-}
-
-impl TangentMatrix for NodeChain {
-    fn pattern(&self) -> &Pattern {
-        &self.pattern
-    }
-
-    fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
-        self.with.clone_from(&self.values);
-        add(&mut self.with);
-        self.factor.factorize(&self.with).is_ok()
-    }
-
-    fn solve(&mut self, right: &mut [f64]) {
-        self.factor.solve(right);
-    }
+    chain
 }
 
 /// Contacts of the first nodes with walls, and of the last two nodes with each other.
-fn rows(chain: &NodeChain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Vec<SolverConstraint> {
+fn rows(chain: &SmallTangent, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Vec<SolverConstraint> {
     let make = |(i, (normal, gap)): (usize, (&[f64; 3], &[f64; 3]))| {
         let normal = DVec3::from(*normal).try_normalize().unwrap_or(DVec3::Y);
         let mut row = SolverConstraint::new(frame_of(normal), ContactLaw::Coulomb(friction));
@@ -86,33 +45,10 @@ fn rows(chain: &NodeChain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f6
             row.add(5, -DMat3::IDENTITY);
         }
         row.b = 0.01 * DVec3::from(*gap);
-        row.compute_stiffness(|block| {
-            let at = 9 * chain.pattern.starts[block as usize] as usize;
-            DMat3::from_cols_slice(&chain.values[at..at + 9])
-        });
+        row.compute_stiffness(|block| chain.diagonal(block));
         row
     };
     normals.iter().zip(gaps).enumerate().map(make).collect()
-}
-
-/// Dual form of the constraints.
-fn dual_space(chain: &mut NodeChain, rows: &[SolverConstraint]) -> DualSpace {
-    let mut space = DualSpace::default();
-    chain.factorize_with(&mut |_| {});
-    rows.iter().for_each(|row| space.delassus.problem.push(row.law, DVec3::ZERO));
-    for (j, row) in rows.iter().enumerate() {
-        let columns = DVec3::AXES.map(|axis| {
-            let mut x = vec![0.0; 3 * BLOCKS as usize];
-            row.add_force(axis, &mut x);
-            chain.solve(&mut x);
-            x
-        });
-        for (i, other) in rows.iter().enumerate().skip(j) {
-            let [x, y, z] = columns.each_ref().map(|x| other.displacement(x));
-            space.delassus.problem.couple(i, j, DMat3::from_cols(x, y, z));
-        }
-    }
-    space
 }
 
 fn solve(space: &mut dyn UnknownSpace, rows: &[SolverConstraint]) -> Option<(Vec<DVec3>, Vec<DVec3>)> {
@@ -144,15 +80,15 @@ fn law_violation(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
 /// Check that both forms give the same solution, which obeys Coulomb's law within the tolerance of
 /// the friction bounds.
 fn check_agreement(
-    mut chain: NodeChain,
+    mut chain: SmallTangent,
     normals: &[[f64; 3]],
     gaps: &[[f64; 3]],
     friction: f64,
 ) -> Result<(), TestCaseError> {
     let mut rows = rows(&chain, normals, gaps, friction);
-    let by_forces = solve(&mut dual_space(&mut chain, &rows), &rows);
+    let by_forces = solve(&mut chain.dual_space(&rows), &rows);
     let mut slots = Vec::new();
-    rows.iter_mut().for_each(|row| row.look_up_slots(&chain.pattern, &mut slots));
+    rows.iter_mut().for_each(|row| row.look_up_slots(chain.pattern(), &mut slots));
     let by_masses = solve(&mut PrimalSpace { tangent: &mut chain, slots: &slots }, &rows);
     // The fixed-point iteration on friction bounds need not converge from every initial value;
     // converged solutions agree.
@@ -189,7 +125,7 @@ fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = DrawnProble
 fn primal_and_dual_agree_and_obey_coulombs_law() {
     let (mut runner, draws) = draws(0.0..0.4);
     let done = runner.run(&draws, |(along, directions, normals, gaps, friction)| {
-        check_agreement(NodeChain::new(along, directions), &normals, &gaps, friction)
+        check_agreement(node_chain(along, directions), &normals, &gaps, friction)
     });
     done.unwrap_or_else(|e| panic!("{e}"));
 }
@@ -209,10 +145,10 @@ fn oscillating_friction_bounds_converge() {
     for _ in 0..300 {
         let tree = draws.new_tree(&mut runner).expect("no filter");
         let (along, directions, normals, gaps, friction) = tree.current();
-        let mut chain = NodeChain::new(along, directions);
+        let mut chain = node_chain(along, directions);
         let mut rows = rows(&chain, &normals, &gaps, friction);
         let mut slots = Vec::new();
-        rows.iter_mut().for_each(|row| row.look_up_slots(&chain.pattern, &mut slots));
+        rows.iter_mut().for_each(|row| row.look_up_slots(chain.pattern(), &mut slots));
         let mut primal = AugmentedLagrangian {
             constraints: rows.clone(),
             force: vec![DVec3::ZERO; rows.len()],
