@@ -110,7 +110,7 @@ impl HeatRig {
         scene.sheets[0].temperature = Some(from);
         let room = ThermalModel::new(&scene)?;
         let mut sheet = Sheet::build(&scene, 0)?;
-        temperature::start_temperatures(sheet, from);
+        temperature::start_temperatures(&mut sheet, from);
         Ok(Self { sheets: vec![sheet], room, time: 0.0, steps: 0, cpu: 0.0 })
     }
 

@@ -85,11 +85,11 @@ mod tests {
     /// `fall` (m) in the stage.
     fn two_sheets(fall: f64) -> TestIsland {
         let mut sheets: Vec<_> = (0..2).map(|_| loose_nodes(2, 0.2, &[], IntegratorKind::BackwardEuler)).collect();
-        sheets[1].x.set(0, DVec3::Y * 1e-3);
-        sheets[1].v.set(0, DVec3::NEG_Y * (fall / DT));
+        sheets[1].state.x.set(0, DVec3::Y * 1e-3);
+        sheets[1].state.v.set(0, DVec3::NEG_Y * (fall / DT));
         let mut island = TestIsland::new(sheets, vec![fixed_body()], DVec3::ZERO);
         island.begin_stage(DT);
-        let moved = island.sheets[1].x.get(0) - DVec3::Y * fall;
+        let moved = island.sheets[1].state.x.get(0) - DVec3::Y * fall;
         island.sheets[1].work.stage.iterate.set(0, moved);
         island
     }

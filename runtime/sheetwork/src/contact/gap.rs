@@ -157,12 +157,12 @@ mod tests {
     fn gap_and_open_fraction_follow_a_node_that_falls_on_a_plane() {
         // Node 0 is 3 mm above the contact offset and moves down by 4 mm.
         let mut sheet = loose_nodes(2, 0.2, &[], IntegratorKind::BackwardEuler);
-        sheet.x.set(0, DVec3::new(0.0, 5e-3, 0.0));
-        sheet.v.set(0, DVec3::new(0.0, -4e-3 / DT, 0.0));
+        sheet.state.x.set(0, DVec3::new(0.0, 5e-3, 0.0));
+        sheet.state.v.set(0, DVec3::new(0.0, -4e-3 / DT, 0.0));
         let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], DVec3::ZERO);
         island.begin_stage(DT);
         let field = island.field;
-        assert!(island.sheets[0].solve_free_motion(field));
+        assert!(crate::sheet::stage::solve_free_motion(&mut island.sheets[0], field));
         let floor = contact(0, node_side(0, 0), body_side(0, DVec3::ZERO), DVec3::Y);
         let floor = ContactConstraint { offset: 2e-3, ..floor };
         let mut gaps = ContactGaps::default();

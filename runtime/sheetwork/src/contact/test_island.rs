@@ -16,6 +16,7 @@ use crate::rigid::{BodyState, MassProperties};
 use crate::scene::IntegratorKind;
 use crate::scene::sht::{SheetFile, SheetFileNode, SheetFileSpring};
 use crate::sheet::{Field, Sheet, from_file};
+use crate::sheet::{node_contact, stage};
 
 /// A sheet of `side` × `side` nodes of mass `mass` (kg) at 1 m intervals along x, with the springs
 /// (nodes, stiffness in N/m, rest length in m).
@@ -125,8 +126,8 @@ impl TestIsland {
     /// already.
     pub fn begin_stage(&mut self, dt: f64) {
         for sheet in &mut self.sheets {
-            sheet.begin_step(self.field, dt);
-            sheet.prepare_stage(self.field, 0, dt);
+            stage::begin_step(sheet, self.field, dt);
+            stage::prepare_stage(sheet, self.field, 0, dt);
         }
     }
 
@@ -158,9 +159,9 @@ impl TestIsland {
     pub fn finish_stage(&mut self, dt: f64) {
         let (field, h) = (self.field, self.sheets[0].work.stage.h);
         self.with(|view, workspace| {
-            view.for_each_sheet(|sheet| sheet.compute_free_velocity(field));
-            workspace.solve_velocities(view, h);
-            view.each_unit(|sheet, unit| sheet.finish_stage(field, 0, dt, Some(&unit.jump)));
+            view.for_each_sheet(|sheet| stage::compute_free_velocity(sheet, field));
+            assert!(workspace.solve_velocities(view, h));
+            view.each_unit(|sheet, unit| stage::finish_stage(sheet, field, 0, dt, Some(&unit.jump)));
         });
     }
 
@@ -168,15 +169,17 @@ impl TestIsland {
     /// `x` + `h` `v`.
     pub fn solve_explicit(&mut self, h: f64, contacts: &[ContactConstraint]) -> bool {
         for sheet in &mut self.sheets {
-            sheet.resize_workspace();
-            sheet.save_start();
-            let v = sheet.v.clone();
-            sheet.x.add_scaled(h, &v);
-            sheet.begin_contact_stage(h);
+            node_contact::resize_workspace(sheet);
+            node_contact::save_start(sheet);
+            let v = sheet.state.v.clone();
+            sheet.state.x.add_scaled(h, &v);
+            node_contact::begin_contact_stage(sheet, h);
         }
         let touched =
             self.with(|view, workspace| solve_explicit(view, workspace, h, |_, detected| list(contacts, detected)));
-        self.with(|view, _| view.each_unit(|sheet, unit| sheet.apply_contact(touched.then_some(&unit.jump))));
+        self.with(|view, _| {
+            view.each_unit(|sheet, unit| node_contact::apply_contact(sheet, touched.then_some(&unit.jump)))
+        });
         touched
     }
 

@@ -92,7 +92,7 @@ pub struct Sheet {
     pub model: SheetModel,
     /// Material, loads and coefficients: what a user may change between steps.
     pub parameters: SheetParameters,
-    /// What evolves in a step, with the histories in `elements` and `engine`.
+    /// All that evolves in a step, apart from the histories in `elements` and `engine`.
     pub state: SheetState,
     /// Named material points.
     pub probes: Vec<Probe>,

@@ -1,5 +1,5 @@
-//! Model of a sheet: mesh, node masses, layers and rest shape. Only an edit of the structure changes
-//! it: another grid, a cut, a clamp. Lengths in m, masses in kg.
+//! Model of a sheet: mesh, node masses, layers and rest shape. Only an edit of the structure
+//! changes it: another grid, a cut, a clamp. Lengths in m, masses in kg.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::mesh::outline::TriangleMesh;
 use crate::mesh::structure::{LatticeLayer, StructureKind};
 use crate::sheet::surface::CreaseLines;
 
-/// What a step leaves as it is.
+/// Properties that a step does not change.
 pub struct SheetModel {
     /// Structure it was generated with.
     pub structure: StructureKind,

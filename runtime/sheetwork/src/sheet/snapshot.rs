@@ -1,5 +1,5 @@
-//! State of a sheet that a sheet of another world takes over: of the same nodes, in a scene that was
-//! edited.
+//! State of a sheet that a sheet of another world takes over: of the same nodes, in a scene that
+//! was edited.
 //!
 //! It is the serialised state (`serialization`) without what belongs to the integrator and to the
 //! surroundings: the integrator restarts, the parameters keep their present values.

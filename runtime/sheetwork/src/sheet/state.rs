@@ -1,5 +1,5 @@
-//! State of a sheet: all that evolves, apart from the histories that its elements and its integrator
-//! keep. SI units.
+//! State of a sheet: all that evolves, apart from the histories that its elements and its
+//! integrator keep. SI units.
 //!
 //! `Sheet::serialise_state` takes the struct apart field by field: a field that is added and not
 //! serialised does not compile.

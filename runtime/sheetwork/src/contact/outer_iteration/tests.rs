@@ -93,11 +93,11 @@ fn impact_returns_the_approach_speed_times_the_restitution() {
         for (speed, restitution, after) in [(1.0, 0.6, 0.6), (1.0, 0.0, 0.0), (0.1, 0.6, 0.0)] {
             // Below 0.2 m/s a contact counts as resting.
             let mut island = nodes_on_plane(side, GRAVITY);
-            island.sheets[0].v.set(0, DVec3::new(0.0, -speed, 0.0));
+            island.sheets[0].state.v.set(0, DVec3::new(0.0, -speed, 0.0));
             let floor = ContactConstraint { restitution, ..on_plane(0, DVec3::Y) };
             assert_eq!(island.solve_stage(DT, &[floor]), StageSolve::Converged);
             island.finish_stage(DT);
-            let v = island.sheets[0].v.get(0).y;
+            let v = island.sheets[0].state.v.get(0).y;
             // The gap tolerance, 2e-7 m and 5e-5 of the penetration, per stage.
             let tolerance = (2e-7 + 5e-5 * speed * DT) / DT;
             assert!((v - after).abs() < 2.0 * tolerance, "{speed} {restitution}: {v}");
@@ -110,13 +110,17 @@ fn friction_in_an_impact_takes_mu_times_the_normal_impulse() {
     let (mu, speed, along) = (0.3, 2.0, 3.0);
     for (side, _) in SIDES {
         let mut island = nodes_on_plane(side, DVec3::ZERO);
-        island.sheets[0].v.set(0, DVec3::new(along, -speed, 0.0));
+        island.sheets[0].state.v.set(0, DVec3::new(along, -speed, 0.0));
         let floor = ContactConstraint { restitution: 0.5, ..with_friction(mu, on_plane(0, DVec3::Y)) };
         assert_eq!(island.solve_stage(DT, &[floor]), StageSolve::Converged);
         island.finish_stage(DT);
         // Normal impulse m (1 + e) v; friction impulse μ times that.
         let expected = DVec3::new(along - mu * 1.5 * speed, 0.5 * speed, 0.0);
-        assert!(island.sheets[0].v.get(0).distance(expected) < 1e-3 * speed, "{}", island.sheets[0].v.get(0));
+        assert!(
+            island.sheets[0].state.v.get(0).distance(expected) < 1e-3 * speed,
+            "{}",
+            island.sheets[0].state.v.get(0)
+        );
     }
 }
 
@@ -126,7 +130,7 @@ fn contact_on_a_spring_bears_inertia_and_spring() {
     let (k, depth) = (1e4, 1e-3);
     for (side, _) in SIDES {
         let mut sheet = loose_nodes(side, M, &[(0, 1, k, 1.0)], IntegratorKind::BackwardEuler);
-        sheet.x.set(1, DVec3::Y);
+        sheet.state.x.set(1, DVec3::Y);
         sheet.inverse_mass[1] = 0.0;
         let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], DVec3::ZERO);
         let floor = ContactConstraint { offset: depth, ..on_plane(0, DVec3::Y) };
@@ -169,7 +173,7 @@ fn nodes_of_two_sheets_part_with_the_force_of_the_schur_complement() {
     let expected = overlap / (DT * DT * (1.0 / m1 + 1.0 / m2));
     let force = island.force(&pair);
     assert!((force - DVec3::Y * expected).length() < 1e-2 * expected, "{force} {expected}");
-    let moved: Vec<DVec3> = island.sheets.iter().map(|s| s.work.stage.iterate.get(0) - s.x.get(0)).collect();
+    let moved: Vec<DVec3> = island.sheets.iter().map(|s| s.work.stage.iterate.get(0) - s.state.x.get(0)).collect();
     assert!((moved[0] * m1 + moved[1] * m2).length() < 1e-12 * overlap * m1, "action equals reaction: {moved:?}");
 }
 
@@ -246,7 +250,7 @@ fn explicit_node_is_stopped_by_projected_gauss_seidel() {
     let (speed, mu) = (1.5, 0.25);
     let sheet = loose_nodes(2, M, &[], IntegratorKind::EulerRichardson);
     let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], DVec3::ZERO);
-    island.sheets[0].v.set(0, DVec3::new(2.0, -speed, 0.0));
+    island.sheets[0].state.v.set(0, DVec3::new(2.0, -speed, 0.0));
     let floor = ContactConstraint { restitution: 0.4, ..with_friction(mu, on_plane(0, DVec3::Y)) };
     assert!(island.solve_explicit(DT, &[floor]));
     assert_eq!(island.workspace.position_solver, PositionSolver::Pgs);
@@ -255,8 +259,8 @@ fn explicit_node_is_stopped_by_projected_gauss_seidel() {
     let force = island.force(&floor);
     assert!(force.distance(DVec3::new(-mu, 1.0, 0.0) * normal) < 1e-8 * M / (DT * DT), "{force}");
     let expected = DVec3::new(2.0 - mu * 1.4 * speed, 0.4 * speed, 0.0);
-    assert!(island.sheets[0].v.get(0).distance(expected) < 1e-8 / DT, "{}", island.sheets[0].v.get(0));
-    let unmoved = (island.sheets[0].x.get(1), island.sheets[0].v.get(1));
+    assert!(island.sheets[0].state.v.get(0).distance(expected) < 1e-8 / DT, "{}", island.sheets[0].state.v.get(0));
+    let unmoved = (island.sheets[0].state.x.get(1), island.sheets[0].state.v.get(1));
     assert_eq!(unmoved, (DVec3::X, DVec3::ZERO));
 }
 

@@ -420,7 +420,7 @@ mod tests {
         let mut island = TestIsland::new(vec![sheet], vec![ball(5.0, DVec3::NEG_Y * 0.1)], DVec3::ZERO);
         island.begin_stage(H);
         let field = island.field;
-        assert!(island.sheets[0].solve_free_motion(field));
+        assert!(stage::solve_free_motion(&mut island.sheets[0], field));
         let touch = contact(0, node_side(0, 0), body_side(0, DVec3::Y * 0.1), DVec3::Y);
         let w = operator(&mut island, &[touch]).problem.diagonal[0];
         let expected = DVec3::new(1.0 / 0.2 + 1.0 / 5.0, 1.0 / 0.2 + 3.5 / 5.0, 1.0 / 0.2 + 3.5 / 5.0) * (H * H);
