@@ -79,5 +79,6 @@ pub use crate::profiler::{Phase, StepObserver};
 pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 pub use crate::world::{
-    BodyReport, OpeningReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World, journal, recording,
+    BodyId, BodyReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
+    World, journal, recording,
 };

@@ -6,6 +6,6 @@ pub use crate::scene::{
     Scene, Shape, SheetSpec, SpringLaw,
 };
 pub use crate::{
-    BodyState, Energy, Event, EventKind, InputError, Parameter, RigidView, Sheet, Snapshot, Status, StructureKind,
-    Vectors, World,
+    BodyId, BodyState, Energy, Event, EventKind, HeaterId, InputError, Parameter, RigidView, Sheet, SheetId, Snapshot,
+    Status, StructureKind, Vectors, World,
 };

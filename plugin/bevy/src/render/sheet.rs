@@ -105,7 +105,7 @@ pub(super) fn insert_meshes(
 ) {
     for (entity, motion, display, drawn, mesh, material) in &sheets {
         let masses = motion.positions().len();
-        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let Some(sheet) = motion.sheet(&world) else { continue };
         let opening = sheet.opening_revision();
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let fits = |d: &DisplayedSheet| {
@@ -241,7 +241,7 @@ pub(super) fn update(
                 *bounds = new;
             }
         });
-        if let (Some(scale), Some(sheet)) = (scale, world.sheet(motion.name())) {
+        if let (Some(scale), Some(sheet)) = (scale, motion.sheet(&world)) {
             let DisplayedSheet { surface, values, .. } = &mut *drawn;
             let upper = display.layer == SheetLayer::Top;
             update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));

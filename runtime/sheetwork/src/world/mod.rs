@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod failure_events;
+pub(crate) mod ids;
 pub mod journal;
 pub(crate) mod lod;
 pub mod lod_cost;
@@ -23,6 +24,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
@@ -42,11 +44,18 @@ use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::Field;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::thermal::ThermalModel;
+use crate::thermal::source::heater;
+use crate::world::ids::IdTable;
 
 /// Simulation of sheets and bodies.
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    sheet_ids: IdTable,
+    body_ids: IdTable,
+    heater_ids: IdTable,
+    /// Name of each heater in parameter paths.
+    heater_names: Vec<String>,
     contacts: Vec<SheetContact>,
     touches: Vec<ContactLog>,
     rigid: Option<RigidWorld>,
@@ -125,6 +134,10 @@ impl World {
         let own = named(scene);
         let detail = lod::LodState::of(scene, &sheets);
         Ok(Self {
+            sheet_ids: IdTable::new(sheets.len()),
+            body_ids: IdTable::new(rigid.as_ref().map_or(0, |r| r.bodies().len())),
+            heater_ids: IdTable::new(scene.heaters.len()),
+            heater_names: scene.heaters.iter().enumerate().map(|(index, h)| heater::name_of(h, index)).collect(),
             sheets,
             contacts,
             touches,
@@ -150,13 +163,15 @@ impl World {
         })
     }
 
-    /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set.
+    /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set;
+    /// ids stay valid.
     ///
     /// # Errors
     /// When a file that the scene names can no longer be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), InputError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
-        let fresh = Self::build(&self.scene, rigid)?;
+        let mut fresh = Self::build(&self.scene, rigid)?;
+        fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
         let watch = std::mem::take(&mut self.watch);
         *self = Self { sleep, buckling, pool, watch, ..fresh };
@@ -164,6 +179,19 @@ impl World {
             rigid.set_sleep(sleep);
         }
         Ok(())
+    }
+
+    /// Take the ids of `old`, whose objects are those of this world. Its sheets and heaters are in
+    /// the order of the scene; bodies added at run time came after the room.
+    fn take_ids(&mut self, old: &mut Self) {
+        self.sheet_ids = std::mem::take(&mut old.sheet_ids);
+        self.heater_ids = std::mem::take(&mut old.heater_ids);
+        self.body_ids = std::mem::take(&mut old.body_ids);
+        let (Some(new), Some(old)) = (&self.rigid, &old.rigid) else { return };
+        let positions: Vec<usize> = new.bodies().iter().filter_map(|body| old.index_of(&body.name)).collect();
+        if positions.len() == old.bodies().len() {
+            self.body_ids.reorder(&positions);
+        }
     }
 
     /// Set the number of threads that step islands, 1 by default: the caller's. Results do not
@@ -354,25 +382,44 @@ impl World {
 
     /// The sheet `name`, for changes between steps.
     pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
-        let sheet = self.sheets.iter_mut().find(|s| s.name == name)?;
+        self.get_sheet_mut(self.sheet_id(name)?)
+    }
+
+    /// Id of the sheet `name`.
+    pub fn sheet_id(&self, name: &str) -> Option<SheetId> {
+        self.sheet_ids.at(self.sheets.iter().position(|s| s.name == name)?).map(SheetId)
+    }
+
+    /// Ids of all sheets, in the order of [`World::sheets`].
+    pub fn sheet_ids(&self) -> impl ExactSizeIterator<Item = SheetId> + '_ {
+        self.sheet_ids.iter().map(SheetId)
+    }
+
+    /// The sheet `id`; `None` when it was removed.
+    pub fn get_sheet(&self, id: SheetId) -> Option<&Sheet> {
+        self.sheets.get(self.sheet_ids.position(id.0)?)
+    }
+
+    /// The sheet `id`, for changes between steps; `None` when it was removed.
+    pub fn get_sheet_mut(&mut self, id: SheetId) -> Option<&mut Sheet> {
+        let sheet = self.sheets.get_mut(self.sheet_ids.position(id.0)?)?;
         // The caller may place it so that it intersects another sheet.
         sheet.invalidate_interpenetration();
         Some(sheet)
     }
 
-    /// Add a sheet and return its name: the name of the description, with a number where it is not
-    /// unique.
+    /// Add a sheet. Its name is that of the description, with a number where it is not unique.
     ///
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<String, InputError> {
+    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, InputError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let taken = |name: &str| self.sheets.iter().any(|s| s.name == name);
         let name = unique_name(base, taken);
         let mut scene = self.scene.clone();
         scene.engine = self.engine;
         scene.tolerance = self.tolerance;
-        scene.sheets.push(SheetSpec { name: name.clone(), ..spec.clone() });
+        scene.sheets.push(SheetSpec { name, ..spec.clone() });
         validate::values(&scene)?;
         let mut sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
         attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
@@ -393,12 +440,13 @@ impl World {
         self.contacts.push(SheetContact::default());
         self.touches.push(ContactLog::default());
         self.make = serialization::structure_checksum_of(&self.scene);
-        Ok(name)
+        Ok(SheetId(self.sheet_ids.push()))
     }
 
-    /// Remove the sheet `name`. Returns `false` when there is no such sheet.
-    pub fn remove_sheet(&mut self, name: &str) -> bool {
-        let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
+    /// Remove the sheet `id`. Returns `false` when it was removed before.
+    pub fn remove_sheet(&mut self, id: SheetId) -> bool {
+        let Some(index) = self.sheet_ids.position(id.0) else { return false };
+        self.sheet_ids.remove(index);
         self.sheets.remove(index);
         self.detail.iter_mut().for_each(|detail| detail.remove(index));
         self.contacts.remove(index);

@@ -175,7 +175,7 @@ mod tests {
     fn a_snapshot_of_another_world_is_refused() {
         let mut world = world();
         let snapshot = world.snapshot();
-        world.remove_sheet("leaf");
+        world.remove_sheet(world.sheet_id("leaf").expect("there"));
         assert!(world.restore(&snapshot).expect_err("refused").problem.contains("other sheets"));
     }
 }

@@ -51,8 +51,7 @@ pub(crate) const KIND: SourceKind =
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let each = |(index, spec): (usize, &HeaterSpec)| {
-        let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
-        of(&name, spec, &scene.base).map_err(|mut e| {
+        of(&name_of(spec, index), spec, &scene.base).map_err(|mut e| {
             if e.file.is_none() {
                 e.field = format!("heaters.{index}.{}", e.field);
             }
@@ -68,6 +67,11 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
 /// When its file is invalid.
 pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn HeatSource>, InputError> {
     Ok(Box::new(HeaterSource::new(name.to_owned(), spec, &spec.resolve(base)?)))
+}
+
+/// Name of the heater `index` of a scene: its number where it has none.
+pub(crate) fn name_of(spec: &HeaterSpec, index: usize) -> String {
+    if spec.name.is_empty() { index.to_string() } else { spec.name.clone() }
 }
 
 /// Parameter path of the heater `name`.

@@ -119,11 +119,13 @@ impl JournalInput {
                 if gone { Ok(()) } else { Err(InputError::new("pull", "nobody pulls there")) }
             }
             Self::MoveBody { name, position, rotation } => {
-                let done = is_valid_pose(*position, *rotation) && world.move_body(name, *position, *rotation);
+                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
+                let done = id.is_some_and(|id| world.move_body(id, *position, *rotation));
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
             Self::PlaceBody { name, position, rotation } => {
-                let done = is_valid_pose(*position, *rotation) && world.place_body(name, *position, *rotation);
+                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
+                let done = id.is_some_and(|id| world.place_body(id, *position, *rotation));
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
         }
