@@ -6,6 +6,6 @@ pub use crate::scene::{
     Scene, Shape, SheetSpec, SpringLaw,
 };
 pub use crate::{
-    BodyId, BodyState, Energy, Event, EventKind, HeaterId, InputError, Parameter, RigidView, Sheet, SheetId, Snapshot,
-    Status, StructureKind, Vectors, World,
+    BodyId, BodyState, Energy, Event, EventKind, HeaterId, InputError, Parameter, ParameterId, RigidView, Sheet,
+    SheetId, Snapshot, Status, StructureKind, Vectors, World,
 };

@@ -3,7 +3,8 @@
 use crate::error::{InputError, check_range};
 use crate::scene::IntegratorKind;
 use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::units::parameters::ParameterId as Id;
+use crate::units::temperature::COLDEST;
 
 /// Check the adhesion settings of a sheet.
 ///
@@ -22,8 +23,8 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 /// # Errors
 /// When a value is out of range.
 pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
-    check_range("strength", tack.strength, 1e-3, 1e9, "Pa")?;
-    check_range("above", tack.above, COLDEST, HOTTEST, "°C")?;
+    Id::TackStrength.check("strength", tack.strength)?;
+    Id::TackAbove.check("above", tack.above)?;
     tack.lets_go_below.map_or(Ok(()), |limit| check_range("lets_go_below", limit, COLDEST, tack.above, "°C"))
 }
 

@@ -69,7 +69,7 @@ use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::grab_spring::GrabSpring;
 use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
 use crate::mesh::outline::TriangleMesh;
@@ -81,6 +81,7 @@ use crate::sheet::creep::InelasticState;
 pub(crate) use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack};
 use crate::sheet::temperature::SheetTemperature;
+use crate::units::parameters::ParameterId as Id;
 
 /// Motion status of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -334,7 +335,7 @@ impl Sheet {
     /// # Errors
     /// When out of range; nothing is changed then.
     pub fn set_damping_ratio(&mut self, ratio: f64) -> Result<(), InputError> {
-        check_range("damping_ratio", ratio, 0.0, 10.0, "of critical")?;
+        Id::DampingRatio.check("damping_ratio", ratio)?;
         self.damping_ratio = ratio;
         self.refresh();
         Ok(())
@@ -484,7 +485,7 @@ impl Sheet {
     /// # Errors
     /// When out of range; nothing is changed then.
     pub fn set_damping(&mut self, damping: f64) -> Result<(), InputError> {
-        check_range("damping", damping, 0.0, 10.0, "of critical")?;
+        Id::Damping.check("damping", damping)?;
         self.damping = damping;
         self.refresh();
         Ok(())
@@ -496,7 +497,7 @@ impl Sheet {
     /// When out of range or the structure has no flexion; nothing is changed then.
     pub fn set_flexion_limit(&mut self, limit: Option<f64>) -> Result<(), InputError> {
         if let Some(limit) = limit {
-            check_range("flexion_limit", limit, 1.0, 180.0, "degrees")?;
+            Id::FlexionLimit.check("flexion_limit", limit)?;
             if self.flexion.is_empty() {
                 let problem = format!("{} has no flexion triples to limit", self.structure);
                 return Err(InputError::new("flexion_limit", problem));

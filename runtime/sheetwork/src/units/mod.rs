@@ -4,6 +4,7 @@
 //! field. A decimal comma is accepted. Unit names are case-sensitive, since mPa and MPa differ;
 //! spellings without superscripts ("m/s2", "kg/m3") are accepted.
 
+pub(crate) mod parameters;
 pub(crate) mod quantity;
 pub mod temperature;
 

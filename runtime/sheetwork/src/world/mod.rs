@@ -32,7 +32,7 @@ pub use crate::world::snapshot::Snapshot;
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
 use crate::contact::workspace::ContactCounters;
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
 use crate::islands::island_manager::{IslandManager, SteppedSheets};
@@ -45,6 +45,7 @@ use crate::sheet::Field;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::thermal::ThermalModel;
 use crate::thermal::source::heater;
+use crate::units::parameters::ParameterId as Id;
 use crate::world::ids::IdTable;
 
 /// Simulation of sheets and bodies.
@@ -544,7 +545,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_dt(&mut self, dt: f64) -> Result<(), InputError> {
-        check_range("dt", dt, 1e-7, 1.0, "s")?;
+        Id::TimeStep.check("dt", dt)?;
         self.dt = dt;
         Ok(())
     }
@@ -554,9 +555,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<(), InputError> {
-        for (axis, value) in gravity.to_array().into_iter().enumerate() {
-            check_range(&format!("gravity.{axis}"), value, -1e3, 1e3, "m/s²")?;
-        }
+        Id::Gravity.check_each("gravity", gravity.to_array())?;
         self.gravity = gravity;
         self.sheets.iter_mut().for_each(Sheet::wake);
         if let Some(rigid) = &mut self.rigid {
@@ -608,7 +607,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_tolerance(&mut self, tolerance: f64) -> Result<(), InputError> {
-        check_range("tolerance", tolerance, 1e-15, 1.0, "m")?;
+        Id::Tolerance.check("tolerance", tolerance)?;
         self.tolerance = tolerance;
         self.set_engine(self.engine);
         Ok(())

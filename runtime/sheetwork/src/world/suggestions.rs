@@ -10,8 +10,7 @@ const SIMILARITY_THRESHOLD: f64 = 0.5;
 
 impl World {
     /// Error for a path that is not in [`World::parameters`], with the most similar paths.
-    #[doc(hidden)]
-    pub fn no_such_parameter(&self, path: &str) -> InputError {
+    pub(crate) fn no_such_parameter(&self, path: &str) -> InputError {
         let all = self.parameters();
         let near = nearest(path, all.iter().map(|p| p.path.as_str()));
         let meant = match near.as_slice() {
