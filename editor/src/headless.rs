@@ -3,8 +3,8 @@
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
 
+use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sheetwork::scene::Scene;
 use sheetwork::world::recording::RecordingWriter;
@@ -64,12 +64,13 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
     recorder.frame(&world)?;
     let camera = Camera::from_world(&world);
     let mut penetration = Vec::new();
+    // CPU time of the steps, s.
     let mut spent = 0.0;
     let bar = progress(duration);
     let frames = (duration * FRAMES_PER_SECOND - 1e-9).ceil().max(0.0) as u64;
     for frame in 1..=frames {
         let until = (frame as f64 / FRAMES_PER_SECOND).min(duration);
-        let start = Instant::now();
+        let start = ProcessTime::now();
         world.advance(until - world.time());
         spent += start.elapsed().as_secs_f64();
         world.update_max_penetration(&mut penetration);
@@ -111,7 +112,10 @@ mod tests {
     fn a_run_leaves_a_report_a_picture_and_a_recording() {
         let scene = Scene::parse(include_str!("../tests/scenes/wedge.ron")).expect("valid");
         let folder = std::env::temp_dir().join(format!("sheetwork-headless-{}", std::process::id()));
+        let start = ProcessTime::now();
         let outcome = simulate(&scene, Some(0.1), (64, 48), &folder).expect("ran");
+        let cpu = start.elapsed().as_secs_f64();
+        assert!((1e-9..=cpu).contains(&outcome.report.cpu_s), "{} of {cpu} s", outcome.report.cpu_s);
         assert_eq!(outcome.report.status, "ok");
         assert!((outcome.report.simulated_s - 0.1).abs() < 1e-9);
         assert_eq!(outcome.frames, 7, "the start and six frames");

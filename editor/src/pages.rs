@@ -254,6 +254,9 @@ mod tests {
     #[test]
     fn the_docs_use_every_written_picture_and_no_other() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        if !root.join("docs").is_dir() {
+            return; // A packed crate has no docs beside it.
+        }
         let read = |file: &str| std::fs::read_to_string(root.join(file)).expect("the docs");
         let (editor, readme) = (read("docs/editor.md"), read("README.md"));
         for page in ALL {

@@ -77,7 +77,7 @@ impl Persistence {
         }
     }
 
-    /// Write a backup of unsaved work now, unless it exists.
+    /// Write a backup of unsaved work at once, unless it exists.
     pub fn back_up(&mut self, session: &Session) {
         let now = (session.generation(), session.document().revision());
         if self.written == Some(now) || session.playback().is_some() {

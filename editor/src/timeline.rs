@@ -16,11 +16,11 @@ pub const DEFAULT_CAPACITY: usize = 256 << 20;
 pub struct Moment {
     /// Simulated time, s.
     pub time: f64,
-    /// Number of steps until then.
+    /// Number of steps up to that moment.
     pub steps: u64,
     /// Snapshot of the world.
     pub snapshot: Snapshot,
-    /// Number of events until then.
+    /// Number of events up to that moment.
     events: usize,
 }
 

@@ -3,9 +3,10 @@
 #
 #     tests/peers/run.sh peers.jsonl
 #
-# MuJoCo needs python3 with venv and PyPI, Rapier needs cargo and crates.io; a peer that cannot be had is named on standard error
-# and left out. PEERS_BUILD (default: target/peers at the root of the repository) keeps what is installed and built.
-# One process and one thread at a time: run nothing else beside it.
+# MuJoCo needs python3 with venv and PyPI, Rapier needs cargo and crates.io; a peer that cannot be
+# had is named on standard error and left out. PEERS_BUILD (default: target/peers at the root of the
+# repository) keeps what is installed and built. One process and one thread at a time: run nothing
+# else beside it.
 set -euo pipefail
 
 [ $# -eq 1 ] || { echo "usage: $0 FILE.jsonl" >&2; exit 2; }

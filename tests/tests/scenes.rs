@@ -1,10 +1,15 @@
-//! Every shipped scene runs to rest or to its end, without penetration, and shows its effect.
+//! Every shipped scene runs to rest or to its end, without penetration, and shows its effect. The
+//! shipped files of sheets, polyhedra and heaters hold what the scenes need.
 
+use glam::DVec3;
 use sheetwork::World;
 use sheetwork::islands::event::EventKind;
 use sheetwork::scene::Scene;
+use sheetwork::scene::heater_file::{HeaterFace, read_heaters};
+use sheetwork::scene::pol::read_pol;
+use sheetwork::scene::sht::read_sht;
 use sheetwork::sheet::Status;
-use sheetwork_tests::{shipped_scene, shipped_scene_names};
+use sheetwork_tests::{scenes_folder, shipped_scene, shipped_scene_names};
 
 /// Runs a scene to its end or to rest. Returns the world, and the largest penetration of a node
 /// after any step, m.
@@ -151,4 +156,57 @@ fn a_bounce_off_a_sleeping_sheet_counts_as_contact() {
     assert!((first - (40.0_f64 / 9.81).sqrt()).abs() < 0.04, "{first} s");
     let away = world.body_state("ball").expect("it is there").velocity().y;
     assert!((4.0..7.0).contains(&away), "0.3 of 19.8 m/s, less what it has fallen since: {away} m/s");
+}
+
+/// Text of the file `name` of the assets.
+fn asset(name: &str) -> String {
+    std::fs::read_to_string(scenes_folder().join("..").join(name)).expect("readable")
+}
+
+#[test]
+fn the_shipped_polyhedra_stand_in_the_room_of_the_thesis() {
+    let files = [
+        ("polyhedra/wedge.pol", 1),
+        ("polyhedra/cube.pol", 1),
+        ("polyhedra/hemisphere.pol", 1),
+        ("polyhedra/slope.pol", 1),
+        ("polyhedra/two_walls.pol", 2),
+        ("polyhedra/two_bodies.pol", 2),
+    ];
+    for (file, count) in files {
+        let read = read_pol(&asset(file)).expect("good");
+        assert_eq!(read.len(), count);
+        for polyhedron in read {
+            // All polyhedra stand on the floor of the thesis's room and inside it.
+            let (low, high) = polyhedron.bounds();
+            assert_eq!(low.y, -0.0281);
+            assert!(high.y < 0.0025 && low.x > -0.065 && high.x < 0.065 && low.z > -0.0299 && high.z < 0.0333);
+        }
+    }
+}
+
+#[test]
+fn the_shipped_sheet_file_is_slamm_at_rest() {
+    let sheet = read_sht(&asset("sheets/slamm_5x2x5.sht")).expect("good");
+    assert_eq!((sheet.masses.len(), sheet.springs.len()), (41, 153));
+    assert_eq!((sheet.structure.as_str(), sheet.dimensions, sheet.damping), ("slamm", [5, 2, 5], 0.115));
+    for spring in &sheet.springs {
+        let length = sheet.masses[spring.a as usize].position.distance(sheet.masses[spring.b as usize].position);
+        assert!((length - spring.rest).abs() < 1e-9 && spring.stiffness == 0.185);
+    }
+    let corner = |index: usize| sheet.masses[sheet.corners[index] as usize].position;
+    assert!((corner(3) - corner(0) - DVec3::new(0.025, 0.0, 0.025)).length() < 1e-9);
+    assert!(((corner(0) + corner(3)) / 2.0).distance(sheet.masses[sheet.centre as usize].position) < 1e-9);
+}
+
+#[test]
+fn the_shipped_heater_panel_glows_downwards() {
+    let read = read_heaters(&asset("heaters/panel.heater")).expect("good");
+    assert_eq!(read.len(), 1);
+    let hot: Vec<usize> = (0..6).filter(|face| read[0].faces[*face].temperature.is_some()).collect();
+    assert_eq!(hot.len(), 1);
+    assert_eq!(read[0].polyhedron.face_normal(hot[0]), DVec3::NEG_Y);
+    assert!((read[0].polyhedron.face_area(hot[0]) - 9e-4).abs() < 1e-12);
+    assert_eq!(read[0].faces[hot[0]], HeaterFace::hot(250.0, 0.9));
+    assert_eq!(read[0].polyhedron.bounds().0.y, 0.025);
 }

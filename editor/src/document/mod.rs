@@ -64,7 +64,7 @@ impl Document {
         &self.scene
     }
 
-    /// Scene as it was opened, before any edit.
+    /// Scene as opened, without edits.
     pub fn opened(&self) -> &Scene {
         &self.opened
     }

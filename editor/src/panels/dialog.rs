@@ -28,6 +28,6 @@ pub struct Dialog {
     pub(super) browser: Browser,
     /// Existing file that would be overwritten.
     pub(super) over: Option<PathBuf>,
-    /// Whether the dialog was shown before: the first typed text is the name.
+    /// Whether the dialog has been shown: the first typed text is the name.
     pub(super) shown: bool,
 }

@@ -37,7 +37,7 @@ impl Session {
         }
     }
 
-    /// All items that can be moved now.
+    /// All items that can be moved at present.
     pub fn items(&self) -> Vec<Item> {
         let scene = self.scene();
         let sheets = (0..scene.sheets.len()).filter(|_| self.world.steps() == 0).map(Item::Sheet);

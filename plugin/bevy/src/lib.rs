@@ -54,6 +54,8 @@ pub mod asset;
 pub mod core;
 pub mod debug;
 pub mod diagnostics;
+#[cfg(all(doctest, feature = "inspector", feature = "link"))]
+mod documents;
 #[cfg(feature = "inspector")]
 pub mod inspector;
 #[cfg(feature = "link")]

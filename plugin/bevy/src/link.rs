@@ -81,8 +81,10 @@ impl Plugin for SheetLinkPlugin {
             }
             None => Err(LinkError::Refused("SheetLinkPlugin comes after SheetworkCorePlugin".into())),
         };
-        if let Err(error) = &link {
-            warn!("no live link: {error}");
+        match &link {
+            Err(error @ LinkError::Taken(_)) => warn!("no live link: {error} or SheetLinkPlugin::name"),
+            Err(error) => warn!("no live link: {error}"),
+            Ok(_) => {}
         }
         app.insert_resource(SheetLink { link, client_values: Vec::new() });
         app.add_systems(FixedUpdate, exchange.after(SheetworkSet::Writeback).run_if(resource_exists::<SheetWorld>));

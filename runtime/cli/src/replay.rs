@@ -20,7 +20,7 @@ pub struct Replay {
     /// Folder of the files that the scene names, if different from the original one.
     #[arg(long)]
     base: Option<PathBuf>,
-    /// Threads to step sheets on; the result is independent of it.
+    /// Number of threads that step sheets, 1 by default; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Print JSON and nothing else.

@@ -35,7 +35,7 @@ pub struct Run {
     /// Time integrator, by name (see `sheetwork list engines`).
     #[arg(long)]
     engine: Option<IntegratorKind>,
-    /// Threads to step sheets on; the result is independent of it.
+    /// Number of threads that step sheets, 1 by default; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Disable sleeping of sheets at rest.

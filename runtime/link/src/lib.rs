@@ -74,7 +74,8 @@ pub enum LinkError {
     #[error("no game serves the link \"{0}\"{1}")]
     NoGame(String, String),
     /// Another process serves the link.
-    #[error("another process already serves the link \"{0}\"; give this one another name")]
+    #[error("another process already serves the link \"{0}\"; choose another name, for example with the variable {variable}",
+        variable = link_place::NAME_VARIABLE)]
     Taken(String),
     /// A rejection by the game or this library, with the reason.
     #[error("{0}")]

@@ -375,8 +375,8 @@ impl Link {
         }
     }
 
-    /// Sleeps for `duration`; false after SIGINT or SIGTERM. From the first call on these signals
-    /// no longer end the process, so that a serving program can clean up.
+    /// Sleeps for `duration`; false after SIGINT or SIGTERM. After the first call these signals do
+    /// not end the process, so that a serving program can clean up.
     pub fn sleep(&self, duration: Duration) -> bool {
         self.node.wait(duration).is_ok()
     }

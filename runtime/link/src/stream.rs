@@ -191,7 +191,7 @@ impl Stream {
         let Some(publisher) = &self.publisher else { return false };
         let Ok(mut sample) = publisher.loan_slice_uninit(bytes.div_ceil(WORD)) else { return false };
         fill(initialised(sample.payload_mut()));
-        // SAFETY: the memory was touched before, and `fill` has written the part that readers
+        // SAFETY: the memory has been touched, and `fill` has written the part that readers
         // access.
         let sample = unsafe { sample.assume_init() };
         sample.send().is_ok()

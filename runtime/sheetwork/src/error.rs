@@ -41,6 +41,14 @@ impl InputError {
         self
     }
 
+    /// Error of a name that is not among `known`, with the names most similar to it. `kind` is the
+    /// kind of thing that is named.
+    pub fn unknown_name(field: &str, kind: &str, name: &str, known: &[&str]) -> Self {
+        let near = most_similar(known.iter().copied(), |other| similarity(name, other));
+        let meant = did_you_mean(&near).map_or_else(|| "; there are".to_owned(), |m| format!("; {m} There are"));
+        Self::new(field, format!("no {kind} is named \"{name}\"{meant} {}", known.join(", ")))
+    }
+
     /// Error of a file that cannot be read or written.
     pub fn io(file: &Path, error: &std::io::Error) -> Self {
         Self::new("", format!("cannot be opened: {error}")).in_file(file)
@@ -81,6 +89,40 @@ pub fn check_range(field: &str, value: f64, min: f64, max: f64, unit: &str) -> R
     Err(InputError::new(field, format!("{value}{unit} is outside {min} to {max}{unit}")))
 }
 
+/// Maximum number of suggested names.
+const MAX_SUGGESTIONS: usize = 3;
+/// Similarity threshold (0 to 1) of a suggested name.
+const SIMILARITY_THRESHOLD: f64 = 0.5;
+
+/// Similarity of two names, 0 to 1, without regard to case: 1 less the Damerau-Levenshtein
+/// distance over the length of the longer name. Names of very different length have 0.
+pub(crate) fn similarity(a: &str, b: &str) -> f64 {
+    let (a_length, b_length) = (a.chars().count(), b.chars().count());
+    // The distance is at least the difference in length; its cost is the product of the lengths.
+    if (a_length.min(b_length) as f64) < SIMILARITY_THRESHOLD * a_length.max(b_length) as f64 {
+        return 0.0;
+    }
+    strsim::normalized_damerau_levenshtein(&a.to_lowercase(), &b.to_lowercase())
+}
+
+/// The `names` of the highest similarity (0 to 1), the best first.
+pub(crate) fn most_similar<'a>(names: impl Iterator<Item = &'a str>, similarity: impl Fn(&str) -> f64) -> Vec<&'a str> {
+    let scored = names.map(|name| (similarity(name), name)).filter(|s| s.0 >= SIMILARITY_THRESHOLD);
+    let mut scored: Vec<(f64, &str)> = scored.collect();
+    // The sort is stable: among equals the first in the list wins.
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    scored.into_iter().take(MAX_SUGGESTIONS).map(|s| s.1).collect()
+}
+
+/// Question for the suggested names; `None` without any.
+pub(crate) fn did_you_mean(names: &[&str]) -> Option<String> {
+    match names {
+        [] => None,
+        [one] => Some(format!("did you mean {one}?")),
+        [others @ .., last] => Some(format!("did you mean {} or {last}?", others.join(", "))),
+    }
+}
+
 /// Text of a number, with an exponent if plain digits would be mostly zeros.
 fn format_short(value: f64) -> String {
     let size = value.abs();
@@ -88,5 +130,19 @@ fn format_short(value: f64) -> String {
         format!("{value:e}")
     } else {
         value.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_names_get_suggestions_where_a_name_is_similar() {
+        let problem = |name| InputError::unknown_name("material", "material", name, &["hips", "pet", "card"]).problem;
+        assert_eq!(problem("hisp"), "no material is named \"hisp\"; did you mean hips? There are hips, pet, card");
+        assert_eq!(problem("PET"), "no material is named \"PET\"; did you mean pet? There are hips, pet, card");
+        assert_eq!(problem("xyzzy"), "no material is named \"xyzzy\"; there are hips, pet, card");
+        assert_eq!(did_you_mean(&["a", "b", "c"]).as_deref(), Some("did you mean a, b or c?"));
     }
 }

@@ -29,7 +29,7 @@
 //! `Cargo.toml` has `[profile.dev.package."*"] opt-level = 3`. [`World::set_threads`] sets the
 //! number of threads, 1 by default; results do not depend on it.
 //!
-//! Units are SI (temperatures in °C), numbers `f64`; the same input gives the same bits on any
+//! Units are SI (temperatures in °C), numbers `f64`; equal input gives equal bits on any
 //! number of threads. The hidden modules are internals that the test rigs use; they are not part of
 //! the public interface.
 

@@ -18,7 +18,7 @@ pub const ROOMS: [(&str, &str); 19] = [
     ("profiler", "times and counts of the phases of a step"),
     ("mesh", "grids, outlines, triangulation, topology, interpolation between grids"),
     ("material", "material laws and the library; homogenisation and calibration of lattices"),
-    ("scene", "specifications, the parameter table, file formats in and out"),
+    ("scene", "specifications, builders, file formats in and out"),
     ("elements", "springs, membrane, bending; plasticity, creep, fracture"),
     ("linear", "sparsity pattern, ordering, Cholesky factorisation"),
     ("integrators", "explicit and implicit time integrators"),
@@ -28,7 +28,7 @@ pub const ROOMS: [(&str, &str); 19] = [
     ("contact", "contact constraints, friction law, warm start, solvers"),
     ("thermal", "temperatures, conduction, radiative exchange, heat sources"),
     ("islands", "island building, contact state of islands, sleeping, step policy"),
-    ("world", "world, ids, builder, events, parameters, snapshots"),
+    ("world", "world, events, parameters, snapshots, journals, recordings"),
 ];
 
 /// Top-level modules that only re-export: they import any room and no room imports them.

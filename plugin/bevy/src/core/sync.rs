@@ -78,7 +78,8 @@ fn add_sheet(
     Ok(built)
 }
 
-/// Add a sheet to the world at the placement of its description, with paths that start now.
+/// Add a sheet to the world at the placement of its description. Its paths start at the present
+/// time.
 pub(crate) fn insert_sheet(
     world: &mut SheetWorld,
     spec: &SheetSpec,
@@ -290,7 +291,8 @@ fn pose_history_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) 
     Some(PoseHistory::new(world.time(), pose))
 }
 
-/// Add a body to the world at the placement of its description, with a path that starts now.
+/// Add a body to the world at the placement of its description. Its path starts at the present
+/// time.
 pub(crate) fn insert_body(
     world: &mut SheetWorld,
     spec: &BodySpec,

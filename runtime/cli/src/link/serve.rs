@@ -9,6 +9,7 @@ use sheetwork::scene::{Scene, library};
 use sheetwork::{InputError, World, check_range};
 use sheetwork_link::Host;
 use sheetwork_link::Link;
+use sheetwork_link::LinkError;
 use sheetwork_link::link_place::LinkPlace;
 
 use crate::apply_overrides;
@@ -40,7 +41,7 @@ pub struct Serve {
     /// Duration, s of real time; unlimited by default, until Ctrl-C.
     #[arg(long, value_parser = time)]
     seconds: Option<f64>,
-    /// Threads to step sheets on.
+    /// Number of threads that step sheets, 1 by default; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
 }
@@ -80,6 +81,14 @@ impl Host for RealTimeWorld {
     }
 }
 
+/// The error of a link, with the flag that chooses another name where the name is taken.
+fn with_option(error: LinkError) -> InputError {
+    match error {
+        LinkError::Taken(_) => InputError::new("--link", format!("{error} or the flag --link NAME")),
+        other => other.into(),
+    }
+}
+
 impl Serve {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let scene = apply_overrides(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
@@ -90,7 +99,7 @@ impl Serve {
         world.set_threads(self.threads)?;
         let mut game = RealTimeWorld { world, threads: self.threads, playing: !self.paused, pending_time: 0.0 };
         let place = LinkPlace::new(&self.link)?;
-        let mut link = Link::new(&place, &game.world)?;
+        let mut link = Link::new(&place, &game.world).map_err(with_option)?;
         print_line(&format!("serving {} as \"{}\"; Ctrl-C ends", scene.name, place.name()))?;
         self.run(&mut game, &mut link);
         Ok(ExitCode::SUCCESS)

@@ -168,3 +168,35 @@ fn invalid_flags_are_named() {
     place.expect_rejection(&["frobnicate"], &["frobnicate"]);
     place.expect_rejection(&[], &["run", "measure"]);
 }
+
+#[test]
+fn a_misspelt_name_is_answered_with_the_nearest_names() {
+    let place = TestFolder::new("near-names");
+    let missing = "wegde: cannot be opened: No such file";
+    for command in ["run", "serve"] {
+        place.expect_rejection(&[command, "wegde"], &[missing, "did you mean wedge?"]);
+    }
+    place.expect_rejection(&["run", "assets/scenes/flga.ron"], &["did you mean assets/scenes/flag.ron"]);
+    let ran = place.run(&["run", "xyzzy-qqq"]);
+    assert!(ran.status == Some(2) && !ran.err.contains("did you mean"), "{}", ran.err);
+    place.expect_rejection(&["measure", "cantilevr"], &["\"cantilevr\"; did you mean cantilever? There are bounce"]);
+    let boundary = ["measure", "frequency", "--boundary", "clampd"];
+    place.expect_rejection(&boundary, &["--boundary", "did you mean clamped?"]);
+    place.expect_rejection(&["measure", "cantilever", "--material", "hisp"], &["did you mean hips?"]);
+    place.expect_rejection(&["material", "hisp"], &["\"hisp\"; did you mean hips? There are thesis"]);
+    place.expect_rejection(&["run", WEDGE, "--engine", "rk5"], &["did you mean rk4"]);
+    place.expect_rejection(&["measure", "cantilever", "--structure", "shel"], &["did you mean shell?"]);
+    place.expect_rejection(&["list", "materiels"], &["materiels", "materials"]);
+    place.expect_rejection(&["meazure"], &["meazure", "measure"]);
+}
+
+#[test]
+fn the_help_of_run_states_the_default_number_of_threads() {
+    let ran = TestFolder::new("help-threads").run(&["run", "--help"]);
+    assert_eq!(ran.status, Some(0));
+    let help = ran.out.split("--threads").nth(1).expect("the flag");
+    assert!(
+        help.split("--").next().is_some_and(|h| h.contains("1 by default") && h.contains("[default: 1]")),
+        "{help}"
+    );
+}

@@ -169,3 +169,16 @@ fn a_missing_game_is_an_error_and_invalid_names_are_rejected() {
     let (status, err) = run(&["watch", "--link", "a/b"]);
     assert!(status == Some(2) && err.contains("1 to 32 letters"), "{err}");
 }
+
+#[test]
+fn a_second_game_is_told_how_to_choose_another_name() {
+    let served = ServedGame::new("taken-link", &["assets/scenes/wedge.ron", "--paused"]);
+    served.json(&["tell", "--wait", "60", "status"]);
+    let second = served.run(&["serve", "assets/scenes/wedge.ron", "--seconds", "0"]);
+    assert_eq!(second.status, Some(2), "{}", second.err);
+    for part in ["another process already serves the link \"sheetwork\"", "SHEETWORK_LINK", "--link NAME"] {
+        assert!(second.err.contains(part), "no {part} in {}", second.err);
+    }
+    let other = served.run(&["serve", "assets/scenes/wedge.ron", "--seconds", "0", "--link", "other"]);
+    assert_eq!(other.status, Some(0), "{}", other.err);
+}

@@ -1,7 +1,8 @@
 """Distributes the shards of a `sheetwork bench` campaign over a Dask cluster and merges them.
 
     python runtime/link/python/cluster/bench.py --local 4 --shards 32 stability
-    python runtime/link/python/cluster/bench.py --scheduler tcp://head:8786 --shards 200 --binary /opt/sheetwork stability
+    python runtime/link/python/cluster/bench.py --scheduler tcp://head:8786 --shards 200 \\
+        --binary /opt/sheetwork stability
 
 The binary is on every worker, at the same path. Dask assigns shards to workers and repeats those
 of failed workers. Needs `dask[distributed]`.

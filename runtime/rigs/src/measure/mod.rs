@@ -144,7 +144,7 @@ pub struct RigOutcome {
 pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
     let row = TABLE.iter().find(|c| c.name == case).ok_or_else(|| {
         let names: Vec<&str> = TABLE.iter().map(|c| c.name).collect();
-        InputError::new("case", format!("no case is named \"{case}\"; there are {}", names.join(", ")))
+        InputError::unknown_name("case", "case", case, &names)
     })?;
     if row.name != fold::CASE.name {
         sheetwork::check_range("angle", setup.angle, 0.0, 89.0, "degrees")?;

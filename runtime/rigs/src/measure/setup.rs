@@ -133,10 +133,10 @@ impl std::str::FromStr for Boundary {
     type Err = InputError;
 
     fn from_str(name: &str) -> Result<Self, InputError> {
-        Self::ALL.into_iter().find(|b| b.name() == name).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            InputError::new("boundary", format!("no boundary is named \"{name}\"; there are {names}"))
-        })
+        Self::ALL
+            .into_iter()
+            .find(|b| b.name() == name)
+            .ok_or_else(|| InputError::unknown_name("boundary", "boundary", name, &Self::ALL.map(Self::name)))
     }
 }
 

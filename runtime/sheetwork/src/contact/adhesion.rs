@@ -39,34 +39,27 @@ fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
     if celsius >= above || holds { strength } else { 0.0 }
 }
 
-/// Call `push` for every bond force of `members` on a dynamic body, with the body's index, force
+/// Call `push` for every bond force of `sheets` on a dynamic body, with the body's index, force
 /// (N) and point in its frame (m).
-pub(crate) fn on_bodies(sheets: &[Sheet], members: &[u32], mut push: impl FnMut(u32, DVec3, DVec3)) {
-    for stuck in members.iter().filter_map(|i| sheets[*i as usize].work.adhesion.as_ref()) {
+pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3)) {
+    for stuck in sheets.iter().filter_map(|sheet| sheet.work.adhesion.as_ref()) {
         stuck.on_bodies.iter().for_each(|(body, force, at)| push(*body, *force, *at));
     }
 }
 
-/// Update the bonds of the sheets `members` after a step. `bodies` maps the island's body indices
-/// to indices in `around`.
-pub(crate) fn update_bonds(
-    sheets: &mut [Sheet],
-    members: &[u32],
-    scratch: &ContactWorkspace,
-    around: &StepBodies,
-    bodies: &[u32],
-) {
-    let is_sticky = |i: &u32| sheets[*i as usize].tack().is_some();
-    if !members.iter().any(is_sticky) {
+/// Update the bonds of the sheets of an island after a step. `bodies` maps the island's body
+/// indices to indices in `around`.
+pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
+    if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;
     }
-    for i in members.iter().map(|i| *i as usize) {
-        let masses = sheets[i].node_count();
-        sheets[i].work.adhesion.get_or_insert_default().begin(masses);
+    for sheet in sheets.iter_mut() {
+        let masses = sheet.node_count();
+        sheet.work.adhesion.get_or_insert_default().begin(masses);
     }
     scratch.for_each_closed(|contact, _| {
         if let Some((sheet, mass, _)) = node_contact(contact)
-            && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.adhesion
+            && let Some(stuck) = &mut sheets[sheet as usize].work.adhesion
         {
             stuck.has_contact(mass, towards(contact));
         }
@@ -79,12 +72,12 @@ pub(crate) fn update_bonds(
     let mut last = (u32::MAX, 0.0);
     scratch.for_each_closed(|contact, _| {
         let Some((sheet, mass, point)) = node_contact(contact) else { return };
-        let own = &sheets[members[sheet as usize] as usize];
+        let own = &sheets[sheet as usize];
         let Some(stuck) = &own.work.adhesion else { return };
         let was = stuck.was_bonded[mass as usize];
         let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
         if let Some((other, place)) = other_sheet(contact) {
-            let other = &sheets[members[other as usize] as usize];
+            let other = &sheets[other as usize];
             most_stress = most_stress.max(strength(other, &place, was));
             // This contact also represents nodes of the other sheet that have no contact of their
             // own.
@@ -107,8 +100,8 @@ pub(crate) fn update_bonds(
         let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
         need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(scratch, contact, before));
         let most = most_stress * share * own.area_of(mass) / parts;
-        apply_bond(sheets, members, contact, need.min(most), bodies, around);
-        if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.adhesion {
+        apply_bond(sheets, contact, need.min(most), bodies, around);
+        if let Some(stuck) = &mut sheets[sheet as usize].work.adhesion {
             stuck.bonds += usize::from(!std::mem::replace(&mut stuck.bonded[mass as usize], true));
         }
     });
@@ -125,20 +118,13 @@ fn bond_load(scratch: &ContactWorkspace, contact: &ContactConstraint, force: f64
 }
 
 /// Pull the two sides of a contact together with `force` (N).
-fn apply_bond(
-    sheets: &mut [Sheet],
-    members: &[u32],
-    contact: &ContactConstraint,
-    force: f64,
-    bodies: &[u32],
-    around: &StepBodies,
-) {
+fn apply_bond(sheets: &mut [Sheet], contact: &ContactConstraint, force: f64, bodies: &[u32], around: &StepBodies) {
     let Some((owner, ..)) = node_contact(contact) else { return };
     for (side, sign) in [(&contact.a, -force), (&contact.b, force)] {
         let push = contact.normal * sign;
         match side {
             ContactSide::Sheet { sheet, point } => {
-                let Some(stuck) = &mut sheets[members[*sheet as usize] as usize].work.adhesion else { continue };
+                let Some(stuck) = &mut sheets[*sheet as usize].work.adhesion else { continue };
                 for (i, w) in point.terms() {
                     stuck.bond_force.set(i as usize, stuck.bond_force.get(i as usize) + push * w);
                 }
@@ -146,7 +132,7 @@ fn apply_bond(
             ContactSide::Body { body, local } => {
                 let Some(index) = bodies.get(*body as usize) else { continue };
                 let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.is_dynamic());
-                if let Some(stuck) = sheets[members[owner as usize] as usize].work.adhesion.as_mut().filter(|_| gives) {
+                if let Some(stuck) = sheets[owner as usize].work.adhesion.as_mut().filter(|_| gives) {
                     stuck.on_bodies.push((*index, push, *local));
                 }
             }

@@ -19,7 +19,7 @@
 use glam::DVec3;
 
 use crate::collision::constraint::ContactSide;
-use crate::contact::solver::delassus::IslandView;
+use crate::contact::IslandView;
 use crate::contact::workspace::ContactWorkspace;
 
 impl ContactWorkspace {

@@ -9,8 +9,8 @@
 use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::contact::IslandView;
 use crate::contact::settings::{ContactSettings, ConvergenceSettings};
-use crate::contact::solver::delassus::IslandView;
 
 const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 
@@ -28,8 +28,8 @@ pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) ->
 
 /// Whether any node moved far enough in the stage to require another detection.
 pub(crate) fn has_moved(group: &IslandView) -> bool {
-    let still = if group.members.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
-    group.members.iter().any(|i| group.sheets[*i as usize].has_moved(still))
+    let still = if group.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
+    group.sheets.iter().any(|sheet| sheet.has_moved(still))
 }
 
 /// Position of a side of a contact at the iterate, m.

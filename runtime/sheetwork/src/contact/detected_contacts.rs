@@ -9,11 +9,11 @@ use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactKey, ContactSide};
 use crate::collision::narrow_phase::is_ball_contact;
+use crate::contact::IslandView;
 use crate::contact::contact_cache::ContactCache;
 use crate::contact::convergence;
 use crate::contact::gap::{StagePose, contact_displacement, gap, position};
 use crate::contact::settings::{ContactSettings, PgsSettings};
-use crate::contact::solver::delassus::IslandView;
 use crate::contact::workspace::ContactWorkspace;
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
@@ -118,7 +118,7 @@ impl DetectedContacts {
     pub fn remove_opposed(&mut self, group: &IslandView, memory: &ContactCache) {
         // With several sheets an unconverged solution is accepted, and a search among thousands of
         // contacts is expensive.
-        if group.members.len() > 1 {
+        if group.sheets.len() > 1 {
             return;
         }
         let start = |c: &ContactConstraint| gap(group, c, StagePose::Start);

@@ -11,7 +11,7 @@
 use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
-use crate::contact::solver::delassus::IslandView;
+use crate::contact::IslandView;
 use crate::contact::solver_body::SolverBody;
 use crate::integrators::implicit::staged::ContactJump;
 use crate::math::Vectors;

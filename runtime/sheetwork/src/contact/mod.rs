@@ -62,6 +62,7 @@ pub(crate) mod convergence;
 pub mod coulomb;
 pub(crate) mod detected_contacts;
 pub(crate) mod gap;
+pub(crate) mod island_view;
 pub mod node;
 pub(crate) mod outer_iteration;
 pub(crate) mod settings;
@@ -71,6 +72,6 @@ pub(crate) mod solver_body;
 pub(crate) mod step_bodies;
 pub(crate) mod workspace;
 
+pub(crate) use crate::contact::island_view::IslandView;
 pub(crate) use crate::contact::sheet_contact::SheetContact;
-pub(crate) use crate::contact::solver::delassus::IslandView;
 pub use crate::contact::workspace::ContactCounters;

@@ -14,10 +14,10 @@
 
 use glam::DVec3;
 
+use crate::contact::IslandView;
 use crate::contact::convergence;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
-use crate::contact::solver::delassus::IslandView;
 use crate::contact::workspace::ContactWorkspace;
 use crate::sheet::Field;
 use crate::sheet::stage::StageWorkspace;
@@ -83,12 +83,12 @@ fn solve_positions_and_widen(
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> Option<bool> {
     let mut touched = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
-    let mut margins = ContactMargins::for_sheets(group.members.len());
+    let mut margins = ContactMargins::for_sheets(group.sheets.len());
     for _ in 0..SETTINGS.maximum_widenings {
         if !touched || scratch.solve_failed || !margins.widen(largest_displacements(group)) {
             break;
         }
-        let is_far = group.members.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
+        let is_far = group.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
         let overlaps = if is_far {
             detect(group, DetectionMode::ContactMotion, ContactMargins::DEFAULT, &mut scratch.rechecked);
             scratch.rechecked.remove_opposed(group, &scratch.cache);
@@ -110,7 +110,7 @@ fn solve_positions_and_widen(
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
 fn largest_displacements(group: &IslandView) -> ContactMargins {
-    let units = || group.members.iter().map(|i| &group.contacts[*i as usize].work);
+    let units = || group.contacts.iter().map(|contact| &contact.work);
     let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
@@ -132,7 +132,7 @@ pub(crate) fn solve_stage(
     h: f64,
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> StageSolve {
-    let sheets = group.members.len();
+    let sheets = group.sheets.len();
     // A pair that touched in any iteration may touch again; ending without it would let it pass
     // through.
     let mut met = false;
@@ -234,7 +234,7 @@ fn update_iterates(group: &mut IslandView, field: Field, touched: bool, firm: bo
 
 /// Stage data of all sheets of the island.
 fn stages<'a>(group: &'a IslandView) -> impl Iterator<Item = &'a StageWorkspace> {
-    group.members.iter().map(|i| &group.sheets[*i as usize].work.stage)
+    group.sheets.iter().map(|sheet| &sheet.work.stage)
 }
 
 /// Solve the contact of an island with explicit integrators, whose free motions are known, in a

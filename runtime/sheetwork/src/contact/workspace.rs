@@ -19,6 +19,7 @@ use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::{ContactConstraint, ContactKey, ContactSide};
 use crate::collision::narrow_phase::is_node_surface_contact;
+use crate::contact::IslandView;
 use crate::contact::contact_cache::{CachedForces, ContactCache};
 use crate::contact::convergence;
 use crate::contact::coulomb::ContactLaw;
@@ -26,7 +27,6 @@ use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::{ContactGaps, StagePose, gap, position, velocity};
 use crate::contact::settings::{ContactSettings, PgsSettings};
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, IslandTangent};
-use crate::contact::solver::delassus::IslandView;
 use crate::contact::solver::dual::DualSolver;
 use crate::contact::solver::pgs_working_set::PgsContactSolver;
 use crate::contact::solver_body::SolverBody;
@@ -335,9 +335,9 @@ impl ContactWorkspace {
     fn choose_position_solver(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
         let within =
             |c: &ContactConstraint| matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. }));
-        let is_folded = group.members.len() == 1 && self.detected.contacts.iter().any(within);
-        self.is_single_sheet = group.members.len() == 1 && !is_folded;
-        self.has_only_fixed_bodies = group.members.len() == 1 && group.solver_bodies.iter().all(|m| !m.is_dynamic());
+        let is_folded = group.sheets.len() == 1 && self.detected.contacts.iter().any(within);
+        self.is_single_sheet = group.sheets.len() == 1 && !is_folded;
+        self.has_only_fixed_bodies = group.sheets.len() == 1 && group.solver_bodies.iter().all(|m| !m.is_dynamic());
         self.island_tangent.lay_out(group);
         self.store_node_normals(group);
         self.position_solver = PositionSolver::Dual;
@@ -349,7 +349,7 @@ impl ContactWorkspace {
             let size = self.detected.contacts.len() + group.nodes();
             self.work += (self.counters.factors - factors) * size as u64;
             settled
-                || group.members.len() == 1 && {
+                || group.sheets.len() == 1 && {
                     self.position_solver = PositionSolver::Dual;
                     self.retry_positions_dual(group, h, rough)
                 }

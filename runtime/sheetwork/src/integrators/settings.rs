@@ -7,7 +7,7 @@ pub struct IntegratorSettings {
     pub newton: NewtonSettings,
     /// Speed (m/s) below which `bdf2` counts a sheet in contact as resting.
     pub resting_speed: f64,
-    /// Speed (m/s) above which a resting sheet of `bdf2` no longer rests.
+    /// Speed (m/s) above which a resting sheet of `bdf2` counts as moving.
     pub leaving_speed: f64,
     /// Minimum step of `rk45` as a fraction of `dt`; it is accepted with any error. An unstable
     /// sheet is then detected by its speed instead of by an endless loop.

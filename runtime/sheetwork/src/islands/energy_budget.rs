@@ -14,7 +14,7 @@ use crate::contact::IslandView;
 use crate::contact::settings::ContactSettings;
 use crate::contact::solver_body::SolverBody;
 use crate::islands::settings::{EnergyBudgetSettings, StepSettings};
-use crate::sheet::Field;
+use crate::sheet::{Field, Sheet};
 
 use crate::islands::implicit_step::Substep;
 use crate::islands::rigid_motion::rigid_equivalent_of_island;
@@ -51,13 +51,13 @@ pub(crate) struct EnergyBudget {
 impl EnergyBudget {
     fn of(group: &IslandView, field: &Field) -> Self {
         let mut all = Self::default();
-        for i in group.members {
-            let energy = group.sheets[*i as usize].energy(field.gravity);
+        for sheet in group.sheets.iter() {
+            let energy = sheet.energy(field.gravity);
             all.sheets += energy.kinetic;
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
-            let mass: f64 = group.sheets[*i as usize].mass.iter().sum();
-            let lift = if group.members.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
+            let mass: f64 = sheet.mass.iter().sum();
+            let lift = if group.sheets.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
             all.still += mass * (0.5 * STEP.reference_speed * STEP.reference_speed + lift * field.gravity.length());
         }
         if group.body_penetration > 0.0 {
@@ -77,12 +77,9 @@ impl EnergyBudget {
     /// Energies at the start of `part`; `None` when other loads than contact may do work in it.
     pub fn before(group: &IslandView, part: &Substep) -> Option<Self> {
         let led = group.solver_bodies.iter().any(|m| !m.is_dynamic() && m.start.is_moving());
-        let moved = |i: &u32| {
-            let sheet = &group.sheets[*i as usize];
-            sheet.is_loaded() || sheet.pins.moves_between(part.time, part.time + part.dt)
-        };
+        let moved = |sheet: &Sheet| sheet.is_loaded() || sheet.pins.moves_between(part.time, part.time + part.dt);
         let blown = part.field.wind != glam::DVec3::ZERO;
-        (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
+        (!led && !blown && !group.sheets.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
     /// Add the work of depenetration: of a lone sheet and its load from an initial penetration of
@@ -91,7 +88,7 @@ impl EnergyBudget {
     pub fn add_depenetration_work(&mut self, group: &IslandView, field: &Field, (depth, parted): (f64, f64)) {
         let is_initial = depth > ContactSettings::DEFAULT.residual_penetration;
         let depth = if is_initial { depth.min(SETTINGS.maximum_initial_penetration) } else { 0.0 };
-        if depth + parted > 0.0 && group.members.len() == 1 {
+        if depth + parted > 0.0 && group.sheets.len() == 1 {
             self.depenetration_work += island_weight(group, field) * (depth + parted);
         }
     }
@@ -123,7 +120,7 @@ impl EnergyBudget {
         if gain > SETTINGS.bisection_gain * free && !last {
             return EnergyVerdict::Again;
         }
-        if group.members.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
+        if group.sheets.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
             return EnergyVerdict::Runaway;
         }
         if let Some(own) = has_no_fixed_body.then(|| rigid_equivalent_of_island(group)).flatten() {
@@ -156,7 +153,7 @@ fn is_nearly_resting(group: &IslandView, has_no_fixed_body: bool) -> bool {
     let slow = |m: &SolverBody| !m.is_dynamic() || m.start.velocity().length() < SETTINGS.resting_speed;
     gives
         && group.solver_bodies.iter().all(slow)
-        && group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < SETTINGS.resting_speed)
+        && group.sheets.iter().all(|sheet| sheet.max_speed() < SETTINGS.resting_speed)
         && !(has_no_fixed_body && rigid_equivalent_of_island(group).is_some())
 }
 
@@ -176,7 +173,7 @@ fn remove_kinetic_energy(group: &mut IslandView, owed: f64, motion: f64) -> f64 
 
 /// Weight of the sheets and dynamic bodies of an island, N.
 fn island_weight(group: &IslandView, field: &Field) -> f64 {
-    let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
+    let sheets: f64 = group.sheets.iter().flat_map(|sheet| &sheet.mass).sum();
     let bodies: f64 = group.solver_bodies.iter().filter(|m| m.is_dynamic()).map(|m| m.free.mass()).sum();
     (sheets + bodies) * field.gravity.length()
 }

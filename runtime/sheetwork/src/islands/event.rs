@@ -205,9 +205,13 @@ pub(crate) struct ContactRecorder<'a> {
 impl TouchListener for ContactRecorder<'_> {
     fn touched(&mut self, collider: ColliderHandle, _mass: usize) {
         let body = self.view.colliders.get(collider).and_then(|c| c.parent());
-        let list = &mut self.touches.list;
         let same = |t: &BodyTouch| t.collider == collider || (body.is_some() && t.body == body);
-        let index = list.iter().position(same).unwrap_or_else(|| {
+        let found = self.touches.list.iter().position(same);
+        if found.is_none() {
+            self.touches.drop_removed(self.view);
+        }
+        let list = &mut self.touches.list;
+        let index = found.unwrap_or_else(|| {
             let new = BodyTouch { collider, body, masses: 0, last: 0.0, off: false, flat: false, known: false };
             list.push(new);
             list.len() - 1
@@ -231,13 +235,22 @@ impl ContactLog {
     }
 
     /// Reset the counts of the last step before a step that begins at `time` (s). A contact of the
-    /// last step lasts until now, sleep included.
+    /// last step lasts up to `time`, sleep included.
     pub fn begin(&mut self, time: f64) {
         for t in &mut self.list {
             if std::mem::take(&mut t.masses) > 0 {
                 t.last = t.last.max(time);
             }
         }
+    }
+
+    /// Drop the records of removed colliders and bodies whose end of contact has been reported.
+    /// Handles are not reused, so that no later contact refers to these records.
+    fn drop_removed(&mut self, view: &RigidView) {
+        let exists = |t: &BodyTouch| {
+            view.colliders.contains(t.collider) || t.body.is_some_and(|body| view.bodies.contains(body))
+        };
+        self.list.retain(|t| !t.off || exists(t));
     }
 
     /// Number of bodies touched in this step.
@@ -306,5 +319,49 @@ impl ContactLog {
                 self.events.push((t.last, EventKind::SlidOff, Some(t.collider)));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rapier3d::prelude::{BroadPhaseBvh, ColliderBuilder, ColliderSet, IslandManager, NarrowPhase, RigidBodySet};
+
+    use super::*;
+    use crate::scene::{Scene, SheetSpec};
+
+    /// Contact with each of `count` colliders in turn, each of which is removed after the contact.
+    /// Returns the number of records at the end and the kinds of the events.
+    fn touch_in_turn(count: usize, permanent: bool) -> (usize, Vec<EventKind>) {
+        let scene = Scene { sheets: vec![SheetSpec::default()], ..Scene::default() };
+        let sheet = Sheet::build(&scene, 0).expect("valid");
+        let (broad_phase, narrow_phase) = (BroadPhaseBvh::new(), NarrowPhase::new());
+        let (mut bodies, mut colliders, mut islands) = (RigidBodySet::new(), ColliderSet::new(), IslandManager::new());
+        let mut log = ContactLog::default();
+        let mut time = 0.0;
+        for _ in 0..count {
+            let collider = colliders.insert(ColliderBuilder::ball(0.1));
+            for step in 0..20 {
+                log.begin(time);
+                if step < 2 {
+                    let view = RigidView::new(&broad_phase, &narrow_phase, &bodies, &colliders);
+                    ContactRecorder { touches: &mut log, view: &view }.touched(collider, 0);
+                }
+                time += 0.01;
+                log.end(time, &sheet);
+                if step == 2 && !permanent {
+                    colliders.remove(collider, &mut islands, &mut bodies, false);
+                }
+            }
+        }
+        (log.list.len(), log.events.iter().map(|e| e.1).collect())
+    }
+
+    #[test]
+    fn records_of_removed_colliders_are_dropped_without_a_change_of_events() {
+        let (records, events) = touch_in_turn(40, false);
+        assert_eq!(records, 1, "the record of the last collider stays until the next new contact");
+        assert_eq!(events, [EventKind::FirstContact, EventKind::SlidOff].repeat(40));
+        let (records, same) = touch_in_turn(40, true);
+        assert_eq!((records, same), (40, events), "a body that exists may be touched again");
     }
 }

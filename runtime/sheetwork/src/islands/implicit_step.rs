@@ -75,7 +75,7 @@ pub(crate) fn advance(
     if part.bisections == 0 {
         // After an impact the next step begins one bisection above the deepest of this step.
         scratch.initial_bisection_level =
-            if group.members.len() > 1 { scratch.deepest_bisection_level.saturating_sub(1) } else { 0 };
+            if group.sheets.len() > 1 { scratch.deepest_bisection_level.saturating_sub(1) } else { 0 };
         scratch.deepest_bisection_level = 0;
         scratch.is_diverged = false;
         scratch.work = 0;
@@ -105,9 +105,9 @@ pub(crate) fn advance(
         scratch.deepest_bisection_level = scratch.deepest_bisection_level.max(part.bisections);
         let met = scratch.closed_in_step.len();
         let stands = solve_stages(group, scratch, finder, &part);
-        let ends = part.bisections >= max_bisections(group.members.len(), scratch);
+        let ends = part.bisections >= max_bisections(group.sheets.len(), scratch);
         // An island of several sheets accepts the state reached at the last bisection.
-        if stands || ends && group.members.len() > 1 {
+        if stands || ends && group.sheets.len() > 1 {
             group.for_each_sheet(|sheet| sheet.end_inelastic_step());
             return;
         }
@@ -183,7 +183,7 @@ fn hold_back_bodies(
 /// Whether the dynamic bodies that `went` on have more kinetic and potential energy than all bodies
 /// and sheets had.
 fn bodies_gain_energy(group: &IslandView, went: &[SolverBody], field: &Field) -> bool {
-    let sheets = group.members.iter().map(|i| group.sheets[*i as usize].energy(field.gravity));
+    let sheets = group.sheets.iter().map(|sheet| sheet.energy(field.gravity));
     // Frozen sheets have lost part of their speed: kinetic energy over the squared factor.
     let kept = STEP.velocity_retention;
     let mut had: f64 = sheets.map(|energy| energy.kinetic / (kept * kept) + energy.elastic).sum();
@@ -213,7 +213,7 @@ fn roll_back_diverged(
     }
     group.for_each_sheet(|sheet| sheet.restore_state());
     scratch.restore_saved(&mut group.solver_bodies);
-    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < FALLBACK.sleep_speed);
+    let slow = group.sheets.iter().all(|sheet| sheet.max_speed() < FALLBACK.sleep_speed);
     if slow && !scratch.detected.contacts.is_empty() {
         freeze_sheets(group);
         group.for_each_sheet(|sheet| (sheet.work.stage.has_failed, sheet.rest_time) = (false, SLEEP.delay));
@@ -222,7 +222,7 @@ fn roll_back_diverged(
     }
 }
 
-/// Finish a substep whose further bisection is no longer allowed, because self-contact was found or
+/// Finish a substep whose further bisection is not allowed, because self-contact was found or
 /// the work budget of the step is spent: take its stages once more, or apply the fallback.
 fn finish_without_bisection(
     group: &mut IslandView,
@@ -280,17 +280,19 @@ fn solve_stages(
     finder: &mut dyn ContactDetector,
     part: &Substep,
 ) -> bool {
-    let Some(first) = group.members.first() else { return true };
+    if group.sheets.is_empty() {
+        return true;
+    }
     scratch.solve_failed = false;
-    let last = part.bisections >= max_bisections(group.members.len(), scratch);
+    let last = part.bisections >= max_bisections(group.sheets.len(), scratch);
     scratch.is_shortest_substep = last;
-    scratch.accepts_unconverged = last || group.members.len() > 1;
+    scratch.accepts_unconverged = last || group.sheets.len() > 1;
     if !last && finder.max_body_spin(group) * part.dt > SETTINGS.maximum_rotation {
         return false;
     }
     let mut before = EnergyBudget::before(group, part);
     let (mut met, mut overlap, mut crossed, mut has_no_fixed_body) = (false, 0.0_f64, false, true);
-    let stages = group.sheets[*first as usize].stages();
+    let stages = group.sheet_mut(0).stages();
     let mut at = part.done;
     for k in 0..stages {
         scratch.begin_stage(k);
@@ -320,7 +322,7 @@ fn solve_stages(
             StageSolve::InitialPenetration(sheet) => {
                 scratch.is_diverged = true;
                 group.for_each_sheet(|sheet| sheet.restore_state());
-                group.sheets[group.members[sheet as usize] as usize].work.stage.has_diverged = true;
+                group.sheet_mut(sheet).work.stage.has_diverged = true;
                 return true;
             }
             StageSolve::IterationLimit | StageSolve::Separated if !scratch.accepts_unconverged => return false,
@@ -333,7 +335,7 @@ fn solve_stages(
         }
         // A lone sheet that was solved without contact differs from its outer iterations, and may
         // penetrate a body.
-        let by_itself = rounds == StageSolve::IterationLimitWithoutContact && group.members.len() == 1;
+        let by_itself = rounds == StageSolve::IterationLimitWithoutContact && group.sheets.len() == 1;
         if by_itself || matches!(rounds, StageSolve::IterationLimit | StageSolve::Separated) {
             overlap = overlap.max(scratch.deepest_penetration(group, |group, found| {
                 finder.detect_contacts(group, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
@@ -349,7 +351,7 @@ fn solve_stages(
         if crossed && !last {
             return false;
         }
-        if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.has_failed) {
+        if group.sheets.iter().any(|sheet| sheet.work.stage.has_failed) {
             if last {
                 roll_back_diverged(group, scratch, finder, part);
             }
@@ -371,7 +373,7 @@ fn solve_stages(
             let jump = (touched && unit.is_touched()).then_some(&unit.jump);
             sheet.finish_stage(part.field, k, part.dt, jump);
         });
-        if group.members.len() == 1 && is_unstable(group.sheet(0)) {
+        if group.sheets.len() == 1 && is_unstable(group.sheet(0)) {
             if last {
                 roll_back_diverged(group, scratch, finder, part);
             }
@@ -397,7 +399,7 @@ fn check_energy_and_penetration(
     let last = scratch.is_shortest_substep;
     // After an impact the swinging part of a lone sheet moves along as large an arc as the struck
     // part: its energy is checked in free flight too.
-    let judged = met || group.members.len() == 1;
+    let judged = met || group.sheets.len() == 1;
     let judge = |before: EnergyBudget| {
         before.check(group, &part.field, (last, met, has_no_fixed_body), &mut scratch.energy_error)
     };
@@ -406,7 +408,7 @@ fn check_energy_and_penetration(
     let within = before.is_some() && overlap > FALLBACK.penetration && verdict == EnergyVerdict::Stands;
     if crossed || verdict == EnergyVerdict::Fails || within && !gives {
         apply_fallback(group, scratch, finder, part);
-    } else if within && has_no_fixed_body && group.members.len() == 1 && move_rigidly(group, scratch, finder, part) {
+    } else if within && has_no_fixed_body && group.sheets.len() == 1 && move_rigidly(group, scratch, finder, part) {
         scratch.record_fallback();
     }
     if verdict == EnergyVerdict::Runaway {

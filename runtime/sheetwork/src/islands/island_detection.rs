@@ -24,7 +24,7 @@ use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::Interpenetration;
+use crate::sheet::{Interpenetration, Sheet};
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
@@ -103,8 +103,8 @@ pub(crate) struct IslandDetection<'a> {
     pub body_contacts: &'a [BodyContact],
     pub gravity: DVec3,
     pub sheets_meet: bool,
-    /// Index in the world of the first sheet of the slice.
-    pub first: u32,
+    /// Index in the world of each sheet of the island.
+    pub ids: &'a [u32],
     pub work: &'a mut DetectionCache,
     pub watch: &'a Profiler,
 }
@@ -125,8 +125,8 @@ impl IslandDetection<'_> {
                 bodies.push(part.body);
             }
         }
-        for member in group.members {
-            for (_, index, _) in group.sheets[*member as usize].pins.dynamic_attachments() {
+        for sheet in group.sheets.iter() {
+            for (_, index, _) in sheet.pins.dynamic_attachments() {
                 bodies.push(index as u32);
             }
         }
@@ -148,8 +148,8 @@ impl IslandDetection<'_> {
         self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
             finder.run_broad_phase(problem, reach)
         });
-        let in_doubt = |i: &u32| group.sheets[*i as usize].interpenetration != Interpenetration::None;
-        if self.sheets_meet && group.members.iter().any(in_doubt) {
+        let in_doubt = |sheet: &Sheet| sheet.interpenetration != Interpenetration::None;
+        if self.sheets_meet && group.sheets.iter().any(in_doubt) {
             self.exclude_crossing_sheets(group);
         }
     }
@@ -159,13 +159,12 @@ impl IslandDetection<'_> {
         let mut crossing = std::mem::take(&mut self.work.crossing);
         crossing.clear();
         let in_doubt = |local: u32| group.sheet(local).interpenetration != Interpenetration::None;
-        if group.members.len() > 1 {
+        if group.sheets.len() > 1 {
             self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
                 finder.exclude_crossing_pairs(problem, in_doubt, &mut crossing);
             });
         }
-        for (local, member) in group.members.iter().enumerate() {
-            let sheet = &mut group.sheets[*member as usize];
+        for (local, sheet) in group.sheets.iter_mut().enumerate() {
             sheet.interpenetration = match sheet.interpenetration {
                 _ if !crossing.contains(&(local as u32)) => Interpenetration::None,
                 Interpenetration::Reported => Interpenetration::Reported,
@@ -177,8 +176,7 @@ impl IslandDetection<'_> {
 
     /// Whether contact is impossible in this step.
     pub fn is_idle(&self, group: &IslandView) -> bool {
-        self.work.finder.is_idle()
-            && !group.members.iter().any(|member| group.sheets[*member as usize].has_dynamic_attachments())
+        self.work.finder.is_idle() && !group.sheets.iter().any(|sheet| sheet.has_dynamic_attachments())
     }
 
     /// Call `run_detection` with the finder and the problem of `look`.
@@ -194,9 +192,9 @@ impl IslandDetection<'_> {
         let mut finder = std::mem::take(&mut self.work.finder);
         let mut moved = std::mem::take(&mut self.work.moved);
         if look == DetectionMode::ContactMotion
-            && let [only] = group.members
+            && let [sheet] = &*group.sheets
         {
-            let (work, unit) = (&group.sheets[*only as usize].work, &group.contacts[*only as usize].work);
+            let (work, unit) = (&sheet.work, &group.contacts[0].work);
             if moved.len() != work.stage.free_positions.len() {
                 moved = Vectors::zeros(work.stage.free_positions.len());
             }
@@ -207,9 +205,8 @@ impl IslandDetection<'_> {
         }
         finder.use_threads(group.parallel);
         finder.set_detect_crossings(look == DetectionMode::SheetCrossing);
-        for member in group.members {
-            let sheet = &group.sheets[*member as usize];
-            let Some(skin) = &group.contacts[*member as usize].surface else { continue };
+        for ((sheet, contact), id) in group.sheets.iter().zip(&*group.contacts).zip(self.ids) {
+            let Some(skin) = &contact.surface else { continue };
             let stage = &sheet.work.stage;
             let begun = stage.free_positions.len() == sheet.node_count();
             let reached = matches!(look, DetectionMode::FromIterate | DetectionMode::BodyPenetration);
@@ -220,7 +217,7 @@ impl IslandDetection<'_> {
                 _ if begun => &stage.free_positions,
                 _ => &sheet.x,
             };
-            sheets.push(SheetStageMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
+            sheets.push(SheetStageMotion { id: *id, skin, start: &sheet.x, base, end, awake: true });
         }
         let bodies_too = if look == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
@@ -307,18 +304,15 @@ impl IslandDetection<'_> {
             });
         }
         found.first_attachment = found.contacts.len();
-        for (local, member) in group.members.iter().enumerate() {
-            for (mass, index, place) in group.sheets[*member as usize].pins.dynamic_attachments() {
+        for (local, (sheet, id)) in group.sheets.iter().zip(self.ids).enumerate() {
+            for (mass, index, place) in sheet.pins.dynamic_attachments() {
                 let Some(body) = mover(index) else { continue };
                 found.contacts.push(ContactConstraint {
                     a: node_side(local as u32, mass),
                     b: ContactSide::Body { body, local: place },
                     normal: DVec3::Y,
                     offset: 0.0,
-                    key: [
-                        ATTACHMENT_KEY,
-                        (u64::from(self.first + member) << 32 | u64::from(mass)) ^ (index as u64) << 48,
-                    ],
+                    key: [ATTACHMENT_KEY, (u64::from(*id) << 32 | u64::from(mass)) ^ (index as u64) << 48],
                     friction: 0.0,
                     restitution: 0.0,
                 });
@@ -337,7 +331,7 @@ impl ContactDetector for IslandDetection<'_> {
                 if weight > 0.5 {
                     free = free.displaced(self.gravity * ((weight - 0.5) * span * span), DVec3::ZERO);
                 }
-                on_bodies(group.sheets, group.members, |body, force, at| {
+                on_bodies(group.sheets, |body, force, at| {
                     if body == *index {
                         free = apply_force(&free, force, mover.start.world_point(at), (span, weight));
                     }
@@ -380,7 +374,7 @@ impl ContactDetector for IslandDetection<'_> {
             }
             found.colliders.push(part_of);
         }
-        if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
+        if group.sheets.iter().any(|sheet| !sheet.pins.is_empty()) {
             found.remove_immovable(group);
             let body_of = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok();
             found.remove_attached(|sheet, mass, body| {
@@ -444,7 +438,7 @@ fn count_leaning_bodies(bodies: &[u32], contacts: &[BodyContact], surroundings: 
 /// forces in the position solve and in the velocity solve. In the short steps of explicit
 /// integrators the difference is negligible.
 fn gravity_weight(group: &IslandView, span: f64) -> f64 {
-    let lead = group.members.first().map(|i| &group.sheets[*i as usize]);
+    let lead = group.sheets.first();
     lead.filter(|sheet| !sheet.is_explicit()).map_or(0.5, |sheet| sheet.drift(span))
 }
 

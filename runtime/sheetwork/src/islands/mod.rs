@@ -10,15 +10,19 @@
 //! steps allocate nothing here. Sheets that do not touch share no state, so any number of threads
 //! gives the same result. Sheets of implicit integrators are stepped in `implicit_step`.
 
+pub(crate) mod broad_phase;
 pub(crate) mod energy_budget;
 pub mod event;
 pub(crate) mod explicit;
 pub(crate) mod implicit_step;
 pub(crate) mod instability;
+pub(crate) mod island_builder;
 pub(crate) mod island_detection;
 pub(crate) mod island_manager;
+pub(crate) mod island_step;
 pub(crate) mod rigid_motion;
 pub(crate) mod settings;
+pub(crate) mod union_find;
 
 use crate::contact::SheetContact;
 use crate::contact::node::detection::resolve_node_contact;

@@ -79,7 +79,7 @@ pub(crate) fn rigid_equivalent(sheet: &Sheet) -> Option<BodyState> {
 /// Rigid body with the momentum and angular momentum of all sheets of `group`; `None` when one of
 /// them has fixed or prescribed nodes.
 pub(crate) fn rigid_equivalent_of_island(group: &IslandView) -> Option<BodyState> {
-    rigid_equivalent_of_sheets(group.members.iter().map(|i| &group.sheets[*i as usize]))
+    rigid_equivalent_of_sheets(group.sheets.iter())
 }
 
 fn rigid_equivalent_of_sheets<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {

@@ -223,16 +223,4 @@ mod tests {
             Err(error) => assert!(error.line.is_some()),
         });
     }
-
-    #[test]
-    fn the_panel_of_the_project_glows_downwards() {
-        let read = read_heaters(include_str!("../../../../assets/heaters/panel.heater")).expect("good");
-        assert_eq!(read.len(), 1);
-        let hot: Vec<usize> = (0..6).filter(|face| read[0].faces[*face].temperature.is_some()).collect();
-        assert_eq!(hot.len(), 1);
-        assert_eq!(read[0].polyhedron.face_normal(hot[0]), DVec3::NEG_Y);
-        assert!((read[0].polyhedron.face_area(hot[0]) - 9e-4).abs() < 1e-12);
-        assert_eq!(read[0].faces[hot[0]], HeaterFace::hot(250.0, 0.9));
-        assert_eq!(read[0].polyhedron.bounds().0.y, 0.025);
-    }
 }

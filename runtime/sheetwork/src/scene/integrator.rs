@@ -64,7 +64,7 @@ impl std::str::FromStr for IntegratorKind {
     fn from_str(name: &str) -> Result<Self, InputError> {
         NAMES.iter().find(|(_, known)| *known == name).map(|(kind, _)| *kind).ok_or_else(|| {
             let names: Vec<&str> = NAMES.iter().map(|(_, name)| *name).collect();
-            InputError::new("engine", format!("no engine is named \"{name}\"; there are {}", names.join(", ")))
+            InputError::unknown_name("engine", "engine", name, &names)
         })
     }
 }

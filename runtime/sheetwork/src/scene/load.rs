@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::InputError;
-use crate::scene::{MaterialChoice, Scene, literal, locate, nesting, validate};
+use crate::scene::{MaterialChoice, Scene, library, literal, locate, nesting, validate};
 use crate::units::quantity;
 
 fn options() -> ron::Options {
@@ -47,7 +47,7 @@ impl Scene {
     /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of
     /// range: with file, line and field.
     pub fn load(file: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
+        let text = std::fs::read_to_string(file).map_err(|e| library::unreadable(file, &e))?;
         let mut scene = Self::parse(&text).map_err(|e| of_another_kind(file, e).in_file(file))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
         scene.file = Some(file.to_path_buf());

@@ -283,7 +283,7 @@ pub fn by_name(name: &str) -> Result<Material, InputError> {
     let found = LIBRARY.iter().find(|(n, _, _)| *n == name);
     found.map(|(_, _, m)| Material { name: name.to_owned(), ..m.clone() }).ok_or_else(|| {
         let names: Vec<&str> = LIBRARY.iter().map(|(n, _, _)| *n).collect();
-        InputError::new("material", format!("no material is named \"{name}\"; there are {}", names.join(", ")))
+        InputError::unknown_name("material", "material", name, &names)
     })
 }
 

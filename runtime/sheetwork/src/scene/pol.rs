@@ -338,26 +338,4 @@ mod tests {
         });
         assert!(good > 20 && bad > 2000, "{good} read, {bad} refused");
     }
-
-    #[test]
-    fn the_files_of_the_project_are_good() {
-        let files = [
-            (include_str!("../../../../assets/polyhedra/wedge.pol"), 1),
-            (include_str!("../../../../assets/polyhedra/cube.pol"), 1),
-            (include_str!("../../../../assets/polyhedra/hemisphere.pol"), 1),
-            (include_str!("../../../../assets/polyhedra/slope.pol"), 1),
-            (include_str!("../../../../assets/polyhedra/two_walls.pol"), 2),
-            (include_str!("../../../../assets/polyhedra/two_bodies.pol"), 2),
-        ];
-        for (text, count) in files {
-            let read = read_pol(text).expect("good");
-            assert_eq!(read.len(), count);
-            for polyhedron in read {
-                // All polyhedra stand on the floor of the thesis's room and inside it.
-                let (low, high) = polyhedron.bounds();
-                assert_eq!(low.y, -0.0281);
-                assert!(high.y < 0.0025 && low.x > -0.065 && high.x < 0.065 && low.z > -0.0299 && high.z < 0.0333);
-            }
-        }
-    }
 }

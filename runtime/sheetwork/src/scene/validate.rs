@@ -61,6 +61,13 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
 }
 
+/// Check a sheet that is added to a valid scene as number `index`, with a name that is not in use.
+/// The errors are those of [`values`] for the scene with the sheet.
+pub(crate) fn added_sheet(spec: &SheetSpec, index: usize) -> ValidationResult {
+    sheet(spec).map_err(|e| within(&format!("sheets.{index}"), e))?;
+    check_name(&format!("sheets.{index}"), &spec.name)
+}
+
 /// Check the material names of pairs.
 fn pair_names(scene: &Scene) -> ValidationResult {
     let library = material::LIBRARY.iter().map(|(name, _, _)| (*name).to_owned());
@@ -116,10 +123,16 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationRes
         if !name.is_empty() && !seen.insert(name) {
             return Err(InputError::new(format!("{field}.{i}.name"), format!("\"{name}\" is used twice")));
         }
-        if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
-            let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
-            return Err(InputError::new(format!("{field}.{i}.name"), problem));
-        }
+        check_name(&format!("{field}.{i}"), name)?;
+    }
+    Ok(())
+}
+
+/// Check that `name` of the object at the path `of` is neither a path nor an index.
+fn check_name(of: &str, name: &str) -> ValidationResult {
+    if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
+        let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
+        return Err(InputError::new(format!("{of}.name"), problem));
     }
     Ok(())
 }

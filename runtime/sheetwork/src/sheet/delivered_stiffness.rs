@@ -39,7 +39,7 @@ pub struct DeliveredStiffness {
 }
 
 impl Sheet {
-    /// Stiffness that structure, grid, integrator and step `dt` (s) deliver now; `None` for springs
+    /// Stiffness that structure, grid, integrator and step `dt` (s) deliver; `None` for springs
     /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
         let structure = self.delivered_fraction?;

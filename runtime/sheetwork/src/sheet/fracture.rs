@@ -387,7 +387,7 @@ impl Sheet {
             heat.discard_network();
         }
         self.refresh();
-        // The stored accelerations of the integrator are of forces that no longer exist.
+        // The stored accelerations of the integrator are of forces that have vanished.
         self.restart_engine();
         self.invalidate_system();
         let after = self.energy(DVec3::ZERO).total;

@@ -74,8 +74,8 @@ struct FixedAxes {
 }
 
 impl Pins {
-    /// Prescribe `masses`, now at `start` (m): along `path` (empty: fixed), until the time `until`
-    /// (s) if given.
+    /// Prescribe `masses`, at present at `start` (m): along `path` (empty: fixed), until the time
+    /// `until` (s) if given.
     pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
         self.groups.push(PrescribedNodes { masses, start, path, until });
     }
@@ -133,7 +133,7 @@ impl Pins {
         freed
     }
 
-    /// Fix the node `mass`, now at `start` (m), along the axes (x, y, z) selected by `held`.
+    /// Fix the node `mass`, at present at `start` (m), along the axes (x, y, z) selected by `held`.
     pub fn add_fixed_axes(&mut self, mass: u32, start: DVec3, held: [bool; 3]) {
         self.fixed_axes.push(FixedAxes { mass, held, start });
     }

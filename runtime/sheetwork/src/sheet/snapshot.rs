@@ -98,7 +98,7 @@ impl Sheet {
     /// Whether `state` is compatible with this sheet.
     pub(crate) fn accepts_state(&self, state: &SavedSheetState) -> bool {
         let own = self.open_cells().map_or(0, <[bool]>::len);
-        // A change of the slits since then leaves the nodes as they are.
+        // A later change of the slits leaves the nodes as they are.
         let cells = state.open.len() == own || !state.open.contains(&true);
         let flows = |c: &ElementState| {
             c.inelastic.is_some() == self.inelastic.is_some() && c.springs.len() == self.springs.len()
@@ -106,7 +106,7 @@ impl Sheet {
         state.x.len() == self.node_count() && cells && state.changed.as_ref().is_none_or(flows)
     }
 
-    /// Restore a compatible `state`. The integrator restarts; the material stays as it is now.
+    /// Restore a compatible `state`. The integrator restarts; the material stays as it is.
     pub(crate) fn restore(&mut self, state: &SavedSheetState) {
         self.wake();
         self.x.copy_from(&state.x);

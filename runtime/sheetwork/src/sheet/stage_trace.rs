@@ -30,7 +30,7 @@ impl StageTrace {
 }
 
 impl Sheet {
-    /// Record the positions of the nodes at the end of every stage from now on, for rigs that test
+    /// Record the positions of the nodes at the end of every later stage, for rigs that test
     /// paths.
     #[doc(hidden)]
     pub fn record_stages(&mut self) {

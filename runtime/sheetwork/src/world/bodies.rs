@@ -8,7 +8,8 @@ use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
 use crate::thermal::ThermalModel;
 use crate::world::ids::BodyId;
-use crate::world::{World, serialization, unique_name};
+use crate::world::serialization::StructureChecksum;
+use crate::world::{World, unique_name};
 
 impl World {
     /// Id of the rigid body `name`.
@@ -58,7 +59,7 @@ impl World {
             self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
         }
         self.scene.bodies.push(spec);
-        self.make = serialization::structure_checksum_of(&self.scene);
+        self.make.add_body(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(BodyId(self.body_ids.push()))
     }
@@ -73,7 +74,7 @@ impl World {
         for sheet in &mut self.scene.sheets {
             sheet.pins.retain(|p| p.body.as_ref() != Some(&name));
         }
-        self.make = serialization::structure_checksum_of(&self.scene);
+        self.make = StructureChecksum::new(&self.scene);
         for sheet in &mut self.sheets {
             sheet.detach_body(index);
             sheet.wake();

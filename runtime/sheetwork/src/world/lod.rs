@@ -264,7 +264,7 @@ impl World {
         planner.plan(candidates, others, REFINEMENT_FRACTION * budget, roomy);
     }
 
-    /// Select the sheets that change their grid now.
+    /// Select the sheets that change their grid in this step.
     fn find_changes(&self, detail: &LodState, work: &mut LodWorkspace) {
         let LodWorkspace { tight, roomy, coarser, finer, .. } = work;
         coarser.clear();

@@ -20,6 +20,7 @@ pub(crate) mod state_hash;
 pub(crate) mod suggestions;
 pub(crate) mod thermal;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -35,7 +36,7 @@ use crate::contact::workspace::ContactCounters;
 use crate::error::InputError;
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
-use crate::islands::island_manager::{IslandManager, SteppedSheets};
+use crate::islands::island_manager::IslandManager;
 use crate::parallel::Pool;
 use crate::profiler::{Phase, Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
@@ -47,6 +48,7 @@ use crate::thermal::ThermalModel;
 use crate::thermal::source::heater;
 use crate::units::parameters::ParameterId as Id;
 use crate::world::ids::IdTable;
+use crate::world::serialization::StructureChecksum;
 
 /// Simulation of sheets and bodies.
 pub struct World {
@@ -78,7 +80,7 @@ pub struct World {
     detail: Option<Box<lod::LodState>>,
     watch: Profiler,
     /// Checksum of the scene's structure, for snapshots.
-    make: u32,
+    make: StructureChecksum,
     /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
     told_before: u64,
 }
@@ -158,7 +160,7 @@ impl World {
             heat,
             detail,
             watch: Profiler::default(),
-            make: serialization::structure_checksum_of(&own),
+            make: StructureChecksum::new(&own),
             told_before: 0,
             scene: own,
         })
@@ -168,7 +170,7 @@ impl World {
     /// ids stay valid.
     ///
     /// # Errors
-    /// When a file that the scene names can no longer be read; the world is then unchanged.
+    /// When a file that the scene names cannot be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), InputError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let mut fresh = Self::build(&self.scene, rigid)?;
@@ -327,8 +329,7 @@ impl World {
         let many = self.sheets.len() > 1;
         let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
-            let all = SteppedSheets { sheets, contacts, touches };
-            stage.watch.measure(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
+            stage.watch.measure(Phase::Motion, || groups.step((sheets, contacts, touches), &stage, rigid, parallel))
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
@@ -415,33 +416,51 @@ impl World {
     /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, InputError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
-        let taken = |name: &str| self.sheets.iter().any(|s| s.name == name);
-        let name = unique_name(base, taken);
-        let mut scene = self.scene.clone();
-        scene.engine = self.engine;
-        scene.tolerance = self.tolerance;
-        scene.sheets.push(SheetSpec { name, ..spec.clone() });
-        validate::values(&scene)?;
-        let mut sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
-        attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
-        if let Some(heat) = &mut self.heat {
-            heat.discard_views();
-            sheet.start_temperatures(self.scene.ambient_temperature);
-        } else if let Some(heat) = ThermalModel::of(&scene)? {
-            self.heat = Some(Box::new(heat));
-            sheet.start_temperatures(self.scene.ambient_temperature);
+        let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
+        let name = unique_name(base, |name| names.contains(name));
+        let index = self.scene.sheets.len();
+        let spec = SheetSpec { name, ..spec.clone() };
+        validate::added_sheet(&spec, index)?;
+        self.scene.sheets.push(spec);
+        // The sheet gets the present integrator; the scene keeps its own, for a reset.
+        let described = (self.scene.engine, self.scene.tolerance);
+        (self.scene.engine, self.scene.tolerance) = (self.engine, self.tolerance);
+        let built = self.build_last_sheet();
+        (self.scene.engine, self.scene.tolerance) = described;
+        match built {
+            Ok((sheet, heat)) => {
+                self.sheets.push(sheet);
+                self.heat = heat.or(self.heat.take());
+            }
+            Err(error) => {
+                self.scene.sheets.truncate(index);
+                return Err(error);
+            }
         }
-        sheet.heat_spots(&spec.spots, self.scene.ambient_temperature)?;
-        self.scene.sheets = scene.sheets;
-        self.sheets.push(sheet);
+        self.heat.iter_mut().for_each(|heat| heat.discard_views());
         match &mut self.detail {
             Some(detail) => detail.add(),
             None => self.detail = lod::LodState::of(&self.scene, &self.sheets),
         }
         self.contacts.push(SheetContact::default());
         self.touches.push(ContactLog::default());
-        self.make = serialization::structure_checksum_of(&self.scene);
+        self.make.add_sheet(&self.scene);
         Ok(SheetId(self.sheet_ids.push()))
+    }
+
+    /// Build the last sheet of the scene, and the thermal model if the sheet is the first with
+    /// temperatures.
+    fn build_last_sheet(&self) -> Result<(Sheet, Option<Box<ThermalModel>>), InputError> {
+        let Scene { sheets, ambient_temperature, .. } = &self.scene;
+        let mut sheet = Sheet::build(&self.scene, sheets.len() - 1)?;
+        attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
+        let heat = if self.heat.is_some() { None } else { ThermalModel::of(&self.scene)?.map(Box::new) };
+        if self.heat.is_some() || heat.is_some() {
+            sheet.start_temperatures(*ambient_temperature);
+        }
+        let spots = sheets.last().map_or(&[][..], |spec| &spec.spots);
+        sheet.heat_spots(spots, *ambient_temperature)?;
+        Ok((sheet, heat))
     }
 
     /// Remove the sheet `id`. Returns `false` when it was removed before.
@@ -454,7 +473,7 @@ impl World {
         self.touches.remove(index);
         self.groups.remove_sheet(index);
         self.scene.sheets.remove(index);
-        self.make = serialization::structure_checksum_of(&self.scene);
+        self.make.remove_sheet(index, &self.scene);
         if let Some(heat) = &mut self.heat {
             heat.discard_views();
         }

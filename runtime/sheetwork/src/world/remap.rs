@@ -69,7 +69,7 @@ impl World {
         let mut new = self.build_sheet_on_grid(index, grid)?;
         let mut contact = SheetContact::default();
         if self.contacts[index].surface.is_some() {
-            // The collision surface is built from the positions at rest, which the sheet has now.
+            // The collision surface is built from the positions at rest, which the sheet has here.
             contact.prepare_surface(&new);
         }
         new.take_state_from(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;

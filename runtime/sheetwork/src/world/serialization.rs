@@ -6,6 +6,8 @@
 //! and grabs are included; the scene is not: a snapshot is loaded by its own world or by a new one
 //! of the same scene. Events before the snapshot are not sent again.
 
+use crc32fast::Hasher;
+
 use crate::contact::SheetContact;
 use crate::error::InputError;
 use crate::scene::{Air, ContactDefaults, Scene};
@@ -101,14 +103,14 @@ impl World {
         let masses: u64 = elsewhere.map(|(grid, sheet)| min_nodes(sheet, *grid)).sum();
         // Sheets are built only when the snapshot is long enough for their nodes.
         let there = masses.saturating_mul(BYTES_PER_NODE) <= body.len() as u64;
-        let ours = scene == self.make && grids.len() == self.sheets.len();
+        let ours = scene == self.make.value() && grids.len() == self.sheets.len();
         if ours && there { Ok(grids) } else { Err(other(CorruptState)) }
     }
 
     /// Checksum of the structure of the world.
     fn structure_checksum(&self) -> u32 {
         let mut to = StateWriter::default();
-        to.bytes.extend_from_slice(&self.make.to_le_bytes());
+        to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
         self.sheets.iter().for_each(|s| s.serialise_layout(&mut to));
         to.count(self.rigid.as_ref().map_or(0, |r| 1 + r.bodies().len() as u64));
         to.count(self.heat.as_ref().map_or(0, |h| 1 + h.sources() as u64));
@@ -117,7 +119,7 @@ impl World {
 
     fn write_state(&self, to: &mut StateWriter) {
         to.bytes.extend_from_slice(&self.structure_checksum().to_le_bytes());
-        to.bytes.extend_from_slice(&self.make.to_le_bytes());
+        to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
         serialise_grids(&self.sheets, to);
         self.sheets.iter().for_each(|s| to.flag(s.is_changed()));
         let settings = self.serialise_settings();
@@ -284,8 +286,97 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
     Ok(body)
 }
 
-/// Checksum of the structure of `scene`: the parts that cannot change while a world runs.
-pub(crate) fn structure_checksum_of(scene: &Scene) -> u32 {
-    let Scene { sheets, bodies, room, heaters, .. } = scene;
-    crc32fast::hash(format!("{sheets:?} {bodies:?} {room:?} {heaters:?}").as_bytes())
+/// Checksum of the structure of a scene: the parts that cannot change while a world runs. It is
+/// composed of the checksums of the objects, so that a change of one does not visit the others.
+#[derive(Default)]
+pub(crate) struct StructureChecksum {
+    sheets: Vec<Hasher>,
+    bodies: Vec<Hasher>,
+    value: u32,
+}
+
+impl StructureChecksum {
+    /// Checksum of the structure of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        let sheets = scene.sheets.iter().map(checksum_of).collect();
+        let bodies = scene.bodies.iter().map(checksum_of).collect();
+        let mut all = Self { sheets, bodies, ..Self::default() };
+        all.update(scene);
+        all
+    }
+
+    /// Update after a sheet was added to `scene`.
+    pub fn add_sheet(&mut self, scene: &Scene) {
+        self.sheets.extend(scene.sheets.last().map(checksum_of));
+        self.update(scene);
+    }
+
+    /// Update after the sheet `index` was removed from `scene`.
+    pub fn remove_sheet(&mut self, index: usize, scene: &Scene) {
+        self.sheets.remove(index);
+        self.update(scene);
+    }
+
+    /// Update after a body was added to `scene`.
+    pub fn add_body(&mut self, scene: &Scene) {
+        self.bodies.extend(scene.bodies.last().map(checksum_of));
+        self.update(scene);
+    }
+
+    /// Checksum.
+    pub fn value(&self) -> u32 {
+        self.value
+    }
+
+    fn update(&mut self, scene: &Scene) {
+        let Scene { room, heaters, .. } = scene;
+        let mut all = Hasher::new();
+        for list in [&self.sheets, &self.bodies] {
+            all.update(b"[");
+            for (i, part) in list.iter().enumerate() {
+                if i > 0 {
+                    all.update(b", ");
+                }
+                all.combine(part);
+            }
+            all.update(b"] ");
+        }
+        all.update(format!("{room:?} {heaters:?}").as_bytes());
+        self.value = all.finalize();
+    }
+}
+
+/// Checksum of the description of one object.
+fn checksum_of(part: &impl std::fmt::Debug) -> Hasher {
+    let mut hasher = Hasher::new();
+    hasher.update(format!("{part:?}").as_bytes());
+    hasher
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_of_a_changed_structure_is_that_of_its_text() {
+        let text = "(room: (x: (0, 1), y: (0, 1), z: (0, 1)), sheets: [(name: \"a\")], bodies: [(shape: Ball(0.1))])";
+        let mut world = World::new(&Scene::parse(text).expect("valid")).expect("valid");
+        let check = |world: &World| {
+            let Scene { sheets, bodies, room, heaters, .. } = world.scene();
+            let text = format!("{sheets:?} {bodies:?} {room:?} {heaters:?}");
+            assert_eq!(world.make.value(), crc32fast::hash(text.as_bytes()), "{text}");
+        };
+        check(&world);
+        let (sheet, body) = (world.scene().sheets[0].clone(), world.scene().bodies[0].clone());
+        let (second, third) = (world.add_sheet(&sheet).expect("valid"), world.add_sheet(&sheet).expect("valid"));
+        check(&world);
+        let ball = world.add_body(&body).expect("valid");
+        check(&world);
+        let first = world.sheet_id("a").expect("there");
+        assert!(world.remove_sheet(second) && world.remove_sheet(first));
+        check(&world);
+        assert!(world.remove_body(ball) && world.remove_sheet(third));
+        check(&world);
+        assert!(world.sheets().is_empty());
+    }
 }

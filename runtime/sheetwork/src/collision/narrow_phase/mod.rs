@@ -1,12 +1,13 @@
 //! Collision detection of a stage: contact constraints between features of sheets and bodies.
 //!
-//! A stage moves the nodes from `start`, where nothing overlaps, to `end`, where they would be now;
-//! `base` is the latest state that the contact solver has accepted. A constraint is made for each
-//! pair of features that at `end` is nearer than contact offset plus margin, or that has crossed
-//! during the motion. Its normal is that of the closest features at `base` if the pair is close
-//! there, otherwise that at the time of impact. The normal of a resting contact therefore depends
-//! neither on the depth of the free motion nor on the shortest way out. Pairs with a body are
-//! computed in the frame of the body, in which its features are constant. Lengths in m.
+//! A stage moves the nodes from `start`, where nothing overlaps, to `end`, the result of the
+//! present iteration; `base` is the latest state that the contact solver has accepted. A constraint
+//! is made for each pair of features that at `end` is nearer than contact offset plus margin, or
+//! that has crossed during the motion. Its normal is that of the closest features at `base` if the
+//! pair is close there, otherwise that at the time of impact. The normal of a resting contact
+//! therefore depends neither on the depth of the free motion nor on the shortest way out. Pairs
+//! with a body are computed in the frame of the body, in which its features are constant. Lengths
+//! in m.
 //!
 //! Pairs: nodes on faces (`vertex_face`), sheet edges on sharp convex edges (`edge_edge`), convex
 //! corners on triangles (`corner_triangle`), triangles on balls (`triangle_ball`), and nodes on

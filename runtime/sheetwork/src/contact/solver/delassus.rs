@@ -5,11 +5,10 @@
 //! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the compliance
 //! of [`SolverBody`].
 
-use crate::parallel::*;
 use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
-use crate::contact::SheetContact;
+use crate::contact::IslandView;
 use crate::contact::solver::pgs::DualProblem;
 use crate::contact::solver_body::SolverBody;
 use crate::integrators::implicit::staged::ContactJump;
@@ -80,86 +79,6 @@ impl SheetContactWork {
     pub fn accelerate(&mut self, inverse: &[f64]) {
         for (i, w) in inverse.iter().enumerate() {
             self.jump.acceleration.set(i, self.force.get(i) * *w);
-        }
-    }
-}
-
-/// Sheets and solver bodies of an island, borrowed for a step.
-pub(crate) struct IslandView<'a> {
-    /// All sheets of the world.
-    pub sheets: &'a mut [Sheet],
-    /// Their contact states.
-    pub contacts: &'a mut [SheetContact],
-    /// Indices of the island's sheets, ascending. [`ContactSide::Sheet`] holds a position in this
-    /// list.
-    pub members: &'a [u32],
-    /// Bodies of the island. [`ContactSide::Body`] holds a position in this list.
-    pub solver_bodies: Vec<SolverBody>,
-    /// Whether to work on several sheets in parallel.
-    pub parallel: bool,
-    /// Largest penetration between bodies that this step removes, m. Whatever lies on the bodies is
-    /// lifted by as much.
-    pub body_penetration: f64,
-    /// Number of dynamic bodies that touch another dynamic body.
-    pub stacked_bodies: usize,
-}
-
-impl IslandView<'_> {
-    /// Sheet number `local` of the island.
-    pub fn sheet(&self, local: u32) -> &Sheet {
-        &self.sheets[self.members[local as usize] as usize]
-    }
-
-    /// Sheet number `local` of the island, mutable.
-    pub fn sheet_mut(&mut self, local: u32) -> &mut Sheet {
-        &mut self.sheets[self.members[local as usize] as usize]
-    }
-
-    /// Contact arrays of sheet number `local` of the island.
-    pub fn unit(&self, local: u32) -> &SheetContactWork {
-        &self.contacts[self.members[local as usize] as usize].work
-    }
-
-    /// Sheet number `local` of the island with its contact arrays, mutable.
-    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut SheetContactWork) {
-        let index = self.members[local as usize] as usize;
-        (&mut self.sheets[index], &mut self.contacts[index].work)
-    }
-
-    /// Call `work` as [`IslandView::for_each_sheet`] does, with the contact arrays of the sheet.
-    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut SheetContactWork) + Sync) {
-        let members = self.members;
-        if self.parallel {
-            let all = self.sheets.par_iter_mut().zip(self.contacts.par_iter_mut()).enumerate();
-            let own = all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok());
-            own.for_each(|(_, (sheet, contact))| work(sheet, &mut contact.work));
-        } else {
-            for i in members.iter().map(|i| *i as usize) {
-                work(&mut self.sheets[i], &mut self.contacts[i].work);
-            }
-        }
-    }
-
-    /// Number of independent parts: a single sheet and the bodies that touch only it count as one.
-    /// With more parts, some contact changes state in almost every iteration.
-    pub fn independent_parts(&self) -> usize {
-        self.members.len() + self.stacked_bodies.saturating_sub(1)
-    }
-
-    /// Number of nodes of the island.
-    pub fn nodes(&self) -> usize {
-        self.members.iter().map(|i| self.sheets[*i as usize].node_count()).sum()
-    }
-
-    /// Call `work` for every sheet of the island, in parallel if enabled. The work on one sheet
-    /// must not depend on the others.
-    pub fn for_each_sheet(&mut self, work: impl Fn(&mut Sheet) + Sync) {
-        let members = self.members;
-        if self.parallel {
-            let all = self.sheets.par_iter_mut().enumerate();
-            all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok()).for_each(|(_, sheet)| work(sheet));
-        } else {
-            members.iter().for_each(|i| work(&mut self.sheets[*i as usize]));
         }
     }
 }

@@ -8,11 +8,12 @@
 
 use glam::DVec3;
 
+use crate::contact::IslandView;
 use crate::contact::gap::contact_velocity_jump;
 use crate::contact::settings::{AlartCurnierSettings, ContactSettings, DualSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::alart_curnier::AlartCurnierSolver;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace};
-use crate::contact::solver::delassus::{IslandView, frame_of};
+use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver::primal::solve_counted;
 use crate::contact::solver::working_set::WorkingSet;
 use crate::contact::workspace::{ContactCounters, ContactWorkspace, PositionSolver};
@@ -89,7 +90,7 @@ impl ContactWorkspace {
     /// Whether the penetrating contacts are few compared to the unknowns. A single sheet always
     /// qualifies, because a few contacts may carry all of it.
     pub(crate) fn is_dual_affordable(&self, group: &IslandView) -> bool {
-        group.members.len() == 1
+        group.sheets.len() == 1
             || SETTINGS.minimum_rows_per_contact * self.gaps.free.iter().filter(|gap| **gap < 0.0).count()
                 <= self.island_tangent.size()
     }
@@ -161,7 +162,7 @@ impl ContactWorkspace {
         settled
     }
 
-    /// Clear the solution of contacts that no longer exist.
+    /// Clear the solution of contacts that have ended.
     pub(crate) fn forget_solution(&mut self, group: &mut IslandView) {
         group.each_unit(|_, unit| unit.remove_contacts());
         self.augmented_lagrangian.clear();
@@ -187,7 +188,7 @@ impl ContactWorkspace {
     /// Transfer the working set of a single sheet from the primal solver. Returns false if it is
     /// too large.
     pub(crate) fn transfer_to_dual(&mut self, group: &mut IslandView, h: f64) -> bool {
-        if self.working_set.len() > ALART_CURNIER.maximum_contacts || group.members.len() > 1 {
+        if self.working_set.len() > ALART_CURNIER.maximum_contacts || group.sheets.len() > 1 {
             return false;
         }
         let mut few = std::mem::take(&mut self.dual);

@@ -6,8 +6,9 @@
 
 use glam::DVec3;
 
+use crate::contact::IslandView;
 use crate::contact::settings::{ContactSettings, NodeSweepSettings, PgsSettings, WorkingSetSettings};
-use crate::contact::solver::delassus::{DelassusOperator, IslandView, frame_of};
+use crate::contact::solver::delassus::{DelassusOperator, frame_of};
 use crate::contact::solver::pgs::PgsStats;
 use crate::contact::solver::working_set::WorkingSet;
 use crate::contact::workspace::ContactWorkspace;
@@ -28,7 +29,7 @@ pub(crate) struct PgsContactSolver {
 
 /// Maximum size of the working set of `group`.
 fn working_set_capacity(group: &IslandView) -> usize {
-    SETTINGS.maximum_contacts + SETTINGS.maximum_contacts_per_object * (group.members.len() + group.solver_bodies.len())
+    SETTINGS.maximum_contacts + SETTINGS.maximum_contacts_per_object * (group.sheets.len() + group.solver_bodies.len())
 }
 
 impl PgsContactSolver {

@@ -9,13 +9,14 @@ use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::ContactSide;
 use crate::collision::settings::{DetectionSettings, DuplicateSettings};
+use crate::contact::IslandView;
 use crate::contact::contact_cache::CachedForces;
 use crate::contact::settings::{ContactSettings, PrimalSettings};
 use crate::contact::solver::augmented_lagrangian::{
     AugmentedLagrangian, AugmentedLagrangianTolerances, PrimalSpace, SolverConstraint, TangentMatrix, UnknownSpace,
     covers_constraint,
 };
-use crate::contact::solver::delassus::{IslandView, frame_of};
+use crate::contact::solver::delassus::frame_of;
 use crate::contact::workspace::{ContactCounters, ContactWorkspace};
 
 const SETTINGS: PrimalSettings = ContactSettings::DEFAULT.primal;
@@ -26,7 +27,7 @@ impl ContactWorkspace {
     /// Solve the positions. Returns false if the solver did not converge.
     pub(crate) fn solve_positions_primal(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.augmented_lagrangian);
-        self.choose_working_set(group.members.len());
+        self.choose_working_set(group.sheets.len());
         let mut settled = false;
         for time in 1..=SETTINGS.maximum_solves {
             self.assemble_constraints(&mut primal, group, h);
@@ -215,7 +216,7 @@ impl ContactWorkspace {
                     }
                 }
                 ContactSide::Body { body, local } => {
-                    if let Some(first) = self.island_tangent.body(group.members.len(), *body) {
+                    if let Some(first) = self.island_tangent.body(group.sheets.len(), *body) {
                         let mover = &group.solver_bodies[*body as usize];
                         let arm = mover.free.world_point(*local) - mover.free.centre();
                         row.add(first, DMat3::IDENTITY * sign);
@@ -233,7 +234,7 @@ impl ContactWorkspace {
             || (self.closing_gap > 0.0 && known.is_none());
         // A single sheet that penetrates where an earlier iteration left it open starts as closed
         // nevertheless; with several sheets the contact would alternate.
-        row.is_new = is_unknown && (!left_open || group.members.len() == 1);
+        row.is_new = is_unknown && (!left_open || group.sheets.len() == 1);
         row.closing_gap = self.closing_gap;
         row.is_disabled = self.is_duplicate(group, i);
         row.compute_stiffness(|block| self.island_tangent.diagonal_of(group, block, h));
@@ -278,7 +279,7 @@ impl ContactWorkspace {
 
     /// Transfer displacements and forces of the solution to the sheets and solver bodies.
     fn transfer_displacements(&self, primal: &AugmentedLagrangian, group: &mut IslandView) {
-        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.members.len());
+        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.sheets.len());
         for local in 0..count as u32 {
             let (sheet, unit) = group.with_unit(local);
             unit.prepare_without_list(sheet.node_count());
@@ -310,7 +311,7 @@ impl ContactWorkspace {
 
     /// Transfer the velocity jumps of the solution to the sheets and solver bodies.
     fn transfer_velocity_jumps(&self, primal: &AugmentedLagrangian, group: &mut IslandView, h: f64) {
-        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.members.len());
+        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.sheets.len());
         for local in 0..count as u32 {
             let (sheet, unit) = group.with_unit(local);
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);

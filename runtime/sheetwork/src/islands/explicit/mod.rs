@@ -20,7 +20,7 @@ use crate::contact::{IslandView, SheetContact};
 use crate::islands::event::ContactLog;
 use crate::islands::implicit_step::ContactDetector;
 use crate::islands::island_detection::IslandDetection;
-use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
+use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::{advance_free, finish_step, instability};
 use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
@@ -28,51 +28,39 @@ use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 impl IslandContext<'_> {
-    /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
-    /// world.
-    pub fn step_explicit(
-        &self,
-        mut all: SteppedSheets,
-        state: &mut Option<Box<IslandState>>,
-        (members, first): (&[u32], u32),
-        parallel: bool,
-        claims: &mut Vec<BodyUpdate>,
-    ) {
-        let [only] = members else {
-            self.advance_all_free(&mut all, members, parallel);
-            self.resolve_contacts(&mut all, state, (members, first), parallel, claims);
-            return;
-        };
-        let index = *only as usize;
-        instability::begin_energy_check(&mut all.sheets[index]);
-        let last = advance_free(&mut all.sheets[index], &mut all.contacts[index], &mut all.touches[index], self.stage);
-        if all.sheets[index].status != Status::Awake {
+    /// Step the island of the sheets `all`, whose indices in the world are `ids`.
+    pub fn step_explicit(&self, mut all: SteppedSheets, ids: &[u32], parallel: bool) {
+        if all.sheets.len() != 1 {
+            self.advance_all_free(&mut all, parallel);
+            self.resolve_contacts(&mut all, ids, parallel);
             return;
         }
-        let near = self.is_near(&all.sheets[index], &mut all.contacts[index]);
-        if !(near && self.resolve_contacts(&mut all, state, (members, first), parallel, claims)) {
-            let SteppedSheets { sheets, touches, .. } = all;
-            if sheets[index].work.touching.contains(&true) {
-                instability::finish_energy_check(&mut sheets[index], &mut touches[index], self.stage, 0.0);
+        let (sheet, contact, touches) = (&mut all.sheets[0], &mut all.contacts[0], &mut all.touches[0]);
+        instability::begin_energy_check(sheet);
+        let last = advance_free(sheet, contact, touches, self.stage);
+        if sheet.status != Status::Awake {
+            return;
+        }
+        let near = self.is_near(sheet, contact);
+        if !(near && self.resolve_contacts(&mut all, ids, parallel)) {
+            let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
+            if sheet.work.touching.contains(&true) {
+                instability::finish_energy_check(sheet, touches, self.stage, 0.0);
             }
-            finish_step(&mut sheets[index], &mut touches[index], self.stage, last);
+            finish_step(sheet, touches, self.stage, last);
         }
     }
 
-    fn advance_all_free(&self, all: &mut SteppedSheets, members: &[u32], parallel: bool) {
+    fn advance_all_free(&self, all: &mut SteppedSheets, parallel: bool) {
         type SteppedSheet<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut ContactLog);
-        let one = |(i, ((sheet, contact), touches)): (usize, SteppedSheet)| {
-            if members.binary_search(&(i as u32)).is_ok() {
-                instability::begin_energy_check(sheet);
-                advance_free(sheet, contact, touches, self.stage);
-            }
+        let one = |((sheet, contact), touches): SteppedSheet| {
+            instability::begin_energy_check(sheet);
+            advance_free(sheet, contact, touches, self.stage);
         };
         if parallel {
-            let all = all.sheets.par_iter_mut().zip(all.contacts.par_iter_mut()).zip(all.touches.par_iter_mut());
-            all.enumerate().for_each(one);
+            all.sheets.par_iter_mut().zip(all.contacts.par_iter_mut()).zip(all.touches.par_iter_mut()).for_each(one);
         } else {
-            let all = all.sheets.iter_mut().zip(all.contacts.iter_mut()).zip(all.touches.iter_mut());
-            all.enumerate().for_each(one);
+            all.sheets.iter_mut().zip(all.contacts.iter_mut()).zip(all.touches.iter_mut()).for_each(one);
         }
     }
 
@@ -96,45 +84,29 @@ impl IslandContext<'_> {
 
     /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
     /// end the step. Returns `false`, without changes, when a single sheet has no contact.
-    fn resolve_contacts(
-        &self,
-        all: &mut SteppedSheets,
-        state: &mut Option<Box<IslandState>>,
-        (members, first): (&[u32], u32),
-        parallel: bool,
-        claims: &mut Vec<BodyUpdate>,
-    ) -> bool {
-        if members.is_empty() {
-            return false;
-        }
-        let SteppedSheets { sheets, contacts, touches } = all;
+    fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
+        let SteppedSheets { sheets, contacts, touches, states } = all;
+        let Some(state) = states.first_mut() else { return false };
         let dt = self.stage.dt;
-        for sheet in members.iter().map(|i| *i as usize) {
+        for (sheet, contact) in sheets.iter_mut().zip(contacts.iter_mut()) {
             // Adhesion is not supported with explicit integrators.
-            sheets[sheet].break_all_bonds();
-            contacts[sheet].prepare_surface(&sheets[sheet]);
-            sheets[sheet].work.touched_colliders.clear();
-            sheets[sheet].begin_contact_stage(dt);
+            sheet.break_all_bonds();
+            contact.prepare_surface(sheet);
+            sheet.work.touched_colliders.clear();
+            sheet.begin_contact_stage(dt);
         }
-        let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
+        let IslandState { contact: scratch, detection: work, body_updates } = &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.solver_bodies);
         scratch.profiler.clone_from(self.stage.watch);
-        let mut group = IslandView {
-            sheets,
-            contacts,
-            members,
-            solver_bodies: movers,
-            parallel,
-            body_penetration: 0.0,
-            stacked_bodies: 0,
-        };
+        let mut group =
+            IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut near = IslandDetection {
             view: self.stage.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
             gravity: self.stage.field.gravity,
             sheets_meet: self.stage.sheets_meet,
-            first,
+            ids,
             work: &mut *work,
             watch: self.stage.watch,
         };
@@ -152,32 +124,28 @@ impl IslandContext<'_> {
         });
         let brought = energy_of_surroundings(&group);
         let IslandView { sheets, solver_bodies: movers, .. } = group;
-        let lone = idle && members.len() == 1;
+        let lone = idle && sheets.len() == 1;
         let mut put_back = false;
         if !lone {
-            for index in members.iter().map(|i| *i as usize) {
-                if !touched && !sheets[index].work.touching.contains(&true) {
-                    continue;
+            for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
+                if touched || sheet.work.touching.contains(&true) {
+                    put_back |= instability::finish_energy_check(sheet, touches, self.stage, brought);
                 }
-                put_back |=
-                    instability::finish_energy_check(&mut sheets[index], &mut touches[index], self.stage, brought);
             }
         }
-        let first_claim = claims.len();
         if idle || put_back {
             scratch.reset();
         } else {
-            self.record_contacts(sheets, members, scratch, work);
-            self.update_bodies(&movers, work, scratch, claims);
+            self.record_contacts(sheets, scratch, work);
+            self.update_bodies(&movers, work, scratch, body_updates);
         }
         if !lone {
-            for sheet in members.iter().map(|i| *i as usize) {
-                let work = &mut sheets[sheet].work;
+            for work in sheets.iter_mut().map(|sheet| &mut sheet.work) {
                 work.x_before.clone_from(&work.start.0);
             }
-            self.finish_sheets(sheets, touches, members);
+            self.finish_sheets(sheets, touches);
             if self.stage.sleep {
-                self.sleep_if_resting(sheets, touches, members, &mut claims[first_claim..]);
+                self.sleep_if_resting(sheets, touches, body_updates);
             }
         }
         scratch.solver_bodies = movers;
@@ -189,7 +157,7 @@ impl IslandContext<'_> {
     fn begin(&self, near: &mut IslandDetection, group: &mut IslandView) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
-        for sheet in group.members.iter().map(|i| &group.sheets[*i as usize]) {
+        for sheet in group.sheets.iter() {
             let (low, high) = sheet.bounding_box();
             around = (around.0.min(low), around.1.max(high));
             travel = travel.max(sheet.largest_travel());
@@ -201,7 +169,7 @@ impl IslandContext<'_> {
         near.work.limit(DetectionScope { faces: false, stacks: false });
         near.begin(group, around, reach);
         let gives = group.solver_bodies.iter().any(|m| m.is_dynamic());
-        if group.members.len() > 1 || gives || near.work.has_self_contact() {
+        if group.sheets.len() > 1 || gives || near.work.has_self_contact() {
             near.work.limit(DetectionScope { faces: true, stacks: false });
             near.begin(group, around, reach);
         }
@@ -213,7 +181,7 @@ impl IslandContext<'_> {
 /// dynamic bodies and other sheets, and the work of kinematic bodies. Zero when no sheet is
 /// monitored.
 fn energy_of_surroundings(group: &IslandView) -> f64 {
-    let sheets = || group.members.iter().map(|i| &group.sheets[*i as usize]);
+    let sheets = || group.sheets.iter();
     if !sheets().any(|s| s.recovery.is_some()) {
         return 0.0;
     }
@@ -225,7 +193,7 @@ fn energy_of_surroundings(group: &IslandView) -> f64 {
             weight * PRESCRIBED_MOTION_ENERGY_FACTOR * m.start.velocity().length_squared()
         }
     });
-    let others = if group.members.len() > 1 { sheets().map(Sheet::energy_at_start).sum() } else { 0.0 };
+    let others = if group.sheets.len() > 1 { sheets().map(Sheet::energy_at_start).sum() } else { 0.0 };
     bodies.sum::<f64>() + others
 }
 

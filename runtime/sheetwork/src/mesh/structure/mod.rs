@@ -101,7 +101,7 @@ impl std::str::FromStr for StructureKind {
     fn from_str(name: &str) -> Result<Self, InputError> {
         TABLE.iter().find(|s| s.name == name).map(|s| s.kind).ok_or_else(|| {
             let names: Vec<&str> = TABLE.iter().map(|s| s.name).collect();
-            InputError::new("structure", format!("no structure is named \"{name}\"; there are {}", names.join(", ")))
+            InputError::unknown_name("structure", "structure", name, &names)
         })
     }
 }

@@ -9,9 +9,9 @@
 
 use glam::DMat3;
 
+use crate::contact::IslandView;
 use crate::contact::settings::{AugmentedLagrangianSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::SolverConstraint;
-use crate::contact::solver::delassus::IslandView;
 use crate::contact::solver_body::SolverBody;
 use crate::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
@@ -68,7 +68,7 @@ impl IslandTangent {
         self.first.clear();
         self.layout.clear();
         let mut next = 0;
-        for local in 0..group.members.len() as u32 {
+        for local in 0..group.sheets.len() as u32 {
             let sheet = group.sheet(local);
             let (rows, blocks) = sheet.tangent().map_or((0, 0), |t| (t.pattern().size(), t.pattern().blocks()));
             self.first.push(next);
@@ -102,7 +102,7 @@ impl IslandTangent {
 
     /// Diagonal block of `row` in a stage of weight `h` (s), N/m.
     pub fn diagonal_of(&self, group: &IslandView, row: u32, h: f64) -> DMat3 {
-        let sheets = group.members.len();
+        let sheets = group.sheets.len();
         let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
         let within = row - self.first[local];
         let tangent = group.sheet(local as u32).tangent();
@@ -131,7 +131,7 @@ impl IslandTangent {
         }
         self.base.fill(0.0);
         let mut slots = self.slots.iter();
-        for local in 0..group.members.len() as u32 {
+        for local in 0..group.sheets.len() as u32 {
             let Some(tangent) = group.sheet(local).tangent() else { continue };
             for (block, slot) in tangent.values().chunks_exact(9).zip(slots.by_ref()) {
                 let at = 9 * *slot as usize;
@@ -139,7 +139,7 @@ impl IslandTangent {
             }
         }
         for (i, mover) in group.solver_bodies.iter().enumerate() {
-            if let Some(first) = self.body(group.members.len(), i as u32) {
+            if let Some(first) = self.body(group.sheets.len(), i as u32) {
                 let (mass, inertia) = inertia_blocks(mover, h);
                 for (row, block) in [(first, mass), (first + 1, inertia)] {
                     let at = 9 * self.pattern.starts[row as usize] as usize;
@@ -155,7 +155,7 @@ impl IslandTangent {
         let same = self.pattern_layout == self.layout;
         self.pattern_layout.clone_from(&self.layout);
         let mut pairs = Vec::new();
-        for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
+        for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
             if let Some(tangent) = group.sheet(local).tangent() {
                 pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
             }
@@ -232,7 +232,7 @@ impl IslandTangent {
     /// Analyse the present pattern for factorisation.
     fn analyse_factor(&mut self, group: &IslandView) {
         self.slots.clear();
-        for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
+        for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
             if let Some(tangent) = group.sheet(local).tangent() {
                 let slot =
                     |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
@@ -249,7 +249,7 @@ impl IslandTangent {
     fn compute_ordering_positions(&mut self, group: &IslandView) {
         self.places.clear();
         self.depths.clear();
-        for local in 0..group.members.len() as u32 {
+        for local in 0..group.sheets.len() as u32 {
             let sheet = group.sheet(local);
             let height = sheet.centre_of_mass().y;
             for mass in sheet.block_masses() {

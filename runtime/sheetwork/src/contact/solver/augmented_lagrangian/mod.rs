@@ -211,7 +211,7 @@ impl AugmentedLagrangian {
         self.factored_states.clear();
     }
 
-    /// Mark the constraints of the last solve as known; constraints added from now on are new.
+    /// Mark the constraints of the last solve as known; constraints added later are new.
     pub fn mark_known(&mut self) {
         for (row, state) in self.constraints.iter_mut().zip(&self.states) {
             row.is_new = false;
@@ -257,7 +257,7 @@ impl AugmentedLagrangian {
     ///
     /// Each iteration updates the contact states and the force balance. If the forces balance the
     /// displacement, the forces are updated; if gaps and slips are then within tolerance, the
-    /// friction bounds are updated, and the solve ends when they no longer change. Otherwise a
+    /// friction bounds are updated, and the solve ends when they stay constant. Otherwise a
     /// Newton step follows, with a new factor if the states have changed.
     pub fn solve(&mut self, space: &mut dyn UnknownSpace, accuracy: &AugmentedLagrangianTolerances) -> bool {
         if !self.compute_initial_displacement(space, accuracy) {

@@ -1,0 +1,239 @@
+//! Step of one island by an implicit integrator, and the end of the step that all islands share:
+//! contacts recorded, bodies updated, sheets put to sleep. An island with a sheet of an explicit
+//! integrator is stepped by [`crate::islands::explicit`]: its time steps are as short as that
+//! integrator requires.
+
+use glam::DVec3;
+
+use crate::collision::constraint::ContactSide;
+use crate::contact::IslandView;
+use crate::contact::adhesion::update_bonds;
+use crate::contact::solver_body::SolverBody;
+use crate::contact::workspace::ContactWorkspace;
+use crate::islands::event::{ContactLog, ContactRecorder, EventKind};
+use crate::islands::implicit_step::{Substep, advance};
+use crate::islands::island_detection::{DetectionCache, IslandDetection};
+use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
+use crate::islands::settings::{IslandSettings, StepSettings};
+use crate::islands::{is_unstable, stop_unstable, update_rest_time};
+use crate::scene::sleep::SLEEP;
+use crate::sheet::{Interpenetration, Sheet, Status};
+
+const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
+
+/// Apply the flexion and thickness limits after a step of `dt` (s).
+fn apply_limits(sheet: &mut Sheet, dt: f64) {
+    if let Some(limit) = &sheet.flexion_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
+    }
+    if let Some(limit) = &sheet.thickness_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, dt);
+    }
+}
+
+impl IslandContext<'_> {
+    /// Step the island of the sheets `all`, whose indices in the world are `ids`.
+    pub fn step(&self, all: SteppedSheets, ids: &[u32], parallel: bool) {
+        let stage = self.stage;
+        // The collision surface is built from the state before the first motion.
+        all.contacts.iter_mut().zip(&*all.sheets).for_each(|(contact, sheet)| contact.prepare_surface(sheet));
+        if all.sheets.iter().any(Sheet::is_explicit) {
+            self.step_explicit(all, ids, parallel);
+            return;
+        }
+        let SteppedSheets { sheets, contacts, touches, states } = all;
+        let Some(state) = states.first_mut() else { return };
+        for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
+            sheet.resize_workspace();
+            touches.begin(stage.time);
+            sheet.work.touching.fill(false);
+            sheet.work.touched_colliders.clear();
+            sheet.work.x_before.copy_from(&sheet.x);
+            if sheet.recovery.is_some() {
+                sheet.work.v_before.copy_from(&sheet.v);
+            }
+        }
+        sheets.iter_mut().for_each(Sheet::apply_bond_forces);
+        let IslandState { contact: scratch, detection: work, body_updates } = &mut **state.get_or_insert_default();
+        let movers = std::mem::take(&mut scratch.solver_bodies);
+        scratch.profiler.clone_from(stage.watch);
+        let (around, reach) = self.extent(sheets);
+        let mut group =
+            IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
+        let mut near = IslandDetection {
+            view: stage.view,
+            surroundings: self.surroundings,
+            body_contacts: self.body_contacts,
+            gravity: stage.field.gravity,
+            sheets_meet: stage.sheets_meet,
+            ids,
+            work: &mut *work,
+            watch: stage.watch,
+        };
+        near.begin(&mut group, around, reach);
+        let part = Substep { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, bisections: 0 };
+        let is_idle = near.is_idle(&group);
+        if is_idle {
+            group.for_each_sheet(|sheet| {
+                if !sheet.pins.is_empty() {
+                    sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.x, &mut sheet.v);
+                }
+                sheet.advance(stage.field, stage.time, stage.dt);
+            });
+            scratch.reset();
+        } else {
+            advance(&mut group, scratch, &mut near, part);
+            if scratch.used_fallback && !scratch.used_fallback_before {
+                touches.iter_mut().for_each(|t| t.events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
+            }
+        }
+        scratch.consecutive_fallbacks = if scratch.used_fallback { scratch.consecutive_fallbacks + 1 } else { 0 };
+        if scratch.consecutive_fallbacks >= SETTINGS.fallbacks_before_overlap_test {
+            scratch.consecutive_fallbacks = 0;
+            group.for_each_sheet(Sheet::invalidate_interpenetration);
+        }
+        group.for_each_sheet(|sheet| apply_limits(sheet, stage.dt));
+        let IslandView { sheets, solver_bodies: movers, .. } = group;
+        self.record_contacts(sheets, scratch, work);
+        scratch.closed_in_step.clear();
+        update_bonds(sheets, scratch, self.surroundings, work.bodies());
+        sheets.iter_mut().for_each(Sheet::remove_bond_forces);
+        self.finish_sheets(sheets, touches);
+        // Bodies that cannot have met a sheet move as Rapier computes.
+        if !is_idle {
+            self.update_bodies(&movers, work, scratch, body_updates);
+        }
+        if stage.sleep {
+            self.sleep_if_resting(sheets, touches, body_updates);
+        }
+        scratch.solver_bodies = movers;
+    }
+
+    /// Record the contacts at the end of the step and the contacts with restitution during the
+    /// step: touching nodes and touched bodies.
+    pub fn record_contacts(&self, sheets: &mut [Sheet], scratch: &ContactWorkspace, work: &DetectionCache) {
+        let handle_of =
+            |part: u32| work.part(part).and_then(|p| self.surroundings.colliders.get(p as usize)).map(|p| p.handle);
+        scratch.for_each_closed(|contact, part| {
+            let handle = handle_of(part);
+            for side in [contact.a, contact.b] {
+                if let ContactSide::Sheet { sheet, point } = side {
+                    let sheet = &mut sheets[sheet as usize];
+                    for (mass, _) in point.terms() {
+                        let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
+                        // Contacts of nodes with static bodies were recorded during free flight.
+                        if let Some(handle) = handle.filter(|_| !noted || !sheet.solves_node_by_node()) {
+                            sheet.work.touched_colliders.push((handle, mass));
+                        }
+                    }
+                }
+            }
+        });
+        for work in sheets.iter_mut().map(|sheet| &mut sheet.work) {
+            work.touched_at_end = work.touched_colliders.len();
+        }
+        for [sheet, mass, part] in scratch.closed_in_step.iter().copied() {
+            let work = &mut sheets[sheet as usize].work;
+            let noted = std::mem::replace(&mut work.touching[mass as usize], true);
+            let Some(handle) = handle_of(part) else { continue };
+            // The list at the end of the step can lack a body from which the node rebounded.
+            let (at_end, added) = work.touched_colliders.split_at(work.touched_at_end);
+            let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !added.contains(&(handle, mass));
+            if !noted || is_new() {
+                work.touched_colliders.push((handle, mass));
+            }
+        }
+    }
+
+    /// Append the new states of the dynamic bodies to `claims`.
+    pub fn update_bodies(
+        &self,
+        movers: &[SolverBody],
+        work: &DetectionCache,
+        scratch: &ContactWorkspace,
+        claims: &mut Vec<BodyUpdate>,
+    ) {
+        for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
+            let over = &self.surroundings.bodies[*index as usize];
+            if let Some(own) = over.world_index.filter(|_| mover.is_dynamic()) {
+                let pull = self.stage.field.gravity * self.stage.dt;
+                let resist = |radius| scratch.support_of(number as u32, movers).resist(&mover.start, radius, pull);
+                let end = over.ball.map_or(mover.start, resist);
+                claims.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
+            }
+        }
+    }
+
+    /// Bounding box of the island, thickness included, and the maximum displacement of its objects,
+    /// m.
+    fn extent(&self, sheets: &[Sheet]) -> ((DVec3, DVec3), f64) {
+        let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut speed = 0.0_f64;
+        for sheet in sheets {
+            let (low, high) = sheet.bounding_box();
+            around = (around.0.min(low), around.1.max(high));
+            speed = speed.max(sheet.max_speed());
+        }
+        // A moving body in reach may hit a sheet and set its speed.
+        for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
+            speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
+        }
+        let (dt, gravity) = (self.stage.dt, self.stage.field.gravity.length());
+        (around, speed * dt + gravity * dt * dt + SETTINGS.broad_phase_margin)
+    }
+
+    /// Stop unstable sheets, place pins, and record touches and events.
+    pub fn finish_sheets(&self, sheets: &mut [Sheet], touches: &mut [ContactLog]) {
+        let stage = self.stage;
+        for (sheet, touches) in sheets.iter_mut().zip(touches) {
+            if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.has_failed) {
+                stop_unstable(sheet, touches, stage, stage.dt);
+                continue;
+            }
+            if sheet.interpenetration == Interpenetration::Detected {
+                sheet.interpenetration = Interpenetration::Reported;
+                touches.events.push((stage.time, EventKind::Crossing, None));
+            }
+            if !sheet.pins.is_empty() {
+                sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.x);
+            }
+            sheet.counters.contacts += sheet.work.touched_colliders.len() as u64;
+            if let Some(view) = stage.view {
+                let mut recorder = ContactRecorder { touches: &mut *touches, view };
+                for (handle, mass) in &sheet.work.touched_colliders {
+                    crate::contact::node::detection::TouchListener::touched(&mut recorder, *handle, *mass as usize);
+                }
+            }
+            touches.end(stage.time + stage.dt, sheet);
+        }
+    }
+
+    /// Put the island to sleep when all its objects have been resting for the sleep delay.
+    pub fn sleep_if_resting(&self, sheets: &mut [Sheet], touches: &mut [ContactLog], claims: &mut [BodyUpdate]) {
+        let dt = self.stage.dt;
+        let mut all = true;
+        for sheet in sheets.iter_mut() {
+            if sheet.status != Status::Awake {
+                continue;
+            }
+            // Sleeping requires a pin or a contact: a free sheet can drift slowly.
+            let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
+            let held = touched && !sheet.is_creeping();
+            all &= update_rest_time(sheet, held, (dt, dt));
+        }
+        let slow = |c: &BodyUpdate| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
+        if !all || !claims.iter().all(slow) {
+            return;
+        }
+        for (sheet, touches) in sheets.iter_mut().zip(touches) {
+            if sheet.status != Status::Awake {
+                continue;
+            }
+            sheet.status = Status::Asleep;
+            sheet.v.clear();
+            sheet.restart_engine();
+            touches.events.push((self.stage.time + dt, EventKind::AtRest, None));
+        }
+        claims.iter_mut().for_each(|c| c.sleeps = true);
+    }
+}
