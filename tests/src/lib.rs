@@ -4,9 +4,11 @@
 //! The tests are in `tests/tests`, one file per subject; each names the source of its expected
 //! numbers.
 
+pub mod card;
 pub mod game;
 pub mod house;
 pub mod python;
+pub mod rig;
 
 use std::path::PathBuf;
 

@@ -1,9 +1,11 @@
 //! Sheets attached to dynamic bodies, with implicit integrators: momentum, angular momentum and
-//! energy of the pair, without gravity and air.
+//! energy of the pair, without gravity and air. Fixed nodes, and their release.
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::scene::Scene;
+use sheetwork::islands::event::EventKind;
+use sheetwork::scene::{PinSpec, Region, Scene};
+use sheetwork_tests::card::{card, rejection};
 use sheetwork_tests::world;
 
 /// A strip of HIPS, 12 by 6 cm, whose `region` is attached to a box of 0.1 kg with angular velocity
@@ -139,4 +141,35 @@ fn two_strips_on_a_drum_conserve_angular_momentum() {
         println!("strips at {along} m/s: momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
         assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{along}: {momentum} {turning} {energy}");
     }
+}
+
+#[test]
+fn pins_are_released_at_their_end_time() {
+    let mut scene = card((11, 7));
+    scene.gravity = DVec3::new(0.0, -9.81, 0.0);
+    scene.sheets[0].pins = vec![PinSpec { until: Some(0.5), ..PinSpec::fixed(Region::All) }];
+    let mut world = world(&scene);
+    world.advance(0.5);
+    assert_eq!(world.sheets()[0].max_speed(), 0.0);
+    world.advance(0.5);
+    let fallen = -world.sheets()[0].centre_of_mass().y;
+    assert!((fallen - 0.5 * 9.81 * 0.25).abs() < 1e-6, "{fallen}");
+}
+
+#[test]
+fn a_sleeping_sheet_wakes_when_its_pins_are_released() {
+    let mut scene = card((11, 7));
+    scene.gravity = DVec3::new(0.0, -9.81, 0.0);
+    scene.sheets[0].pins = vec![PinSpec { until: Some(1.0), ..PinSpec::fixed(Region::All) }];
+    let mut world = world(&scene);
+    world.set_sleep(true);
+    world.advance(1.25);
+    let kinds: Vec<EventKind> = world.events().iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, [EventKind::AtRest, EventKind::Woke]);
+    assert!((world.events()[1].time_s - 1.0).abs() < 1e-6, "{}", world.events()[1].time_s);
+}
+
+#[test]
+fn clamps_with_an_end_time_are_rejected() {
+    assert!(rejection(&|s| s.pins[0].until = Some(1.0)).1.contains("without clamp"));
 }

@@ -12,6 +12,7 @@ use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::contact::MINIMUM_CONTACT_OFFSET;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_rigs::measure::{Setup, measure};
+use sheetwork_tests::rig::{measured, number};
 use sheetwork_tests::{body, run, scene_without_gravity, shipped_scene, small_sheet, world};
 
 /// Explicit integrators and structures of the rigs: order 1, 2, 4 and adaptive; one, two and three
@@ -40,16 +41,6 @@ fn setup((engine, structure, layers): (IntegratorKind, StructureKind, u32)) -> S
         damping_ratio: 0.1,
         ..Setup::default()
     }
-}
-
-fn measured(case: &str, setup: &Setup) -> Value {
-    let found = measure(case, setup).expect("a valid set-up");
-    assert_eq!(found["status"], "ok");
-    found
-}
-
-fn number(found: &Value, key: &str) -> f64 {
-    found[key].as_f64().unwrap_or_else(|| panic!("{key} is {}", found[key]))
 }
 
 fn what(setup: &Setup) -> String {

@@ -9,22 +9,13 @@ use sheetwork::collision::overlap::between;
 use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Material, Scene};
 use sheetwork::sheet::Status;
+use sheetwork_rigs::measure::Setup;
 use sheetwork_rigs::measure::drops::throw;
-use sheetwork_rigs::measure::{Setup, measure};
+use sheetwork_tests::rig::{measured, number};
 use sheetwork_tests::{shipped_scene, world, world_of};
 
 /// Tolerance of the energy rise over the start, relative to the energy of the situation: rounding.
 const ENERGY: f64 = 1e-9;
-
-fn measured(case: &str, setup: &Setup) -> Value {
-    let found = measure(case, setup).expect("a valid set-up");
-    assert_eq!(found["status"], "ok", "{case}: {found}");
-    found
-}
-
-fn number(found: &Value, key: &str) -> f64 {
-    found[key].as_f64().unwrap_or_else(|| panic!("{key} is {} in {found}", found[key]))
-}
 
 /// The default sheet without restitution.
 fn setup_without_restitution() -> Setup {

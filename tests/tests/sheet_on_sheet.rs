@@ -1,25 +1,15 @@
 //! A sheet that slides on a sheet, against Coulomb's law in closed form. The lines of the two
 //! meshes cross throughout the slide.
 
-use serde_json::Value;
 use sheetwork::World;
 use sheetwork::scene::IntegratorKind;
-use sheetwork_rigs::measure::{Setup, measure};
+use sheetwork_rigs::measure::Setup;
+use sheetwork_tests::rig::{measured, number};
 use sheetwork_tests::shipped_scene;
 
 /// A sheet of card on a fixed sheet.
 fn setup(engine: IntegratorKind) -> Setup {
     Setup { engine, grid: (11, 11), length: 0.12, on_sheet: true, ..Setup::default() }
-}
-
-fn measured(case: &str, setup: &Setup) -> Value {
-    let found = measure(case, setup).expect("a valid set-up");
-    assert_eq!(found["status"], "ok", "{found}");
-    found
-}
-
-fn number(found: &Value, key: &str) -> f64 {
-    found[key].as_f64().unwrap_or_else(|| panic!("{key} is {}", found[key]))
 }
 
 const IMPLICIT: [IntegratorKind; 3] = [IntegratorKind::TrBdf2, IntegratorKind::BackwardEuler, IntegratorKind::Bdf2];

@@ -8,22 +8,13 @@ use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, PressureKey, Region, Scene, SheetSpec};
 use sheetwork_rigs::measure::kicks::kick;
-use sheetwork_rigs::measure::{Boundary, Setup, measure};
+use sheetwork_rigs::measure::{Boundary, Setup};
+use sheetwork_tests::rig::{measured, number};
 
 /// A sheet of 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
 fn sheet(grid: u32, poisson: f64) -> Setup {
     let base = Setup::default();
     Setup { grid: (grid, grid), material: Material { poisson, ..base.material.clone() }, ..base }
-}
-
-fn run(case: &str, setup: &Setup) -> Value {
-    let found = measure(case, setup).expect("valid");
-    assert_eq!(found["status"], "ok", "{case}: {found}");
-    found
-}
-
-fn number(found: &Value, key: &str) -> f64 {
-    found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"))
 }
 
 fn numbers(found: &Value, key: &str) -> Vec<f64> {
@@ -59,7 +50,7 @@ fn the_shell_droops_like_the_elastica() {
         for gamma in gammas {
             for (grid, bound) in [11, 21].into_iter().zip(bounds) {
                 let setup = hanging(grid, *gamma);
-                let found = run("cantilever", &setup);
+                let found = measured("cantilever", &setup);
                 let wanted = elastica(*gamma).0 * setup.length;
                 close(&format!("Γ {gamma}, {grid}"), number(&found, "drop_m"), wanted, bound);
                 assert!(found["linear_solves"].as_u64() <= Some(10), "{found}");
@@ -75,7 +66,7 @@ fn refining_the_grid_converges_with_order_two() {
     let weight = wanted.material.areal_mass() * wanted.gravity;
     let gamma = weight * 0.25_f64.powi(3) / wanted.material.plate_stiffness();
     let exact = 0.25 * elastica(gamma).0;
-    let errors = [11, 21, 41].map(|n| (number(&run("cantilever", &sheet(n, 0.0)), "drop_m") / exact - 1.0).abs());
+    let errors = [11, 21, 41].map(|n| (number(&measured("cantilever", &sheet(n, 0.0)), "drop_m") / exact - 1.0).abs());
     for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log2();
         println!("errors {errors:?}, order {order:.2}");
@@ -86,7 +77,7 @@ fn refining_the_grid_converges_with_order_two() {
 #[test]
 fn equilibrium_takes_few_linear_solves_at_any_grid() {
     for grid in [6, 11, 21, 41, 81] {
-        let found = run("cantilever", &sheet(grid, 0.35));
+        let found = measured("cantilever", &sheet(grid, 0.35));
         assert!(found["linear_solves"].as_u64() <= Some(10), "{found}");
         assert_eq!(found["settled"], true);
     }
@@ -97,7 +88,7 @@ fn the_shell_vibrates_like_beams_and_plates() {
     let frequency = |grid: u32, poisson: f64, boundary: Boundary| {
         let setup = Setup { boundary, ..sheet(grid, poisson) };
         let unit = speed(&setup) / (setup.length * setup.length);
-        numbers(&run("frequency", &setup), "omega_rad_s").into_iter().map(move |w| w / unit).collect::<Vec<f64>>()
+        numbers(&measured("frequency", &setup), "omega_rad_s").into_iter().map(move |w| w / unit).collect::<Vec<f64>>()
     };
     for (grid, bound) in [(11, 0.5), (21, 0.15)] {
         close("cantilever beam", frequency(grid, 0.0, Boundary::Cantilever)[0], 1.875_104_f64.powi(2), bound);
@@ -119,19 +110,19 @@ fn the_shell_vibrates_like_beams_and_plates() {
 
 #[test]
 fn the_simulated_frequency_equals_the_linear_one() {
-    let found = run("frequency", &sheet(21, 0.0));
+    let found = measured("frequency", &sheet(21, 0.0));
     close("as it moves", number(&found, "omega_motion_rad_s"), numbers(&found, "omega_rad_s")[0], 0.3);
 }
 
 #[test]
 fn sheets_with_an_outline_have_the_requested_stiffness() {
-    let exact = number(&run("cantilever", &sheet(11, 0.0)), "reference_drop_m");
+    let exact = number(&measured("cantilever", &sheet(11, 0.0)), "reference_drop_m");
     let outlined = Setup { outlined: true, ..sheet(21, 0.0) };
-    close("outlined cantilever", number(&run("cantilever", &outlined), "drop_m"), exact, 0.2);
+    close("outlined cantilever", number(&measured("cantilever", &outlined), "drop_m"), exact, 0.2);
     for (grid, bound) in [(21, 1.0), (41, 0.25)] {
         let setup = Setup { boundary: Boundary::Clamped, modes: 1, ..sheet(grid, 0.35) };
         let wanted = 10.2158 * speed(&setup) / (setup.radius * setup.radius);
-        close("clamped disc", numbers(&run("disc", &setup), "omega_rad_s")[0], wanted, bound);
+        close("clamped disc", numbers(&measured("disc", &setup), "omega_rad_s")[0], wanted, bound);
     }
     // A square with a round hole of 0.4 of its side, ν = 0.3: converged on meshes of 101 nodes
     // across.
@@ -139,7 +130,7 @@ fn sheets_with_an_outline_have_the_requested_stiffness() {
         for (grid, bound) in [(21, 1.0), (41, 0.25)] {
             let setup = Setup { boundary, modes: 1, ..sheet(grid, 0.3) };
             let wanted = lambda * speed(&setup) / (setup.length * setup.length);
-            close("hole", numbers(&run("hole", &setup), "omega_rad_s")[0], wanted, bound);
+            close("hole", numbers(&measured("hole", &setup), "omega_rad_s")[0], wanted, bound);
         }
     }
 }
@@ -148,16 +139,16 @@ fn sheets_with_an_outline_have_the_requested_stiffness() {
 fn calibrated_lattices_bend_like_their_material() {
     let poisson = 1.0 / 3.0;
     let fine = sheet(41, poisson);
-    let drop = number(&run("cantilever", &fine), "drop_m");
-    let omega = numbers(&run("frequency", &Setup { modes: 1, ..fine }), "omega_rad_s")[0];
+    let drop = number(&measured("cantilever", &fine), "drop_m");
+    let omega = numbers(&measured("frequency", &Setup { modes: 1, ..fine }), "omega_rad_s")[0];
     for structure in [StructureKind::Trimm, StructureKind::DoubleDiagonal] {
         let setup = Setup { structure, layers: 2, modes: 1, ..sheet(21, poisson) };
-        let found = run("stiffness", &setup);
+        let found = measured("stiffness", &setup);
         for bending in numbers(&found, "bending_0_45_90_135") {
             close("homogenised bending", bending, 1.0, 0.5);
         }
-        close("tip", number(&run("cantilever", &setup), "drop_m"), drop, 2.2);
-        close("first frequency", numbers(&run("frequency", &setup), "omega_rad_s")[0], omega, 0.5);
+        close("tip", number(&measured("cantilever", &setup), "drop_m"), drop, 2.2);
+        close("first frequency", numbers(&measured("frequency", &setup), "omega_rad_s")[0], omega, 0.5);
     }
 }
 
@@ -165,20 +156,22 @@ fn calibrated_lattices_bend_like_their_material() {
 fn anisotropic_structures_are_reported() {
     for structure in [StructureKind::Samm, StructureKind::Slamm, StructureKind::Provot2d] {
         let layers = structure.info().layers.1.min(2);
-        let found = run("stiffness", &Setup { structure, layers, ..sheet(11, 0.35) });
+        let found = measured("stiffness", &Setup { structure, layers, ..sheet(11, 0.35) });
         assert!(found["notes"].as_array().is_some_and(|n| !n.is_empty()), "{found}");
     }
     assert!(
-        number(&run("stiffness", &Setup { structure: StructureKind::Samm, layers: 2, ..sheet(11, 0.35) }), "twist")
-            < 0.01
+        number(
+            &measured("stiffness", &Setup { structure: StructureKind::Samm, layers: 2, ..sheet(11, 0.35) }),
+            "twist"
+        ) < 0.01
     );
 }
 
 #[test]
 fn an_undamped_sheet_gains_no_energy_and_conserves_angular_momentum() {
-    let found = run("energy", &sheet(11, 0.35));
+    let found = measured("energy", &sheet(11, 0.35));
     assert!(number(&found, "energy_gain") <= 1e-3, "{found}");
-    let spun = run("spin", &sheet(11, 0.35));
+    let spun = measured("spin", &sheet(11, 0.35));
     assert!(number(&spun, "angular_momentum_ratio") >= 0.99, "{spun}");
     assert!(number(&spun, "angular_momentum_ratio") <= 1.001, "{spun}");
 }
@@ -188,7 +181,7 @@ fn lateral_buckling_begins_at_the_theoretical_load() {
     // Slender strip: 12.8538 √(2/(1+ν)) (Timoshenko and Gere). A width of a tenth of the length and
     // a coarse grid add a little.
     let setup = Setup { length: 0.4, width: 0.02, grid: (61, 5), ..sheet(11, 0.35) };
-    let found = run("buckling", &setup);
+    let found = measured("buckling", &setup);
     close("onset", number(&found, "onset_gamma"), 12.8538 * (2.0_f64 / 1.35).sqrt(), 6.0);
 }
 
@@ -247,13 +240,13 @@ fn stiffness_thickness_and_damping_change_without_a_jump() {
 
 #[test]
 fn a_sheet_reports_its_delivered_stiffness() {
-    let found = run("stiffness", &sheet(21, 0.0));
+    let found = measured("stiffness", &sheet(21, 0.0));
     close("bends as", number(&found, "bends_as_pa"), 3e9, 0.5);
     // Against the slowest vibration: stiffness is proportional to the square of the frequency.
     for grid in [11, 21] {
         let setup = sheet(grid, 0.0);
-        let told = number(&run("stiffness", &setup), "bends_as_pa");
-        let omega = numbers(&run("frequency", &setup), "omega_rad_s")[0];
+        let told = number(&measured("stiffness", &setup), "bends_as_pa");
+        let omega = numbers(&measured("frequency", &setup), "omega_rad_s")[0];
         let exact = 1.875_104_f64.powi(2) * speed(&setup) / (setup.length * setup.length);
         close("told", told, 3e9 * (omega / exact).powi(2), 0.4);
     }
@@ -277,7 +270,7 @@ fn a_sheet_reports_its_delivered_stiffness() {
 fn the_first_swing_of_a_released_sheet_equals_the_elastica_in_motion() {
     // A chain of rigid links with bending joints, independent of the sheet's code, extrapolated to
     // infinitely many links: `sheetwork bench pareto`.
-    let found = run("release", &sheet(21, 0.0));
+    let found = measured("release", &sheet(21, 0.0));
     close("depth", number(&found, "first_extreme_m"), 0.13918, 1.0);
     close("time", number(&found, "first_extreme_s"), 0.2183, 1.2);
 }

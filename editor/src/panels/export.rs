@@ -18,7 +18,7 @@ const BUDGET_MS: u128 = 25;
 pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut job) = state.export.take() else { return };
     let title = if job.kind == Kind::Gltf { "Export glTF" } else { "Export pictures" };
-    let (mut open, mut ended) = (true, false);
+    let mut open = true;
     let window = Window::new(title).open(&mut open).collapsible(false).resizable(false);
     window.default_pos([340.0, 90.0]).show(ui.ctx(), |ui| {
         ui.label(job.file.display().to_string());
@@ -26,27 +26,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.add(ProgressBar::new(job.progress()).show_percentage().desired_width(300.0));
             return;
         }
-        Grid::new("export").num_columns(2).show(ui, |ui| {
-            let often = if job.kind == Kind::Gltf { "Per second" } else { "Pictures per second" };
-            let label = ui.label(often).on_hover_text("Moments per simulated second, 0.01 to 10000");
-            ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
-            ui.end_row();
-            let label = name(ui, "Duration", "Simulated time from the present state on, s");
-            let done =
-                input(ui, &label, job.seconds, SECOND, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
-            job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
-            tell(session, "duration", done.error);
-            ui.end_row();
-            if let Kind::Sequence(_, (width, height)) = &mut job.kind {
-                let label = ui.label("Size").on_hover_text("Of each picture, pixels: width and height");
-                ui.horizontal(|ui| {
-                    for side in [width, height] {
-                        ui.add(DragValue::new(side).range(16..=LARGEST).speed(2.0)).labelled_by(label.id);
-                    }
-                });
-                ui.end_row();
-            }
-        });
+        show_settings(ui, session, &mut job);
         if job.kind == Kind::Gltf {
             ui.weak(format!(
                 "Sheets as morph targets, bodies and heaters as glTF nodes; at most {MAX_TARGETS} moments."
@@ -62,23 +42,53 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         }
     });
+    let has_ended = advance(ui, session, &mut job);
+    if open && !has_ended {
+        state.export = Some(job);
+    }
+}
+
+/// Rate, duration and picture size of the export.
+fn show_settings(ui: &mut Ui, session: &mut Session, job: &mut Job) {
+    Grid::new("export").num_columns(2).show(ui, |ui| {
+        let often = if job.kind == Kind::Gltf { "Per second" } else { "Pictures per second" };
+        let label = ui.label(often).on_hover_text("Moments per simulated second, 0.01 to 10000");
+        ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
+        ui.end_row();
+        let label = name(ui, "Duration", "Simulated time from the present state on, s");
+        let done = input(ui, &label, job.seconds, SECOND, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
+        job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
+        tell(session, "duration", done.error);
+        ui.end_row();
+        if let Kind::Sequence(_, (width, height)) = &mut job.kind {
+            let label = ui.label("Size").on_hover_text("Of each picture, pixels: width and height");
+            ui.horizontal(|ui| {
+                for side in [width, height] {
+                    ui.add(DragValue::new(side).range(16..=LARGEST).speed(2.0)).labelled_by(label.id);
+                }
+            });
+            ui.end_row();
+        }
+    });
+}
+
+/// Do the work of one frame. Returns whether the export has ended, with success or an error.
+fn advance(ui: &Ui, session: &mut Session, job: &mut Job) -> bool {
     let start = std::time::Instant::now();
-    while job.has_begun() && !ended && start.elapsed().as_millis() < BUDGET_MS {
+    while job.has_begun() && start.elapsed().as_millis() < BUDGET_MS {
         match job.step() {
             Ok(false) => ui.ctx().request_repaint(),
             Ok(true) => {
-                told(session, &job);
-                ended = true;
+                told(session, job);
+                return true;
             }
             Err(error) => {
                 session.fail(error.to_string());
-                ended = true;
+                return true;
             }
         }
     }
-    if open && !ended {
-        state.export = Some(job);
-    }
+    false
 }
 
 /// Report the written files, and instability of the run.

@@ -9,7 +9,9 @@ use bevy_sheetwork::render::{
     ColourScale, SheetRoom, clear_of_bodies, display_clearance, glow, grid_picture, heater_meshes, polyhedra_mesh,
     room_mesh, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
+use sheetwork::math::Vectors;
 use sheetwork::scene::Shape;
+use sheetwork::sheet::Sheet;
 use sheetwork::sheet::surface::DrawingSurface;
 
 use super::stage::{self, Quality, Scale};
@@ -377,26 +379,37 @@ pub fn animate(
             continue;
         };
         let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
-        let alpha = session.alpha() as f32;
         update_sheet_mesh(&mut mesh, |positions, normals| {
-            part.surface.update(before, &sheet.x, alpha, positions, normals);
-            if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
-                let by = by.as_vec3();
-                positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
-                return;
-            }
-            // A sleeping sheet keeps its contacts of the last step.
-            let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
-            if let Some(view) = bodies.map(|rigid| rigid.view()) {
-                let (reach, clearance) = part.display_clearance;
-                clear_of_bodies(&view, &part.triangles, reach, clearance, positions, normals);
-            }
+            update_surface(session, &mut part, (before, sheet), positions, normals);
         });
         if let Some(scale) = scale.filter(|_| part.coloured) {
             let SheetPart { surface, values, layer, .. } = &mut *part;
             let of = (sheet, *layer == Layer::Top);
             update_sheet_colours(&mut mesh, |colours| scale.paint(of, surface, values, colours));
         }
+    }
+}
+
+/// Write the vertices of a sheet: interpolated between its positions `before` and after the step,
+/// moved by the user's drag, or else clear of the bodies that it touches.
+fn update_surface(
+    session: &Session,
+    part: &mut SheetPart,
+    (before, sheet): (&Vectors, &Sheet),
+    positions: &mut [[f32; 3]],
+    normals: &mut [[f32; 3]],
+) {
+    part.surface.update(before, &sheet.x, session.alpha() as f32, positions, normals);
+    if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
+        let by = by.as_vec3();
+        positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
+        return;
+    }
+    // A sleeping sheet keeps its contacts of the last step.
+    let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
+    if let Some(view) = bodies.map(|rigid| rigid.view()) {
+        let (reach, clearance) = part.display_clearance;
+        clear_of_bodies(&view, &part.triangles, reach, clearance, positions, normals);
     }
 }
 

@@ -155,6 +155,30 @@ pub struct Measure {
     json: bool,
 }
 
+/// Defaults of flags that depend on the case.
+struct CaseDefaults {
+    /// Length of the sheet, m.
+    length: f64,
+    /// Height of a drop, m.
+    height: f64,
+    /// Angle, degrees.
+    angle: f64,
+    restitution: f64,
+}
+
+impl CaseDefaults {
+    fn of(case: &str) -> Self {
+        let usual = Self { length: 0.25, height: 0.2, angle: 20.0, restitution: 0.0 };
+        match case {
+            "bounce" => Self { restitution: 0.5, ..usual },
+            "drop-box" => Self { height: 0.05, ..usual },
+            "edge-landing" => Self { height: 1.0, angle: 30.0, ..usual },
+            "fold" => Self { length: 0.02, angle: 90.0, ..usual },
+            _ => usual,
+        }
+    }
+}
+
 impl Measure {
     pub fn case(&self) -> &str {
         &self.case
@@ -187,19 +211,8 @@ impl Measure {
         };
         let contact = TABLE.iter().any(|c| c.name == self.case && c.contact);
         let explicit = !self.engine.info().implicit;
-        let height = match self.case.as_str() {
-            "drop-box" => 0.05,
-            "edge-landing" => 1.0,
-            _ => 0.2,
-        };
+        let case = CaseDefaults::of(&self.case);
         let structure = self.structure;
-        let angle = match self.case.as_str() {
-            "fold" => 90.0,
-            "edge-landing" => 30.0,
-            _ => 20.0,
-        };
-        let length = if self.case == "fold" { 0.02 } else { 0.25 };
-        let burgers = self.burgers(base.burgers);
         let (fewest, most) = structure.info().layers;
         Ok(Setup {
             structure,
@@ -208,24 +221,15 @@ impl Measure {
             engine: self.engine,
             springs: if contact && explicit { SpringLaw::Length } else { SpringLaw::Calibrated },
             dt: self.dt,
-            material: Material {
-                young: self.young.unwrap_or(base.young),
-                poisson: self.poisson.unwrap_or(base.poisson),
-                density: self.density.unwrap_or(base.density),
-                thickness: self.thickness.unwrap_or(base.thickness),
-                yield_stress: self.yield_stress.or(base.yield_stress),
-                hardening: self.hardening.unwrap_or(base.hardening),
-                burgers,
-                ..base
-            },
-            length: self.length.unwrap_or(length),
+            material: self.changed(base),
+            length: self.length.unwrap_or(case.length),
             width: self.width,
             gravity: self.gravity,
             damping_ratio: self.damping_ratio,
-            angle: self.angle.unwrap_or(angle),
+            angle: self.angle.unwrap_or(case.angle),
             friction: self.friction,
-            restitution: self.restitution.unwrap_or(if self.case == "bounce" { 0.5 } else { 0.0 }),
-            height: self.height.unwrap_or(height),
+            restitution: self.restitution.unwrap_or(case.restitution),
+            height: self.height.unwrap_or(case.height),
             speed: self.speed,
             throw: self.throw,
             rate: self.rate,
@@ -248,6 +252,20 @@ impl Measure {
             celsius: self.heat.celsius,
             seconds: self.heat.seconds.unwrap_or(10.0),
         })
+    }
+
+    /// The material `base` with the constants that flags replace.
+    fn changed(&self, base: Material) -> Material {
+        Material {
+            young: self.young.unwrap_or(base.young),
+            poisson: self.poisson.unwrap_or(base.poisson),
+            density: self.density.unwrap_or(base.density),
+            thickness: self.thickness.unwrap_or(base.thickness),
+            yield_stress: self.yield_stress.or(base.yield_stress),
+            hardening: self.hardening.unwrap_or(base.hardening),
+            burgers: self.burgers(base.burgers),
+            ..base
+        }
     }
 
     /// Creep constants: those of `base` or the defaults, replaced by the flags given.

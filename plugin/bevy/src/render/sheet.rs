@@ -87,6 +87,40 @@ pub(super) struct DisplayedSheet {
 /// Revision of the motion, time, transform, and steps and scale of the coloured field.
 type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 
+impl DisplayedSheet {
+    /// Mesh and component of a sheet; `None` if it has no surface.
+    fn new(sheet: &SheetInWorld, motion: &SheetMotion, display: &SheetDisplay, coloured: bool) -> Option<(Mesh, Self)> {
+        let (surface, parts) = surface_of(sheet, display)?;
+        let (reach, clearance) = display_clearance(sheet, parts);
+        let mut mesh = sheet_mesh(&surface, motion.positions());
+        let triangles = triangles_of(&mesh);
+        if coloured {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
+        }
+        let displayed = Self {
+            surface,
+            triangles,
+            layer: display.layer,
+            smoothing: display.smoothing,
+            masses: motion.positions().len(),
+            grid: sheet.grid,
+            opening: sheet.opening_revision(),
+            reach,
+            clearance,
+            coloured,
+            values: Vec::new(),
+            at: None,
+        };
+        Some((mesh, displayed))
+    }
+
+    /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
+    fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
+        (self.layer, self.smoothing, self.masses, self.grid, self.coloured, self.opening)
+            == (display.layer, display.smoothing, nodes, sheet.grid, coloured, sheet.opening_revision())
+    }
+}
+
 /// Insert mesh and material where they are missing, and a new mesh after a change of topology.
 pub(super) fn insert_meshes(
     mut commands: Commands,
@@ -104,50 +138,21 @@ pub(super) fn insert_meshes(
     )>,
 ) {
     for (entity, motion, display, drawn, mesh, material) in &sheets {
-        let masses = motion.positions().len();
         let Some(sheet) = motion.sheet(&world) else { continue };
-        let opening = sheet.opening_revision();
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let fits = |d: &DisplayedSheet| {
-            (d.layer, d.smoothing, d.masses, d.grid, d.coloured, d.opening)
-                == (display.layer, display.smoothing, masses, sheet.grid, coloured, opening)
-        };
-        if drawn.is_some_and(fits) || masses != sheet.node_count() {
+        let nodes = motion.positions().len();
+        if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || nodes != sheet.node_count() {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }
-        let Some((surface, parts)) = surface_of(sheet, display) else { continue };
-        let (reach, clearance) = display_clearance(sheet, parts);
-        let mut made = sheet_mesh(&surface, motion.positions());
-        let triangles = triangles_of(&made);
-        if coloured {
-            made.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
-        }
+        let Some((made, displayed)) = DisplayedSheet::new(sheet, motion, display, coloured) else { continue };
         // The handle is kept: other entities may use it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
         let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
         if !replaced {
             commands.entity(entity).try_insert(Mesh3d(meshes.add(made)));
         }
-        let (layer, smoothing) = (display.layer, display.smoothing);
-        commands.entity(entity).try_insert((
-            DisplayedSheet {
-                surface,
-                triangles,
-                layer,
-                smoothing,
-                masses,
-                grid: sheet.grid,
-                opening,
-                reach,
-                clearance,
-                coloured,
-                values: Vec::new(),
-                at: None,
-            },
-            NoAutoAabb,
-            Aabb::default(),
-        ));
+        commands.entity(entity).try_insert((displayed, NoAutoAabb, Aabb::default()));
         if display.default_material && material.is_none_or(|m| defaults.is_of_sheet(&m.0)) {
             commands.entity(entity).try_insert(MeshMaterial3d(defaults.sheet(coloured, &mut materials)));
         }

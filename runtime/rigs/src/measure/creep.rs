@@ -14,6 +14,7 @@ use serde_json::json;
 
 use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
+use sheetwork::World;
 use sheetwork::elements::creep::TimeShift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
@@ -53,28 +54,9 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world(&scene)?);
     runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     let root = scene.sheets[0].placement.position.y;
-    let sag = |runner: &Runner| root - FreeEdge::new(&runner.world.sheets()[0], &runner.world.sheets()[0].x).middle.y;
-    let first = sag(&runner);
-    let mut worst = 0.0_f64;
-    let mut elapsed = 0.0;
-    if setup.dynamic {
-        let dt = runner.world.dt();
-        runner.run(setup.seconds, |world| {
-            elapsed += dt;
-            let sheet = &world.sheets()[0];
-            let now = root - FreeEdge::new(sheet, &sheet.x).middle.y;
-            worst = worst.max((now / first / compliance(elapsed) - 1.0).abs());
-            true
-        });
-    } else {
-        let steps = (setup.seconds / setup.dt.unwrap_or(setup.seconds / STEPS)).round().max(1.0);
-        for _ in 0..steps as u64 {
-            runner.world.creep_in_equilibrium(setup.seconds / steps, 1e-12 * setup.length);
-            elapsed += setup.seconds / steps;
-            worst = worst.max((sag(&runner) / first / compliance(elapsed) - 1.0).abs());
-        }
-    }
-    let last = sag(&runner);
+    let first = sag(&runner.world, root);
+    let (elapsed, worst) = creep(setup, &mut runner, root, compliance);
+    let last = sag(&runner.world, root);
     let keys = json!({
         "temperature_c": celsius,
         "shift": shift,
@@ -92,4 +74,35 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "largest_error": worst,
     });
     Ok(runner.outcome(keys))
+}
+
+/// Sag of the free edge below the height `root` (m) of the clamp, m.
+fn sag(world: &World, root: f64) -> f64 {
+    let sheet = &world.sheets()[0];
+    root - FreeEdge::new(sheet, &sheet.x).middle.y
+}
+
+/// Let the strip creep for the time of the set-up. Returns the elapsed time (s) and the largest
+/// relative error of the sag against `compliance`.
+fn creep(setup: &Setup, runner: &mut Runner, root: f64, compliance: impl Fn(f64) -> f64) -> (f64, f64) {
+    let first = sag(&runner.world, root);
+    let (mut elapsed, mut worst) = (0.0, 0.0_f64);
+    let mut compare = |world: &World, by: f64| {
+        elapsed += by;
+        worst = worst.max((sag(world, root) / first / compliance(elapsed) - 1.0).abs());
+    };
+    if setup.dynamic {
+        let dt = runner.world.dt();
+        runner.run(setup.seconds, |world| {
+            compare(world, dt);
+            true
+        });
+    } else {
+        let steps = (setup.seconds / setup.dt.unwrap_or(setup.seconds / STEPS)).round().max(1.0);
+        for _ in 0..steps as u64 {
+            runner.world.creep_in_equilibrium(setup.seconds / steps, 1e-12 * setup.length);
+            compare(&runner.world, setup.seconds / steps);
+        }
+    }
+    (elapsed, worst)
 }

@@ -29,8 +29,9 @@ pub(crate) const CASE: RigCase = RigCase {
 /// Number of increments of the fold.
 const STEPS: u32 = 20;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
-    let (nx, nz) = setup.grid;
+/// Check that the card of the set-up can be folded. Returns its yield stress, Pa.
+fn check(setup: &Setup) -> Result<f64, InputError> {
+    let nx = setup.grid.0;
     if setup.structure != StructureKind::Shell {
         return Err(InputError::new("structure", format!("only the shell yields, not {}", setup.structure)));
     }
@@ -40,6 +41,15 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let Some(stress) = setup.material.yield_stress else {
         return Err(InputError::new("yield-stress", "is not known of this material"));
     };
+    if setup.outlined {
+        return Err(InputError::new("outlined", "does not go with a fold, which takes a grid along the card"));
+    }
+    Ok(stress)
+}
+
+fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+    let stress = check(setup)?;
+    let (nx, nz) = setup.grid;
     // The first and last cell are fixed and straight: half of each is excluded from the bending
     // length.
     let cells = f64::from(nx) - 2.0;
@@ -50,9 +60,6 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     scene.sheets[0].pins.push(PinSpec::fixed(grip(0)));
     scene.sheets[0].pins.push(PinSpec { until: Some(1.0), ..PinSpec::fixed(grip(nx - 2)) });
     scene.sheets[0].plastic = true;
-    if setup.outlined {
-        return Err(InputError::new("outlined", "does not go with a fold, which takes a grid along the card"));
-    }
     let mut runner = Runner::new(setup.world(&scene)?);
     let start = scene.sheets[0].placement.position.x - 0.5 * length;
     let angle = setup.angle.to_radians();

@@ -40,6 +40,44 @@ pub struct Kick {
 /// A scene that fails validation, which is a defect of the random draw.
 pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Kick, InputError> {
     let mut draw = RandomSequence::new(0, index);
+    let (sheet, speed, what) = draw_sheet(&mut draw, structures);
+    let length = sheet.size.0;
+    let scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
+    let mut world = World::new(&scene)?;
+    world.set_sleep(false);
+    let sheet = &mut world.sheets_mut()[0];
+    for i in 0..sheet.node_count() {
+        if !sheet.is_held(i) {
+            let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)) * speed;
+            sheet.v.set(i, v);
+        }
+    }
+    let start = sheet.energy(scene.gravity);
+    let weight = sheet.total_mass() * scene.gravity.length();
+    let steps = (seconds / scene.dt).round() as u64;
+    let mut highest = 0.0_f64;
+    for _ in 0..steps {
+        world.step();
+        if world.unstable().is_some() {
+            break;
+        }
+        highest = highest.max(world.sheets()[0].energy(scene.gravity).total - start.total);
+    }
+    let counters = world.sheets()[0].counters;
+    Ok(Kick {
+        index,
+        what,
+        simulated: world.time(),
+        // Energy of the kick plus a fall of the sheet's own length.
+        energy_ratio: 1.0 + highest / (start.kinetic + start.elastic + weight * length).max(f64::MIN_POSITIVE),
+        guarded: (counters.guarded, 2 * counters.accepted),
+        solves: counters.evaluations,
+        unstable: world.unstable().map(|s| format!("{:?}", s.status)),
+    })
+}
+
+/// Draw a sheet, the speed (m/s) of its kick, and their description.
+fn draw_sheet(draw: &mut RandomSequence, structures: &[StructureKind]) -> (SheetSpec, f64, String) {
     let (name, _, material) = &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
     let mut material = material.clone();
     material.thickness *= draw.scale(0.5, 2.0);
@@ -68,39 +106,9 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         pins,
         ..SheetSpec::default()
     };
-    let scene = Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
-    let mut world = World::new(&scene)?;
-    world.set_sleep(false);
-    let sheet = &mut world.sheets_mut()[0];
-    for i in 0..sheet.node_count() {
-        if !sheet.is_held(i) {
-            let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)) * speed;
-            sheet.v.set(i, v);
-        }
-    }
-    let start = sheet.energy(scene.gravity);
-    let weight = sheet.total_mass() * scene.gravity.length();
-    let steps = (seconds / scene.dt).round() as u64;
-    let mut highest = 0.0_f64;
-    for _ in 0..steps {
-        world.step();
-        if world.unstable().is_some() {
-            break;
-        }
-        highest = highest.max(world.sheets()[0].energy(scene.gravity).total - start.total);
-    }
-    let counters = world.sheets()[0].counters;
-    Ok(Kick {
-        index,
-        what: format!(
-            "{name} {structure} {nx}x{nz} {length:.3}x{width:.3} m, t {:.2e} m, {speed:.2} m/s, damping {damping}",
-            material.thickness
-        ),
-        simulated: world.time(),
-        // Energy of the kick plus a fall of the sheet's own length.
-        energy_ratio: 1.0 + highest / (start.kinetic + start.elastic + weight * length).max(f64::MIN_POSITIVE),
-        guarded: (counters.guarded, 2 * counters.accepted),
-        solves: counters.evaluations,
-        unstable: world.unstable().map(|s| format!("{:?}", s.status)),
-    })
+    let what = format!(
+        "{name} {structure} {nx}x{nz} {length:.3}x{width:.3} m, t {:.2e} m, {speed:.2} m/s, damping {damping}",
+        material.thickness
+    );
+    (sheet, speed, what)
 }

@@ -47,8 +47,9 @@ pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3
     }
 }
 
-/// Update the bonds of the sheets of an island after a step. `bodies` maps the island's body
-/// indices to indices in `around`.
+/// Update the bonds of the sheets of an island after a step: count the contacts of every node, then
+/// bond the closed contacts that are warm enough. `bodies` maps the island's body indices to
+/// indices in `around`.
 pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
     if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;
@@ -64,47 +65,71 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, aro
             stuck.has_contact(mass, towards(contact));
         }
     });
-    let hanging = |body: u32| {
-        let mut rows = 0.0;
-        scratch.for_each_closed(|c, _| rows += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
-        rows
-    };
-    let mut last = (u32::MAX, 0.0);
+    let mut suspension = Suspension { scratch, around, bodies, last: (u32::MAX, 0.0) };
     scratch.for_each_closed(|contact, _| {
-        let Some((sheet, mass, point)) = node_contact(contact) else { return };
-        let own = &sheets[sheet as usize];
-        let Some(stuck) = &own.work.adhesion else { return };
-        let was = stuck.was_bonded[mass as usize];
-        let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
-        if let Some((other, place)) = other_sheet(contact) {
-            let other = &sheets[other as usize];
-            most_stress = most_stress.max(strength(other, &place, was));
-            // This contact also represents nodes of the other sheet that have no contact of their
-            // own.
-            let has_no_contact =
-                |i: u32| other.work.adhesion.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
-            share = 0.5 * (1.0 + place.terms().filter(|(i, _)| has_no_contact(*i)).map(|(_, w)| w).sum::<f64>());
-        }
-        if most_stress <= 0.0 {
-            return;
-        }
-        let mut need = SETTINGS.node_acceleration * own.node_mass(mass as usize);
-        let body = other_body(contact).and_then(|b| Some((b, around.bodies.get(*bodies.get(b as usize)? as usize)?)));
-        if let Some((body, over)) = body.filter(|(_, over)| over.start.is_dynamic()) {
-            if last.0 != body {
-                last = (body, hanging(body));
-            }
-            need += SETTINGS.body_acceleration * over.start.mass() / f64::max(last.1, 1.0);
-        }
-        let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
-        let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
-        need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(scratch, contact, before));
-        let most = most_stress * share * own.area_of(mass) / parts;
-        apply_bond(sheets, contact, need.min(most), bodies, around);
+        let Some((sheet, mass, _)) = node_contact(contact) else { return };
+        let Some(force) = bond_force(sheets, contact, &mut suspension) else { return };
+        apply_bond(sheets, contact, force, bodies, around);
         if let Some(stuck) = &mut sheets[sheet as usize].work.adhesion {
             stuck.bonds += usize::from(!std::mem::replace(&mut stuck.bonded[mass as usize], true));
         }
     });
+}
+
+/// Force of the bond that a closed contact becomes, N: the force that may be needed, bounded by the
+/// adhesion strength. `None` if the contact does not bond.
+fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Suspension) -> Option<f64> {
+    let (sheet, mass, point) = node_contact(contact)?;
+    let own = &sheets[sheet as usize];
+    let stuck = own.work.adhesion.as_ref()?;
+    let was = stuck.was_bonded[mass as usize];
+    let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
+    if let Some((other, place)) = other_sheet(contact) {
+        let other = &sheets[other as usize];
+        most_stress = most_stress.max(strength(other, &place, was));
+        // This contact also represents nodes of the other sheet that have no contact of their own.
+        let has_no_contact =
+            |i: u32| other.work.adhesion.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
+        share = 0.5 * (1.0 + place.terms().filter(|(i, _)| has_no_contact(*i)).map(|(_, w)| w).sum::<f64>());
+    }
+    if most_stress <= 0.0 {
+        return None;
+    }
+    let mut need = SETTINGS.node_acceleration * own.node_mass(mass as usize);
+    if let Some(load) = suspension.load_of_body(contact) {
+        need += load;
+    }
+    let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
+    let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
+    need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(suspension.scratch, contact, before));
+    Some(need.min(most_stress * share * own.area_of(mass) / parts))
+}
+
+/// Dynamic bodies of an island that may be suspended from bonds.
+struct Suspension<'a> {
+    scratch: &'a ContactWorkspace,
+    around: &'a StepBodies,
+    /// Index in `around` of each body of the island.
+    bodies: &'a [u32],
+    /// Body of the last call, and its number of closed contacts.
+    last: (u32, f64),
+}
+
+impl Suspension<'_> {
+    /// Share of a contact in the load of its suspended body, N; `None` without a dynamic body.
+    fn load_of_body(&mut self, contact: &ContactConstraint) -> Option<f64> {
+        let body = other_body(contact)?;
+        let over = self.around.bodies.get(*self.bodies.get(body as usize)? as usize)?;
+        if !over.start.is_dynamic() {
+            return None;
+        }
+        if self.last.0 != body {
+            let mut contacts = 0.0;
+            self.scratch.for_each_closed(|c, _| contacts += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
+            self.last = (body, contacts);
+        }
+        Some(SETTINGS.body_acceleration * over.start.mass() / f64::max(self.last.1, 1.0))
+    }
 }
 
 /// Load of a bond in the step, N, given the bond force `force`: its tension, plus the normal force

@@ -24,7 +24,7 @@
 //! If the outer iteration fails, `islands/implicit_step` bisects the step, and at the shortest
 //! substep falls back to rigid motion or freezes the island.
 //!
-//! All data of these phases is in one struct, `workspace::ContactWorkspace`. Its `solve_positions`
+//! All data of these phases is in one struct, `workspace::ContactWorkspace`. `solver/choice`
 //! chooses the contact solver:
 //!
 //! | solver | unknowns | used when |
@@ -32,15 +32,15 @@
 //! | `solver/dual` | contact forces | the working set is small compared to the nodes |
 //! | `solver/primal` | displacements | there are many contacts |
 //! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
-//! | `solver/node_sweeps` | contact forces | integrators are explicit; last fallback of one sheet |
+//! | `solver/pgs_working_set` | contact forces | integrators are explicit; last fallback of one sheet |
 //!
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
-//! contacts change state. `solver/node_sweeps` is projected Gauss-Seidel (PGS). Every solver starts
-//! from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in the
-//! sheets and in the solver bodies (`solver_body`).
+//! contacts change state. `solver/pgs_working_set` is projected Gauss-Seidel (PGS). Every solver
+//! starts from the contact cache (`contact_cache`) and leaves displacements and velocity jumps in
+//! the sheets and in the solver bodies (`solver_body`).
 //!
-//! To add a friction law, extend `coulomb::Law` and follow its uses: `coulomb` solves one
+//! To add a friction law, extend `coulomb::ContactLaw` and follow its uses: `coulomb` solves one
 //! contact, `solver/augmented_lagrangian/contact_state` projects a force and differentiates the
 //! projection, `solver/augmented_lagrangian/interior_point` smooths the law, `solver/alart_curnier`
 //! forms residual and derivative, `solver/pgs` projects a force.
@@ -57,14 +57,18 @@
 
 pub(crate) mod adhesion;
 pub(crate) mod attachment_spin;
+pub(crate) mod closed_contacts;
 pub(crate) mod contact_cache;
 pub(crate) mod convergence;
 pub mod coulomb;
+pub(crate) mod counters;
 pub(crate) mod detected_contacts;
 pub(crate) mod gap;
 pub(crate) mod island_view;
 pub mod node;
 pub(crate) mod outer_iteration;
+pub(crate) mod penetration;
+pub(crate) mod relative_motion;
 pub(crate) mod settings;
 pub(crate) mod sheet_contact;
 pub mod solver;
@@ -72,6 +76,6 @@ pub(crate) mod solver_body;
 pub(crate) mod step_bodies;
 pub(crate) mod workspace;
 
+pub use crate::contact::counters::ContactCounters;
 pub(crate) use crate::contact::island_view::IslandView;
 pub(crate) use crate::contact::sheet_contact::SheetContact;
-pub use crate::contact::workspace::ContactCounters;

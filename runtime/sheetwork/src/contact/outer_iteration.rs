@@ -169,12 +169,7 @@ pub(crate) fn solve_stage(
         let done = !rough && stages(group).all(|stage| stage.is_finished);
         let mut apart = !scratch.has_crossed;
         if apart && done && moved {
-            let overlap = scratch.deepest_penetration(group, |group, found| {
-                detect(group, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
-            });
-            apart = overlap
-                <= convergence::penetration_tolerance(round, sheets, overlap > SETTINGS.stagnation_ratio * before);
-            before = overlap;
+            apart = is_free_of_penetration(group, scratch, round, &mut before, &mut detect);
         }
         if done && apart {
             return if touched { StageSolve::Converged } else { StageSolve::ConvergedWithoutContact };
@@ -182,15 +177,37 @@ pub(crate) fn solve_stage(
         if !apart {
             group.for_each_sheet(|sheet| sheet.work.stage.is_finished = false);
         }
-        let rounds = maximum_iterations(scratch, met);
-        if round + 1 >= rounds && touched == met {
-            return if met { StageSolve::IterationLimit } else { StageSolve::IterationLimitWithoutContact };
-        }
-        if round + 1 >= rounds + SETTINGS.additional_iterations {
-            break;
+        if let Some(end) = iteration_limit(round, maximum_iterations(scratch, met), (met, touched)) {
+            return end;
         }
     }
     StageSolve::Separated
+}
+
+/// Whether no sheet penetrates a body at the iterate of iteration `round` by more than the
+/// tolerance; `before` is the penetration at the last test, m.
+fn is_free_of_penetration(
+    group: &IslandView,
+    scratch: &mut ContactWorkspace,
+    round: u32,
+    before: &mut f64,
+    mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
+) -> bool {
+    let overlap = scratch.deepest_penetration(group, |group, found| {
+        detect(group, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+    });
+    let is_stalled = overlap > SETTINGS.stagnation_ratio * *before;
+    *before = overlap;
+    overlap <= convergence::penetration_tolerance(round, group.sheets.len(), is_stalled)
+}
+
+/// Result of a stage that ends after iteration `round` because of the limit `rounds`; `None` if it
+/// goes on. `met` and `touched` say whether there was contact in any and in the last iteration.
+fn iteration_limit(round: u32, rounds: u32, (met, touched): (bool, bool)) -> Option<StageSolve> {
+    if round + 1 >= rounds && touched == met {
+        return Some(if met { StageSolve::IterationLimit } else { StageSolve::IterationLimitWithoutContact });
+    }
+    (round + 1 >= rounds + SETTINGS.additional_iterations).then_some(StageSolve::Separated)
 }
 
 /// Whether the strain error `worst` after iteration `round` counts as divergence, as a multiple of

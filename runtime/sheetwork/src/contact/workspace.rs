@@ -1,76 +1,28 @@
-//! Contact solve of one stage of an implicit integrator: position solve, velocity solve, choice of
-//! the solver.
+//! Contact problem of an island: detected contacts, contact caches of its stages, solvers with their
+//! arrays, counters and the course of the step.
 //!
-//! The outer iteration (`outer_iteration`) calls [`ContactWorkspace::solve_positions`] once per
-//! iteration. The position solve finds forces that remove all penetration of the linearised free
-//! motion, with friction against the tangential displacement. After the outer iteration,
-//! [`ContactWorkspace::solve_velocities`] finds the velocity jumps of the contacts that are closed,
-//! with restitution. Positions and velocities need separate solves: with a single one, a sheet that
-//! should not rebound separates with two thirds of its approach speed.
-//!
-//! With α the fraction of the stage before a pair closes, friction acts against (1-α) times the
-//! tangential displacement, and the approach speed at impact is
-//!
-//!   (1-α) times the speed at the start plus α times the free speed at the end.
-//!
-//! Lengths in m, speeds in m/s, forces in N.
+//! The workspace lives from step to step. Contact caches start the next solve; they and the solver
+//! bodies are saved before a substep and restored when it is rolled back. The phases of contact add
+//! their methods to it, each in a file of its own: `detected_contacts`, `relative_motion`,
+//! `penetration`, `solver/choice` and the solvers, `closed_contacts`, `attachment_spin`.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
-use crate::collision::constraint::{ContactConstraint, ContactKey, ContactSide};
-use crate::collision::narrow_phase::is_node_surface_contact;
-use crate::contact::IslandView;
+use crate::collision::constraint::{ContactConstraint, ContactKey};
 use crate::contact::contact_cache::{CachedForces, ContactCache};
-use crate::contact::convergence;
-use crate::contact::coulomb::ContactLaw;
+use crate::contact::counters::ContactCounters;
 use crate::contact::detected_contacts::DetectedContacts;
-use crate::contact::gap::{ContactGaps, StagePose, gap, position, velocity};
-use crate::contact::settings::{ContactSettings, PgsSettings};
+use crate::contact::gap::ContactGaps;
+use crate::contact::settings::ContactSettings;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, IslandTangent};
+use crate::contact::solver::choice::PositionSolver;
 use crate::contact::solver::dual::DualSolver;
 use crate::contact::solver::pgs_working_set::PgsContactSolver;
 use crate::contact::solver_body::SolverBody;
 use crate::profiler::{Phase, Profiler};
-use crate::rigid::Support;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
-const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;
-
-/// Counters of the contact solver since the start of the simulation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct ContactCounters {
-    /// Outer iterations with contact.
-    pub rounds: u64,
-    /// Contacts in the problem, summed over all outer iterations.
-    pub contacts: u64,
-    /// Largest number of contacts in one solve.
-    pub most: u64,
-    /// Solves that did not converge.
-    pub unsettled: u64,
-    /// PGS sweeps over all contacts.
-    pub sweeps: u64,
-    /// Newton iterations of the contact solvers.
-    pub newton: u64,
-    /// Matrix factorisations of the contact solvers.
-    pub factors: u64,
-    /// Step bisections.
-    pub halved: u64,
-    /// Substeps that ended in a fallback: the sheets moved rigidly or were frozen.
-    pub given_up: u64,
-}
-
-/// The contact solver that found the positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum PositionSolver {
-    /// Dual solver: unknowns are the contact forces.
-    #[default]
-    Dual,
-    /// Primal solver: unknowns are the displacements of nodes and bodies.
-    Primal,
-    /// Projected Gauss-Seidel.
-    Pgs,
-}
 
 /// Contact problem of an island: detected contacts, contact cache, solvers and their arrays. It
 /// lives from step to step.
@@ -105,7 +57,7 @@ pub(crate) struct ContactWorkspace {
     /// Gaps of `detected`.
     pub(crate) gaps: ContactGaps,
     /// PGS solver.
-    pgs: PgsContactSolver,
+    pub(crate) pgs: PgsContactSolver,
     /// Augmented Lagrangian solver, shared by the primal and the dual solver.
     pub(crate) augmented_lagrangian: AugmentedLagrangian,
     /// Joint tangent matrix of the island.
@@ -245,10 +197,7 @@ impl ContactWorkspace {
             to.count(u64::from(count));
         }
         to.numbers(&[self.closing_gap, self.energy_error]);
-        let c = &self.counters;
-        for count in [c.rounds, c.contacts, c.most, c.unsettled, c.sweeps, c.newton, c.factors, c.halved, c.given_up] {
-            to.count(count);
-        }
+        self.counters.serialise(to);
         self.cache.serialise(to);
         self.other_stage_cache.serialise(to);
         self.island_tangent.serialise(to);
@@ -267,11 +216,7 @@ impl ContactWorkspace {
             (from.count_u32()?, from.count_u32()?, from.count_u32()?);
         self.consecutive_fallbacks = from.count_u32()?;
         (self.closing_gap, self.energy_error) = (from.number()?, from.number()?);
-        let c = &mut self.counters;
-        let counts = [&mut c.rounds, &mut c.contacts, &mut c.most, &mut c.unsettled, &mut c.sweeps, &mut c.newton];
-        for count in counts.into_iter().chain([&mut c.factors, &mut c.halved, &mut c.given_up]) {
-            *count = from.count()?;
-        }
+        self.counters.deserialise(from)?;
         self.cache.deserialise(from)?;
         self.other_stage_cache.deserialise(from)?;
         self.island_tangent.deserialise(from)?;
@@ -289,71 +234,6 @@ impl ContactWorkspace {
         self.other_stage_cache.copy_from(&self.saved_caches[1]);
         movers.clear();
         movers.extend_from_slice(&self.saved_solver_bodies);
-    }
-
-    /// Remove the penetration of the free motion, in a stage of weight `h` (s). The displacements
-    /// are left in the contact arrays of the sheets and in the solver bodies. `rough` lowers the
-    /// accuracy. Returns false if nothing overlaps.
-    pub(crate) fn solve_positions(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
-        self.gaps.measure(&self.detected.contacts, group);
-        if self.detected.first_attachment >= self.detected.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
-            if !self.is_explicit {
-                self.forget_solution(group);
-            }
-            return false;
-        }
-        if self.is_explicit {
-            self.solve_positions_by_pgs(group, h);
-            self.position_solver = PositionSolver::Pgs;
-        } else if !self.choose_position_solver(group, h, rough) {
-            if !self.accepts_unconverged {
-                self.solve_failed = true;
-                return true;
-            }
-            // An unconverged solution of several sheets is good enough for the next outer
-            // iteration, and another solver takes too long.
-            if self.has_only_fixed_bodies {
-                // The primal solver has left contact in the factor.
-                group.for_each_sheet(|sheet| sheet.restore_factor());
-                self.solve_positions_by_pgs(group, h);
-                self.position_solver = PositionSolver::Pgs;
-            }
-        }
-        let count = match self.position_solver {
-            PositionSolver::Pgs => self.pgs.delassus.problem.len(),
-            _ => self.working_set.len(),
-        };
-        self.gaps.update(&self.detected.contacts, group);
-        self.counters.rounds += 1;
-        self.counters.contacts += count as u64;
-        self.counters.most = self.counters.most.max(count as u64);
-        true
-    }
-
-    /// Position solve: dual solver for a small working set, otherwise primal solver, and for a
-    /// single sheet the dual solver again if the primal one fails. Returns false if none converges.
-    fn choose_position_solver(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
-        let within =
-            |c: &ContactConstraint| matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. }));
-        let is_folded = group.sheets.len() == 1 && self.detected.contacts.iter().any(within);
-        self.is_single_sheet = group.sheets.len() == 1 && !is_folded;
-        self.has_only_fixed_bodies = group.sheets.len() == 1 && group.solver_bodies.iter().all(|m| !m.is_dynamic());
-        self.island_tangent.lay_out(group);
-        self.store_node_normals(group);
-        self.position_solver = PositionSolver::Dual;
-        let on_forces = if self.is_dual_affordable(group) { self.solve_positions_dual(group, h, rough) } else { None };
-        on_forces.unwrap_or_else(|| {
-            self.position_solver = PositionSolver::Primal;
-            let factors = self.counters.factors;
-            let settled = self.solve_positions_primal(group, h, rough);
-            let size = self.detected.contacts.len() + group.nodes();
-            self.work += (self.counters.factors - factors) * size as u64;
-            settled
-                || group.sheets.len() == 1 && {
-                    self.position_solver = PositionSolver::Dual;
-                    self.retry_positions_dual(group, h, rough)
-                }
-        })
     }
 
     /// Whether the problem has attachments and no contacts.
@@ -375,233 +255,8 @@ impl ContactWorkspace {
         self.open_keys.clear();
     }
 
-    /// Whether a contact was open by more than [`ContactSettings::impact_distance`] and would
-    /// penetrate by more than that.
-    /// The linearisation of this outer iteration is then far from the solution.
-    pub(crate) fn is_impact(&self, group: &IslandView) -> bool {
-        self.detected.contacts.iter().any(|c| {
-            gap(group, c, StagePose::Free) < -SETTINGS.impact_distance
-                && gap(group, c, StagePose::Start) > SETTINGS.impact_distance
-        })
-    }
-
-    /// Deepest penetration of a node in a body surface at the start of the stage, m.
-    pub(crate) fn initial_penetration(&self, group: &IslandView) -> f64 {
-        let surfaces =
-            self.detected.contacts[..self.detected.first_attachment].iter().filter(|c| is_node_surface_contact(&c.key));
-        surfaces.map(|c| -gap(group, c, StagePose::Start)).fold(0.0, f64::max)
-    }
-
-    /// The sheet that started with at least half of its nodes deep inside bodies, if any. Only a
-    /// scene edit can put a sheet there.
-    pub(crate) fn initially_buried_sheet(&self, group: &IslandView) -> Option<u32> {
-        let is_deep = |c: &&ContactConstraint| {
-            let ContactSide::Sheet { sheet, point } = &c.a else { return false };
-            let sheet = group.sheet(*sheet);
-            // Only contacts of nodes with faces count: corners and edges may lie behind each
-            // other's planes without overlap.
-            let depth = -gap(group, c, StagePose::Start);
-            // A node that a body passes by is behind its far side at the start and outside at the
-            // end.
-            depth > SETTINGS.buried_depth * sheet.initial_diagonal
-                && -gap(group, c, StagePose::Free) > 0.5 * depth
-                && is_node_surface_contact(&c.key)
-                && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
-        };
-        let deep = || self.detected.contacts[..self.detected.first_attachment].iter().filter(is_deep);
-        let ContactSide::Sheet { sheet: first, .. } = deep().next()?.a else { return None };
-        // A body that passes by in the step has some nodes behind its far side, but fewer than
-        // half.
-        let of_first = |c: &&ContactConstraint| matches!(c.a, ContactSide::Sheet { sheet, .. } if sheet == first);
-        (2 * deep().filter(of_first).count() >= group.sheet(first).node_count()).then_some(first)
-    }
-
-    /// Law of contact `i`: Coulomb friction, or bilateral for an attachment.
-    pub(crate) fn law(&self, i: usize) -> ContactLaw {
-        if i >= self.detected.first_attachment {
-            ContactLaw::Attachment
-        } else {
-            ContactLaw::Coulomb(self.detected.contacts[i].friction)
-        }
-    }
-
-    /// Relative position u of contact `i` in `frame` after the free motion, m: normal gap, and the
-    /// tangential displacement that friction opposes.
-    pub(crate) fn relative_position(&self, group: &IslandView, i: usize, frame: &DMat3) -> DVec3 {
-        let contact = &self.detected.contacts[i];
-        let end = position(group, &contact.a, StagePose::Free) - position(group, &contact.b, StagePose::Free);
-        if i >= self.detected.first_attachment {
-            return frame.transpose() * end;
-        }
-        let start = position(group, &contact.a, StagePose::Start) - position(group, &contact.b, StagePose::Start);
-        let along = frame.transpose() * (end - start) * (1.0 - self.gaps.open_fraction(i));
-        DVec3::new(self.gaps.free[i], along.y, along.z)
-    }
-
-    /// Relative velocity u of contact `i` in `frame` after the free motion, with the restitution
-    /// target added, m/s. `None` if the contact is open.
-    pub(crate) fn relative_velocity(&self, group: &IslandView, i: usize, frame: &DMat3) -> Option<DVec3> {
-        let contact = &self.detected.contacts[i];
-        let free = velocity(group, &contact.a, StagePose::Free) - velocity(group, &contact.b, StagePose::Free);
-        let mut u = frame.transpose() * free;
-        if i < self.detected.first_attachment {
-            if self.gaps.now[i] > SETTINGS.closed_gap {
-                return None;
-            }
-            let start = velocity(group, &contact.a, StagePose::Start) - velocity(group, &contact.b, StagePose::Start);
-            let airborne = self.gaps.open_fraction(i);
-            let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
-            if approach < -SETTINGS.restitution_speed {
-                u.x += contact.restitution * approach;
-            }
-        }
-        Some(u)
-    }
-
-    /// Solve the positions by PGS: coarsely while the working set grows, then to the tolerance.
-    fn solve_positions_by_pgs(&mut self, group: &mut IslandView, h: f64) {
-        let mut dual = std::mem::take(&mut self.pgs);
-        dual.begin(self, group, h);
-        let mut rough = true;
-        let settled = loop {
-            dual.b.clear();
-            for k in 0..dual.delassus.problem.len() {
-                let u = self.relative_position(group, dual.delassus.contact(k), &dual.delassus.frame(k));
-                dual.b.push(u);
-            }
-            // Approximate forces are accurate enough to extend the working set.
-            let swept = if rough { dual.sweep_roughly() } else { dual.sweep() };
-            self.counters.sweeps += u64::from(swept.sweeps);
-            self.work += u64::from(swept.sweeps) * dual.delassus.problem.len() as u64;
-            dual.delassus.displace(group, &self.detected.contacts, h);
-            self.gaps.update(&self.detected.contacts, group);
-            if !dual.extend(self, group, h) {
-                if !rough || swept.change <= PGS.tolerance {
-                    break swept.change <= PGS.tolerance;
-                }
-                rough = false;
-            }
-        };
-        self.counters.unsettled += u64::from(!settled);
-        let contacts = &self.detected.contacts;
-        self.cache.replace(|old, new| {
-            new.extend(dual.forces().map(|(c, position)| {
-                let key = contacts[c].key;
-                (key, CachedForces { position, ..old.of(&key).unwrap_or_default() })
-            }));
-        });
-        self.pgs = dual;
-    }
-
-    /// Solve the velocities of the contacts that the PGS position solve left active.
-    fn solve_velocities_by_pgs(&mut self, group: &mut IslandView, h: f64) {
-        let mut dual = std::mem::take(&mut self.pgs);
-        dual.b.clear();
-        for k in 0..dual.delassus.problem.len() {
-            let i = dual.delassus.contact(k);
-            let frame = dual.delassus.frame(k);
-            let u = self.relative_velocity(group, i, &frame);
-            let force = self.cached_forces(&self.detected.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
-            dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
-            dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
-        }
-        let swept = dual.sweep();
-        self.counters.sweeps += u64::from(swept.sweeps);
-        self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
-        dual.delassus.apply_velocity_jumps(group, &self.detected.contacts, h);
-        let contacts = &self.detected.contacts;
-        self.cache.replace(|old, new| {
-            new.extend(dual.forces().map(|(c, velocity)| {
-                let key = contacts[c].key;
-                (key, CachedForces { velocity, ..old.of(&key).unwrap_or_default() })
-            }));
-        });
-        self.pgs = dual;
-    }
-
-    /// Solve the velocities of the contacts that the last position solve closed, in a stage of
-    /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
-    /// solver bodies.
-    pub fn solve_velocities(&mut self, group: &mut IslandView, h: f64) {
-        if self.position_solver != PositionSolver::Pgs {
-            let settled = match self.position_solver {
-                PositionSolver::Dual => self.solve_velocities_dual(group, h),
-                _ => {
-                    self.solve_velocities_primal(group, h)
-                        || self.transfer_to_dual(group, h) && self.solve_velocities_dual(group, h)
-                }
-            };
-            if settled || !self.accepts_unconverged || !self.has_only_fixed_bodies {
-                self.solve_failed = !settled && !self.accepts_unconverged;
-                return;
-            }
-            group.for_each_sheet(|sheet| sheet.restore_factor());
-            let mut dual = std::mem::take(&mut self.pgs);
-            dual.begin_closed(self, group, h);
-            self.pgs = dual;
-        }
-        self.solve_velocities_by_pgs(group, h);
-    }
-
-    /// Deepest penetration into a body at the iterate, m, of the contacts that `detect` detects.
-    pub fn deepest_penetration(
-        &mut self,
-        group: &IslandView,
-        detect: impl FnOnce(&IslandView, &mut DetectedContacts),
-    ) -> f64 {
-        detect(group, &mut self.rechecked);
-        self.rechecked.remove_opposed(group, &self.cache);
-        convergence::deepest_body_penetration(group, &self.rechecked.contacts[..self.rechecked.first_attachment])
-    }
-
     /// Force of a contact in the last position solve, N; `None` if it was open.
     pub(crate) fn force_of(&self, key: &ContactKey) -> Option<DVec3> {
         self.cache.of(key).map(|r| r.position)
-    }
-
-    /// Record the contacts that are closed at the end of a stage.
-    pub fn record_closed_contacts(&mut self) {
-        let mut met = std::mem::take(&mut self.closed_in_step);
-        self.for_each_closed(|contact, part| {
-            for side in [contact.a, contact.b] {
-                if let ContactSide::Sheet { sheet, point } = side {
-                    met.extend(point.terms().map(|(mass, _)| [sheet, mass, part]));
-                }
-            }
-        });
-        self.closed_in_step = met;
-    }
-
-    /// Support of body `body` of the island: sheets and kinematic or static bodies that carry it.
-    /// Dynamic bodies are left out because rolling resistance would have to turn them too.
-    pub fn support_of(&self, body: u32, movers: &[SolverBody]) -> Support {
-        let mut support = Support::default();
-        let is_it = |side: &ContactSide| matches!(side, ContactSide::Body { body: other, .. } if *other == body);
-        let spin_of = |side: &ContactSide| match side {
-            ContactSide::Body { body, .. } => {
-                movers.get(*body as usize).filter(|mover| !mover.is_dynamic()).map(|mover| mover.start.spin())
-            }
-            ContactSide::Sheet { .. } => Some(DVec3::ZERO),
-        };
-        let all = self.detected.contacts[..self.detected.first_attachment].iter().zip(&self.gaps.now);
-        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * SETTINGS.closed_gap) {
-            let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
-                (true, _) => (contact.normal, &contact.b),
-                (_, true) => (-contact.normal, &contact.a),
-                _ => continue,
-            };
-            if let Some(spin) = spin_of(other) {
-                support.add(normal, contact.friction, spin);
-            }
-        }
-        support
-    }
-
-    /// Call `touched` for every closed contact, with the index of its collider in the island.
-    pub fn for_each_closed(&self, mut touched: impl FnMut(&ContactConstraint, u32)) {
-        let all = self.detected.contacts.iter().zip(&self.gaps.now).zip(&self.detected.colliders);
-        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
-            touched(contact, *part);
-        }
     }
 }

@@ -5,9 +5,9 @@
 //! results do not depend on the number of threads.
 
 use crate::collision::narrow_phase::DetectionCounters;
-use crate::contact::SheetContact;
 use crate::contact::step_bodies::StepBodies;
-use crate::contact::workspace::{ContactCounters, ContactWorkspace};
+use crate::contact::workspace::ContactWorkspace;
+use crate::contact::{ContactCounters, SheetContact};
 use crate::islands::event::ContactLog;
 use crate::islands::island_builder::{IslandBuilder, IslandRange};
 use crate::islands::island_detection::DetectionCache;

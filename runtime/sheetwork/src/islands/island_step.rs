@@ -23,7 +23,7 @@ const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 /// Apply the flexion and thickness limits after a step of `dt` (s).
 fn apply_limits(sheet: &mut Sheet, dt: f64) {
-    if let Some(limit) = &sheet.flexion_limit {
+    if let Some(limit) = &sheet.flexion.limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
     }
     if let Some(limit) = &sheet.thickness_limit {

@@ -116,7 +116,7 @@ fn substep(
         Some(_) if sheet.is_explicit() => instability::advance(sheet, touches, stage, time, part)?,
         _ => sheet.advance(stage.field, time, part).elapsed,
     };
-    if let Some(limit) = &sheet.flexion_limit {
+    if let Some(limit) = &sheet.flexion.limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
     }
     if is_unstable(sheet) {

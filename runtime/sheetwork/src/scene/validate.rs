@@ -235,28 +235,13 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
         MaterialChoice::Inline(constants) => material("material", constants)?,
         MaterialChoice::File(_) => {}
     }
-    Id::GridLength.check("grid.0", s.grid.0.into())?;
-    let (fewest, most) = s.structure.info().layers;
-    if s.file.is_none() {
-        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
-            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
-    }
-    Id::GridWidth.check("grid.2", s.grid.2.into())?;
+    grid(s)?;
     Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;
     Id::Gap.check("gap", s.gap)?;
     Id::Damping.check("damping", s.damping)?;
     Id::DampingRatio.check_option("damping_ratio", s.damping_ratio)?;
-    Id::DragAcross.check("drag.0", s.drag.0)?;
-    Id::DragAlong.check("drag.1", s.drag.1)?;
-    for (i, key) in s.pressure.iter().enumerate() {
-        Id::PressureTime.check(&format!("pressure.{i}.time"), key.time)?;
-        Id::PressureValue.check(&format!("pressure.{i}.pressure"), key.pressure)?;
-        if i > 0 && key.time <= s.pressure[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
-            return Err(InputError::new(format!("pressure.{i}.time"), problem));
-        }
-    }
+    air_loads(s)?;
     Id::FlexionStiffness.check("flexion_stiffness", s.flexion_stiffness)?;
     Id::ThicknessLimit.check("thickness_limit", s.thickness_limit)?;
     Id::NodeMass.check_option("node_mass", s.node_mass)?;
@@ -286,6 +271,31 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     }
     for (name, (u, v)) in &s.probes {
         Id::ProbePosition.check_each(&format!("probes.{name}"), [*u, *v])?;
+    }
+    Ok(())
+}
+
+fn grid(s: &SheetSpec) -> ValidationResult {
+    Id::GridLength.check("grid.0", s.grid.0.into())?;
+    let (fewest, most) = s.structure.info().layers;
+    if s.file.is_none() {
+        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
+            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
+    }
+    Id::GridWidth.check("grid.2", s.grid.2.into())
+}
+
+/// Check drag and the schedule of pressure.
+fn air_loads(s: &SheetSpec) -> ValidationResult {
+    Id::DragAcross.check("drag.0", s.drag.0)?;
+    Id::DragAlong.check("drag.1", s.drag.1)?;
+    for (i, key) in s.pressure.iter().enumerate() {
+        Id::PressureTime.check(&format!("pressure.{i}.time"), key.time)?;
+        Id::PressureValue.check(&format!("pressure.{i}.pressure"), key.pressure)?;
+        if i > 0 && key.time <= s.pressure[i - 1].time {
+            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
+            return Err(InputError::new(format!("pressure.{i}.time"), problem));
+        }
     }
     Ok(())
 }

@@ -89,7 +89,7 @@ impl Sheet {
     fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> AdvanceReport {
         let mut forces = SheetForces {
             field,
-            has_dashpots: self.has_dashpots,
+            has_dashpots: self.spring_parameters.has_dashpots,
             springs: &self.springs,
             elements: &self.elements,
             drag: &mut self.drag,

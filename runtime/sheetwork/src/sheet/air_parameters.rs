@@ -13,7 +13,7 @@ impl Sheet {
     /// Whether it has the bending stiffness of its material, as a shell and calibrated springs do.
     /// [`Sheet::damping_ratio`] then gives its damping, otherwise [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {
-        self.is_calibrated || self.elements.len() > self.grabs.len()
+        self.spring_parameters.is_calibrated || self.elements.len() > self.grabs.len()
     }
 
     /// Drag coefficients across and along the air stream.

@@ -1,5 +1,5 @@
-//! Construction of a sheet from its description: lattice from a generator or a file, spring
-//! stiffness, placement, prescribed degrees of freedom.
+//! Construction of a sheet from its description: lattice from a generator or a file, elements,
+//! prescribed degrees of freedom. `assembly` joins the parts.
 
 use std::sync::Arc;
 
@@ -9,49 +9,22 @@ use crate::elements::Element;
 use crate::elements::bending::Bending;
 use crate::elements::creep::InelasticLaw;
 use crate::elements::grid_membrane::CellMembrane;
-use crate::elements::spring::{Spring, Springs};
 use crate::elements::staggered::{StaggeredGrid, curvatures};
-use crate::elements::thickness_limit::ThicknessLimit;
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::error::InputError;
-use crate::math::Vectors;
 use crate::mesh::outline::{MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{SheetFile, SheetFileNode, SheetFileSpring};
-use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
+use crate::scene::{Region, RegionVector, Scene, SheetSpec, sht};
 use crate::scene::{adhesion, fracture, rest_shape};
-use crate::sheet::air_drag::AirDrag;
+use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creases;
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::FractureState;
 use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
-use crate::sheet::layer_stack::LayerStack;
-use crate::sheet::{Counters, Interpenetration, Pins, Probe, Sheet, Status, StepWorkspace, region};
-
-/// Parts of a generated sheet or of a sheet from a file, before placement.
-pub(crate) struct SheetParts {
-    pub lattice: Lattice,
-    /// Rest length of each link, m.
-    pub rest: Vec<f64>,
-    /// Stiffness of each link, N/m.
-    pub stiffness: Vec<f64>,
-    pub mass: Vec<f64>,
-    pub velocity: Vec<DVec3>,
-    pub force: Vec<DVec3>,
-    /// Material coordinates of each node, 0 to 1 over the bottom layer.
-    pub uv: Vec<(f64, f64)>,
-    /// Length and width (m) to which `uv` refers.
-    pub extent: (f64, f64),
-    pub structure: StructureKind,
-    pub grid: (u32, u32, u32),
-    pub damping: f64,
-    /// Clamp springs and delivered stiffness of a calibrated lattice.
-    pub calibrated: Option<CalibratedSprings>,
-    /// Triangle mesh of a sheet with an outline.
-    pub mesh: Option<TriangleMesh>,
-}
+use crate::sheet::{Sheet, region};
 
 impl Sheet {
     /// Build sheet number `index` of `scene`.
@@ -97,10 +70,10 @@ impl Sheet {
         rest_shape::check_material(spec, &sheet.material)?;
         let law = InelasticLaw::new(&sheet.material, spec.creep, spec.plastic);
         sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
-        sheet.mesh = mesh.map(Arc::new);
-        sheet.delivered_fraction = calibrated.as_ref().map(|c| c.delivered);
+        sheet.meshes.present = mesh.map(Arc::new);
+        sheet.spring_parameters.delivered_fraction = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
-            sheet.delivered_fraction = Some(1.0);
+            sheet.spring_parameters.delivered_fraction = Some(1.0);
         }
         let share = law.creep.map(|c| c.arms.share);
         sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material, share)));
@@ -261,136 +234,6 @@ fn read_parts(file: &SheetFile) -> Result<SheetParts, InputError> {
         calibrated: None,
         mesh: None,
     })
-}
-
-fn assemble(
-    scene: &Scene,
-    spec: &SheetSpec,
-    material: Material,
-    parts: SheetParts,
-    bends: bool,
-    triangles: Option<Vec<[u32; 3]>>,
-) -> Sheet {
-    let SheetParts { lattice, rest, stiffness, mass, velocity, force, uv, extent, structure, grid, damping, .. } =
-        parts;
-    let rotation = spec.placement.quaternion();
-    let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
-    for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
-        x.push(spec.placement.apply(*p));
-        v.push(rotation * *u + spec.velocity);
-        applied.push(rotation * *f);
-    }
-    let unit = if bends { material.plate_stiffness() } else { material.young * material.thickness };
-    let list: Vec<Spring> = lattice
-        .links
-        .iter()
-        .zip(&rest)
-        .zip(&stiffness)
-        .map(|((link, rest), k)| Spring {
-            a: link.a,
-            b: link.b,
-            class: link.class,
-            stiffness: *k,
-            rest: *rest,
-            damping: 0.0,
-        })
-        .collect();
-    let springs = Springs::new(&list);
-    let stack = LayerStack::new(&springs, &lattice.layer_of);
-    let mut engine = scene.engine.construct();
-    engine.set_tolerance(scene.tolerance);
-    let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
-        let list = triangles.clone().unwrap_or_else(|| bottom.triangles());
-        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom.first, &list, &uv)).collect()
-    });
-    let n = lattice.positions.len();
-    let layers = lattice.layers;
-    let gap = layers.get(1).map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
-    let covered = match &triangles {
-        Some(list) => list.clone(),
-        None => layers.iter().flat_map(LatticeLayer::triangles).collect(),
-    };
-    let mut drag = AirDrag::new(covered, layers.len(), spec.drag);
-    let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
-    drag.set_schedule(&spec.pressure, &x, lowest);
-    let mut sheet = Sheet {
-        name: spec.name.clone(),
-        structure,
-        grid,
-        x,
-        v,
-        applied,
-        friction: spec.friction.unwrap_or(scene.contact.friction),
-        restitution: spec.restitution.unwrap_or(scene.contact.restitution),
-        layers,
-        triangles,
-        mesh: None,
-        described_mesh: None,
-        uv,
-        border: lattice.border,
-        layer_of: lattice.layer_of,
-        probes,
-        status: Status::Awake,
-        interpenetration: Interpenetration::Unknown,
-        counters: Counters::default(),
-        inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
-        mass,
-        springs,
-        elements: Vec::new(),
-        grabs: Vec::new(),
-        drag,
-        heat: None,
-        initial_temperature: spec.temperature,
-        has_gradient: spec.temperature_gradient,
-        recovery: None,
-        buckle_detector: None,
-        inelastic: None,
-        fracture: None,
-        adhesion_areas: Vec::new(),
-        system: None,
-        last_field: None,
-        clamped: vec![false; n],
-        damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
-        length: spec.size.0.max(spec.size.1),
-        extent,
-        gap,
-        flexion: lattice.flexion,
-        flexion_limit: None,
-        thickness_limit: None,
-        pins: Pins::default(),
-        engine_kind: scene.engine,
-        engine,
-        stack,
-        rest_time: 0.0,
-        displaced: false,
-        rest_positions: Vectors::zeros(0),
-        work: StepWorkspace::default(),
-        material,
-        damping,
-        stiffness_per_unit: stiffness.iter().map(|k| k / unit).collect(),
-        is_calibrated: bends,
-        delivered_fraction: None,
-        has_dashpots: false,
-        initial_diagonal: 0.0,
-        folds: creases::folds(spec),
-        max_step: f64::INFINITY,
-    };
-    sheet.set_recovery_policy(spec.when_unstable, scene.tolerance);
-    sheet.initial_diagonal = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
-    if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
-        let mut limit = ThicknessLimit::new(spec.thickness_limit);
-        sheet.stack.cells().for_each(|(apex, corners)| limit.add(apex, corners, &lattice.positions));
-        sheet.thickness_limit = Some(limit);
-    }
-    if spec.spin != DVec3::ZERO {
-        let centre = sheet.centre_of_mass();
-        for i in 0..sheet.node_count() {
-            let spun = sheet.v.get(i) + spec.spin.cross(sheet.x.get(i) - centre);
-            sheet.v.set(i, spun);
-        }
-    }
-    sheet.refresh();
-    sheet
 }
 
 /// Length and width (m) of the sheet of a file, from the rest lengths of its springs.

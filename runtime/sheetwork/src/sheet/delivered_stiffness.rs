@@ -42,7 +42,7 @@ impl Sheet {
     /// Stiffness that structure, grid, integrator and step `dt` (s) deliver; `None` for springs
     /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
-        let structure = self.delivered_fraction?;
+        let structure = self.spring_parameters.delivered_fraction?;
         let (q, grid) = self.resolved();
         let law = self.law();
         let areal = self.material().areal_mass();

@@ -92,7 +92,7 @@ impl FractureState {
             detached: vec![false; sheet.node_count()],
             detached_at: Vec::new(),
             followers: Vec::new(),
-            springs: sheet.stiffness_per_unit.clone(),
+            springs: sheet.spring_parameters.per_unit.clone(),
             revision: 0,
             released_energy: 0.0,
             is_reported: false,
@@ -375,7 +375,7 @@ impl Sheet {
             let cut = tears.open.is_spring_cut(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
                 || tears.detached[a as usize]
                 || tears.detached[b as usize];
-            self.stiffness_per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
+            self.spring_parameters.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
         }
         self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
         self.fix_detached_nodes(&mut tears);
@@ -434,8 +434,8 @@ impl Sheet {
 
     /// Update the limits after a change of the open cells.
     fn update_contact_of_open_cells(&mut self) {
-        if let Some(limit) = self.flexion_limit.as_ref().map(|l| l.limit) {
-            self.flexion_limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
+        if let Some(limit) = self.flexion.limit.as_ref().map(|l| l.limit) {
+            self.flexion.limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
         }
         if let (Some(limit), Some(tears)) = (&mut self.thickness_limit, &self.fracture) {
             limit.set_open_cells(&tears.detached);
@@ -444,7 +444,7 @@ impl Sheet {
 
     /// Flexion triples whose two springs are intact.
     pub(crate) fn closed_triples(&self) -> Vec<[u32; 3]> {
-        let mut triples = self.flexion.clone();
+        let mut triples = self.flexion.triples.clone();
         if let Some(open) = self.open_cell_set() {
             triples.retain(|t| {
                 let [a, b, c] = t.map(|m| self.in_cells(m));

@@ -15,7 +15,8 @@ use crate::mesh::outline::Outline;
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, StructureKind, generate, nodes_of};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
-use crate::sheet::build::{SheetParts, extent, length_of, material_coordinates};
+use crate::sheet::assembly::SheetParts;
+use crate::sheet::build::{extent, length_of, material_coordinates};
 
 /// Minimum distance of the layers on a coarser grid, as a fraction of the distance that calibration
 /// chooses there.

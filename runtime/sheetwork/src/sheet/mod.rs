@@ -7,6 +7,7 @@
 pub(crate) mod accelerations;
 pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
+mod assembly;
 pub(crate) mod attachment;
 pub(crate) mod bonds;
 pub(crate) mod buckling;
@@ -164,10 +165,7 @@ pub struct Sheet {
     /// Triangles of a sheet with an outline, counter-clockwise seen from the upper side; such a
     /// sheet has one layer without a grid.
     pub triangles: Option<Vec<[u32; 3]>>,
-    /// Mesh of an outlined sheet; `described_mesh` is the mesh of the grid in the scene after a
-    /// change of grid.
-    mesh: Option<Arc<TriangleMesh>>,
-    described_mesh: Option<((u32, u32), Arc<TriangleMesh>)>,
+    meshes: OutlineMeshes,
     /// Material coordinates (u, v) of each node, 0 to 1 over the bottom layer.
     pub uv: Vec<(f64, f64)>,
     /// Nodes on the outline of their layer.
@@ -192,10 +190,7 @@ pub struct Sheet {
     pub(crate) drag: AirDrag,
     /// Temperatures; `None` for a sheet without a thermal network.
     pub(crate) heat: Option<Box<SheetTemperature>>,
-    /// Initial temperature in the scene, °C; `has_gradient` allows different temperatures of the
-    /// two sides.
-    pub(crate) initial_temperature: Option<f64>,
-    pub(crate) has_gradient: bool,
+    described_temperature: DescribedTemperature,
     /// Instability detector and recovery policy; `None` for [`crate::scene::WhenUnstable::Stop`].
     pub(crate) recovery: Option<Box<RecoveryPolicy>>,
     /// Buckling detector; `None` where buckling is not reported.
@@ -209,8 +204,7 @@ pub struct Sheet {
     /// Linear system of an implicit integrator, built by the first implicit step.
     system: Option<Box<ImplicitSystem>>,
     last_field: Option<Field>,
-    pub(crate) flexion: Vec<[u32; 3]>,
-    pub(crate) flexion_limit: Option<FlexionLimit>,
+    pub(crate) flexion: Flexion,
     pub(crate) thickness_limit: Option<ThicknessLimit>,
     pub(crate) pins: Pins,
     /// Nodes clamped in position and slope.
@@ -225,7 +219,6 @@ pub struct Sheet {
     pub(crate) rest_positions: Vectors,
     pub(crate) work: StepWorkspace,
     material: Material,
-    damping: f64,
     damping_ratio: f64,
     /// Longer side, m.
     length: f64,
@@ -233,19 +226,53 @@ pub struct Sheet {
     pub(crate) extent: (f64, f64),
     /// Initial distance of the layers, m; 1 for a single layer.
     pub(crate) gap: f64,
-    /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness for calibrated
-    /// springs.
-    stiffness_per_unit: Vec<f64>,
-    /// Whether the springs are calibrated to the bending stiffness.
-    is_calibrated: bool,
-    /// Delivered over requested bending stiffness; `None` for springs that are not calibrated.
-    delivered_fraction: Option<f64>,
+    spring_parameters: SpringParameters,
     /// Initial diagonal of the bounding box, m.
     pub(crate) initial_diagonal: f64,
     /// Columns and rows of nodes along creases.
     folds: surface::CreaseLines,
     /// Longest stable step of the explicit integrator, s; infinite unless the grid has changed.
     pub(crate) max_step: f64,
+}
+
+/// Meshes of an outlined sheet.
+#[derive(Default)]
+struct OutlineMeshes {
+    /// Present mesh.
+    present: Option<Arc<TriangleMesh>>,
+    /// Grid of the scene and its mesh, after a change of grid.
+    described: Option<((u32, u32), Arc<TriangleMesh>)>,
+}
+
+/// Temperature of a sheet in its description.
+struct DescribedTemperature {
+    /// Initial temperature, °C; that of the surroundings without a value.
+    initial: Option<f64>,
+    /// Whether the two sides may have different temperatures.
+    has_gradient: bool,
+}
+
+/// Triples of nodes in a line of a lattice that has a flexion limit.
+#[derive(Default)]
+pub(crate) struct Flexion {
+    /// Nodes of each triple, the middle one second.
+    pub triples: Vec<[u32; 3]>,
+    pub limit: Option<FlexionLimit>,
+}
+
+/// Parameters of the springs relative to the material.
+#[derive(Default)]
+struct SpringParameters {
+    /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness for calibrated
+    /// springs.
+    per_unit: Vec<f64>,
+    /// Whether the springs are calibrated to the bending stiffness.
+    is_calibrated: bool,
+    /// Delivered over requested bending stiffness; `None` for springs that are not calibrated.
+    delivered_fraction: Option<f64>,
+    /// Damping of each spring as a fraction of critical.
+    damping: f64,
+    /// Whether any spring has a dashpot.
     has_dashpots: bool,
 }
 
@@ -307,7 +334,7 @@ impl Sheet {
             surface.set_triangles(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
             return Some(surface);
         }
-        match &self.mesh {
+        match &self.meshes.present {
             Some(mesh) => (index == 0).then(|| DrawingSurface::from_mesh(mesh, &self.uv, parts)),
             None => {
                 self.layers.get(index).map(|layer| DrawingSurface::with_creases(layer, &self.uv, parts, &self.folds))
@@ -354,19 +381,19 @@ impl Sheet {
 
     /// Spring dashpots as a fraction of critical damping.
     pub fn damping(&self) -> f64 {
-        self.damping
+        self.spring_parameters.damping
     }
 
     /// Limit of the flexion angle, degrees; `None` without a limit.
     pub fn flexion_angle_limit(&self) -> Option<f64> {
-        self.flexion_limit.as_ref().map(|l| l.limit)
+        self.flexion.limit.as_ref().map(|l| l.limit)
     }
 
     /// Largest present angle of the flexion triples, degrees; `None` for a structure without
     /// flexion.
     pub fn largest_flexion_angle(&self) -> Option<f64> {
-        (!self.flexion.is_empty())
-            .then(|| FlexionLimit { triples: self.flexion.clone(), limit: 180.0 }.largest_angle(&self.x))
+        (!self.flexion.triples.is_empty())
+            .then(|| FlexionLimit { triples: self.flexion.triples.clone(), limit: 180.0 }.largest_angle(&self.x))
     }
 
     /// Smallest distance of a node from the layer below, over that distance at rest; `None` for a
@@ -486,7 +513,7 @@ impl Sheet {
     /// When out of range; nothing is changed then.
     pub fn set_damping(&mut self, damping: f64) -> Result<(), InputError> {
         Id::Damping.check("damping", damping)?;
-        self.damping = damping;
+        self.spring_parameters.damping = damping;
         self.refresh();
         Ok(())
     }
@@ -498,12 +525,12 @@ impl Sheet {
     pub fn set_flexion_limit(&mut self, limit: Option<f64>) -> Result<(), InputError> {
         if let Some(limit) = limit {
             Id::FlexionLimit.check("flexion_limit", limit)?;
-            if self.flexion.is_empty() {
+            if self.flexion.triples.is_empty() {
                 let problem = format!("{} has no flexion triples to limit", self.structure);
                 return Err(InputError::new("flexion_limit", problem));
             }
         }
-        self.flexion_limit = limit.map(|limit| FlexionLimit { triples: self.closed_triples(), limit });
+        self.flexion.limit = limit.map(|limit| FlexionLimit { triples: self.closed_triples(), limit });
         self.wake();
         Ok(())
     }
@@ -536,22 +563,26 @@ impl Sheet {
     /// Update the springs as [`Sheet::refresh`] does, without the elements.
     pub(crate) fn refresh_springs(&mut self) {
         let law = self.law();
-        let unit = if self.is_calibrated {
+        let unit = if self.spring_parameters.is_calibrated {
             self.material.plate_stiffness()
         } else {
             self.material.young * self.material.thickness
         };
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
-            let mut k = self.stiffness_per_unit[i] * unit;
+            let mut k = self.spring_parameters.per_unit[i] * unit;
             if let Some(heat) = &self.heat {
                 k *= heat.spring_softness(i);
             }
             let critical = 2.0 * (k * ma * mb / (ma + mb)).sqrt();
-            let dashpot = if self.is_calibrated { law.retardation * k } else { self.damping * critical };
+            let dashpot = if self.spring_parameters.is_calibrated {
+                law.retardation * k
+            } else {
+                self.spring_parameters.damping * critical
+            };
             self.springs.set_law(i, k, dashpot);
         }
-        self.has_dashpots = self.springs.is_damped();
+        self.spring_parameters.has_dashpots = self.springs.is_damped();
         self.update_inelastic_law();
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);

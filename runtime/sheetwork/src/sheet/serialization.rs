@@ -34,7 +34,7 @@ impl Sheet {
     /// Serialise the parameters that can change during a run.
     pub(crate) fn serialise_settings(&self, to: &mut StateWriter) {
         serialise_material(&self.material, to);
-        to.numbers(&[self.friction, self.restitution, self.damping, self.damping_ratio]);
+        to.numbers(&[self.friction, self.restitution, self.spring_parameters.damping, self.damping_ratio]);
         to.optional(self.flexion_angle_limit());
         self.drag.serialise_settings(to);
         to.optional(self.inelastic.as_ref().map(|f| f.celsius()));
@@ -51,8 +51,8 @@ impl Sheet {
         let material = deserialise_material(from)?;
         (self.friction, self.restitution) = (from.number()?, from.number()?);
         let (damping, ratio) = (from.number()?, from.number()?);
-        if (damping, ratio) != (self.damping, self.damping_ratio) {
-            (self.damping, self.damping_ratio) = (damping, ratio);
+        if (damping, ratio) != (self.spring_parameters.damping, self.damping_ratio) {
+            (self.spring_parameters.damping, self.damping_ratio) = (damping, ratio);
             self.refresh();
         }
         if material != self.material {
@@ -145,20 +145,9 @@ impl Sheet {
         clearance: impl FnOnce(&mut StateReader, usize) -> ReadResult,
     ) -> ReadResult {
         let masses = self.node_count();
-        let mut pins = std::mem::take(&mut self.pins);
-        let others = pins.deserialise(from, masses);
-        self.pins = pins;
-        if others? {
-            self.fix_pinned_nodes();
-        }
+        deserialise_pins(self, from)?;
         let status = deserialise_status(from)?;
-        let crossing = match from.byte()? {
-            0 => Interpenetration::Unknown,
-            1 => Interpenetration::None,
-            2 => Interpenetration::Detected,
-            3 => Interpenetration::Reported,
-            _ => return Err(CorruptState),
-        };
+        let crossing = deserialise_interpenetration(from)?;
         (self.rest_time, self.drag.pressure) = (from.number()?, from.number()?);
         let c = &mut self.counters;
         let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
@@ -179,24 +168,13 @@ impl Sheet {
             self.restore_recovery_state(Some(state));
         }
         self.deserialise_history(from)?;
-        let mut touching = Vec::new();
-        from.flags(&mut touching)?;
-        if touching.len() == masses {
-            self.resize_workspace();
-            self.work.touching = touching;
-        } else if !touching.is_empty() {
-            return Err(CorruptState);
-        }
+        deserialise_touching(self, from)?;
         self.work.stage.has_diverged = from.flag()?;
         clearance(from, masses)?;
         self.displaced = false;
         self.work.adhesion =
             if from.flag()? { Some(Box::new(AdhesionState::deserialise(from, masses)?)) } else { None };
-        if from.flag()? {
-            let mut watch = crate::sheet::buckling::BuckleDetector::default();
-            watch.deserialise(from, masses, self.opening_revision())?;
-            self.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
-        }
+        deserialise_buckle_detector(self, from)?;
         // Deserialising the other state may have woken the sheet.
         (self.status, self.interpenetration, self.rest_time) = (status, crossing, quiet);
         Ok(())
@@ -257,7 +235,7 @@ impl Sheet {
             self.springs.set_law(i, stiffness[i], damping[i]);
             self.springs.set_rest(i, rest[i]);
         }
-        self.has_dashpots = self.springs.is_damped();
+        self.spring_parameters.has_dashpots = self.springs.is_damped();
         let own = self.elements.len() - self.grabs.len();
         self.elements[..own].iter_mut().try_for_each(|e| e.deserialise_changes(from))?;
         if let Some(flow) = &mut self.inelastic {
@@ -335,6 +313,48 @@ fn serialise_status(status: &Status, to: &mut StateWriter) {
             to.number(*time);
         }
     }
+}
+
+fn deserialise_pins(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let mut pins = std::mem::take(&mut sheet.pins);
+    let others = pins.deserialise(from, sheet.node_count());
+    sheet.pins = pins;
+    if others? {
+        sheet.fix_pinned_nodes();
+    }
+    Ok(())
+}
+
+/// Deserialise which nodes touch something; an empty list leaves them as they are.
+fn deserialise_touching(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let mut touching = Vec::new();
+    from.flags(&mut touching)?;
+    if touching.len() == sheet.node_count() {
+        sheet.resize_workspace();
+        sheet.work.touching = touching;
+    } else if !touching.is_empty() {
+        return Err(CorruptState);
+    }
+    Ok(())
+}
+
+fn deserialise_buckle_detector(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    if from.flag()? {
+        let mut watch = crate::sheet::buckling::BuckleDetector::default();
+        watch.deserialise(from, sheet.node_count(), sheet.opening_revision())?;
+        sheet.buckle_detector.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
+    }
+    Ok(())
+}
+
+fn deserialise_interpenetration(from: &mut StateReader) -> ReadResult<Interpenetration> {
+    Ok(match from.byte()? {
+        0 => Interpenetration::Unknown,
+        1 => Interpenetration::None,
+        2 => Interpenetration::Detected,
+        3 => Interpenetration::Reported,
+        _ => return Err(CorruptState),
+    })
 }
 
 fn deserialise_status(from: &mut StateReader) -> ReadResult<Status> {

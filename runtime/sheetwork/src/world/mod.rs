@@ -30,9 +30,9 @@ pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
 
+use crate::contact::ContactCounters;
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
-use crate::contact::workspace::ContactCounters;
 use crate::error::InputError;
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};

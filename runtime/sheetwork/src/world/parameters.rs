@@ -140,7 +140,7 @@ const ACCESSORS: &[(Id, Accessor)] = &[
     (
         Id::FlexionLimit,
         SheetText(
-            |s| (!s.flexion.is_empty()).then(|| optional_text(s.flexion_angle_limit())),
+            |s| (!s.flexion.triples.is_empty()).then(|| optional_text(s.flexion_angle_limit())),
             |w, i, path, v| {
                 let limit = optional(path, v)?;
                 Id::FlexionLimit.check_option(path, limit)?;

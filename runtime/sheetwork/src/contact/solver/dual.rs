@@ -9,14 +9,16 @@
 use glam::DVec3;
 
 use crate::contact::IslandView;
+use crate::contact::counters::ContactCounters;
 use crate::contact::gap::contact_velocity_jump;
 use crate::contact::settings::{AlartCurnierSettings, ContactSettings, DualSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::alart_curnier::AlartCurnierSolver;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace};
+use crate::contact::solver::choice::PositionSolver;
 use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver::primal::solve_counted;
 use crate::contact::solver::working_set::WorkingSet;
-use crate::contact::workspace::{ContactCounters, ContactWorkspace, PositionSolver};
+use crate::contact::workspace::ContactWorkspace;
 
 const SETTINGS: DualSettings = ContactSettings::DEFAULT.dual;
 const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;

@@ -4,6 +4,7 @@
 //! (m/N) and b the relative position or velocity without contact, all solvers find forces p and u =
 //! W p + b = J δ + b that obey Coulomb's law at every contact.
 //!
+//! - `choice`: choice of the solver, position and velocity solve of a stage.
 //! - `primal`, `dual`: assemble the problem, choose the working set, store the result.
 //! - `augmented_lagrangian`: semismooth Newton method in either set of unknowns; interior point
 //!   method.
@@ -14,6 +15,7 @@
 
 pub(crate) mod alart_curnier;
 pub(crate) mod augmented_lagrangian;
+pub(crate) mod choice;
 pub(crate) mod delassus;
 pub(crate) mod dual;
 pub(crate) mod force_newton;

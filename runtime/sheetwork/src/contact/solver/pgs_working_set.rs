@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use crate::contact::IslandView;
+use crate::contact::contact_cache::CachedForces;
 use crate::contact::settings::{ContactSettings, NodeSweepSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::delassus::{DelassusOperator, frame_of};
 use crate::contact::solver::pgs::PgsStats;
@@ -107,5 +108,68 @@ impl PgsContactSolver {
     fn add_violated(&mut self, scratch: &ContactWorkspace) {
         let depth = if scratch.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
         self.working_set.add_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());
+    }
+}
+
+impl ContactWorkspace {
+    /// Solve the positions by PGS: coarsely while the working set grows, then to the tolerance.
+    pub(super) fn solve_positions_by_pgs(&mut self, group: &mut IslandView, h: f64) {
+        let mut dual = std::mem::take(&mut self.pgs);
+        dual.begin(self, group, h);
+        let mut rough = true;
+        let settled = loop {
+            dual.b.clear();
+            for k in 0..dual.delassus.problem.len() {
+                let u = self.relative_position(group, dual.delassus.contact(k), &dual.delassus.frame(k));
+                dual.b.push(u);
+            }
+            // Approximate forces are accurate enough to extend the working set.
+            let swept = if rough { dual.sweep_roughly() } else { dual.sweep() };
+            self.counters.sweeps += u64::from(swept.sweeps);
+            self.work += u64::from(swept.sweeps) * dual.delassus.problem.len() as u64;
+            dual.delassus.displace(group, &self.detected.contacts, h);
+            self.gaps.update(&self.detected.contacts, group);
+            if !dual.extend(self, group, h) {
+                if !rough || swept.change <= PGS.tolerance {
+                    break swept.change <= PGS.tolerance;
+                }
+                rough = false;
+            }
+        };
+        self.counters.unsettled += u64::from(!settled);
+        let contacts = &self.detected.contacts;
+        self.cache.replace(|old, new| {
+            new.extend(dual.forces().map(|(c, position)| {
+                let key = contacts[c].key;
+                (key, CachedForces { position, ..old.of(&key).unwrap_or_default() })
+            }));
+        });
+        self.pgs = dual;
+    }
+
+    /// Solve the velocities of the contacts that the PGS position solve left active.
+    pub(super) fn solve_velocities_by_pgs(&mut self, group: &mut IslandView, h: f64) {
+        let mut dual = std::mem::take(&mut self.pgs);
+        dual.b.clear();
+        for k in 0..dual.delassus.problem.len() {
+            let i = dual.delassus.contact(k);
+            let frame = dual.delassus.frame(k);
+            let u = self.relative_velocity(group, i, &frame);
+            let force = self.cached_forces(&self.detected.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
+            dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
+            dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
+        }
+        let swept = dual.sweep();
+        self.counters.sweeps += u64::from(swept.sweeps);
+        self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
+        dual.delassus.apply_velocity_jumps(group, &self.detected.contacts, h);
+        let contacts = &self.detected.contacts;
+        self.cache.replace(|old, new| {
+            new.extend(dual.forces().map(|(c, velocity)| {
+                let key = contacts[c].key;
+                (key, CachedForces { velocity, ..old.of(&key).unwrap_or_default() })
+            }));
+        });
+        self.pgs = dual;
     }
 }

@@ -11,13 +11,14 @@ use crate::collision::constraint::ContactSide;
 use crate::collision::settings::{DetectionSettings, DuplicateSettings};
 use crate::contact::IslandView;
 use crate::contact::contact_cache::CachedForces;
+use crate::contact::counters::ContactCounters;
 use crate::contact::settings::{ContactSettings, PrimalSettings};
 use crate::contact::solver::augmented_lagrangian::{
     AugmentedLagrangian, AugmentedLagrangianTolerances, PrimalSpace, SolverConstraint, TangentMatrix, UnknownSpace,
     covers_constraint,
 };
 use crate::contact::solver::delassus::frame_of;
-use crate::contact::workspace::{ContactCounters, ContactWorkspace};
+use crate::contact::workspace::ContactWorkspace;
 
 const SETTINGS: PrimalSettings = ContactSettings::DEFAULT.primal;
 const DUPLICATES: DuplicateSettings = DetectionSettings::DEFAULT.duplicates;

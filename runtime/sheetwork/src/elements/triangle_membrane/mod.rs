@@ -17,6 +17,7 @@
 //! (|d|² + |k|² - 1) with d and k linear.
 
 pub(crate) mod creep;
+mod edge_strain;
 pub(crate) mod remap;
 #[cfg(test)]
 mod tests;
@@ -26,37 +27,18 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use crate::elements::creep::InelasticElement;
-use crate::elements::curvature::{CurvatureGroup, apply as product, dot, relaxation};
+use crate::elements::curvature::{CurvatureGroup, apply as product, dot};
 use crate::elements::remap::Remap;
 use crate::elements::triangle_membrane::creep::EdgeCreep;
+use crate::elements::triangle_membrane::edge_strain::{EdgeStrain, sources};
 use crate::elements::{
     Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, deserialise_matrices, rest_strain_after_softening,
     serialise_matrices,
 };
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::mesh::outline::{MeshEdge, NO_TRIANGLE, TriangleMesh};
+use crate::mesh::outline::TriangleMesh;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-
-/// Weight of the arc term below which it is rounding, in units of 1/l².
-const WEIGHT_TOLERANCE: f64 = 1e-12;
-
-/// Coefficients of the strain of one edge.
-#[derive(Clone, Debug, Default)]
-struct EdgeStrain {
-    /// Nodes of the edge.
-    ends: [u32; 2],
-    /// 1/l, 1/m.
-    inverse_length: f64,
-    /// Nodes and weights (1/m) of k = Σ weight x + offset = `l/√12 x_tt`.
-    arc: Vec<(u32, f64)>,
-    /// Indices and weights of clamp directions in k.
-    clamps: Vec<(u32, f64)>,
-    /// Contribution of the clamp directions to k.
-    offset: DVec3,
-    /// |d|² + |k|² without stress: 1 plus twice the creep strain.
-    unit: f64,
-}
 
 /// A triangle: three edges, and the nodes that their strains depend on.
 #[derive(Clone, Debug, Default)]
@@ -84,6 +66,11 @@ struct TriangleRestState {
     /// Rest strains of the edges, and their thermal part.
     rest: [f64; 3],
     expansion: [f64; 3],
+}
+
+impl TriangleRestState {
+    /// Rest state before any change of temperature.
+    const COLD: Self = Self { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
 }
 
 /// The membrane of all triangles of a mesh.
@@ -117,50 +104,6 @@ pub struct EdgeMembrane {
     creep: Option<Box<EdgeCreep>>,
 }
 
-impl EdgeStrain {
-    #[inline]
-    fn chord(&self, x: &Vectors) -> DVec3 {
-        (x.get(self.ends[1] as usize) - x.get(self.ends[0] as usize)) * self.inverse_length
-    }
-
-    #[inline]
-    fn bow(&self, x: &Vectors) -> DVec3 {
-        self.arc.iter().fold(DVec3::ZERO, |sum, (v, w)| sum + x.get(*v as usize) * *w)
-    }
-
-    #[inline]
-    fn at(&self, x: &Vectors) -> f64 {
-        let (d, k) = (self.chord(x), self.bow(x) + self.offset);
-        0.5 * (d.length_squared() - self.unit + k.length_squared())
-    }
-
-    /// First-order change of the strain at `x` (m) for a displacement or velocity `v`.
-    #[inline]
-    fn rate(&self, x: &Vectors, v: &Vectors) -> f64 {
-        self.chord(x).dot(self.chord(v)) + (self.bow(x) + self.offset).dot(self.bow(v))
-    }
-
-    /// Adds `stress` times the gradient of the strain.
-    #[inline]
-    fn scatter(&self, x: &Vectors, stress: f64, to: &mut Vectors) {
-        let pull = self.chord(x) * (stress * self.inverse_length);
-        let [a, b] = self.ends.map(|v| v as usize);
-        to.set(a, to.get(a) - pull);
-        to.set(b, to.get(b) + pull);
-        let bend = (self.bow(x) + self.offset) * stress;
-        for (v, w) in &self.arc {
-            to.set(*v as usize, to.get(*v as usize) + bend * *w);
-        }
-    }
-
-    /// Weights of node `v` in d and in k.
-    fn weights(&self, v: u32) -> [f64; 2] {
-        let chord = if v == self.ends[1] { 1.0 } else { 0.0 } - if v == self.ends[0] { 1.0 } else { 0.0 };
-        let arc = self.arc.iter().find(|a| a.0 == v).map_or(0.0, |a| a.1);
-        [chord * self.inverse_length, arc]
-    }
-}
-
 impl EdgeMembrane {
     /// The membrane of `mesh`; `groups` are the curvatures of its triangles in their order.
     /// [`Element::set_law`] must set the stiffness.
@@ -179,9 +122,7 @@ impl EdgeMembrane {
             let (length, [u, v]) = mesh.direction(edge);
             membrane.directions.push(([u * u, v * v, u * v], length));
             membrane.sources.push(sources(mesh, edge));
-            let strain =
-                EdgeStrain { ends: edge.nodes, inverse_length: 1.0 / length, unit: 1.0, ..EdgeStrain::default() };
-            membrane.strains.push(strain);
+            membrane.strains.push(EdgeStrain::new(edge.nodes, length));
         }
         membrane.compute_arcs(&[[0.0; 3]; 3]);
         for (k, own) in mesh.triangle_edges.iter().enumerate() {
@@ -226,51 +167,10 @@ impl EdgeMembrane {
         self.triangles.iter().map(of).collect()
     }
 
-    /// Computes k of every edge for bending stiffness `bending` (N m). The sparsity pattern does
-    /// not depend on it.
-    fn compute_arcs(&mut self, bending: &[[f64; 3]; 3]) {
-        for ((strain, sources), (squares, length)) in self.strains.iter_mut().zip(&self.sources).zip(&self.directions) {
-            strain.arc.clear();
-            strain.clamps.clear();
-            let scale = length / 12.0_f64.sqrt();
-            for (group, share) in sources.iter().filter(|s| s.1 != 0.0) {
-                let group = &self.groups[*group as usize];
-                let q = relaxation(bending, &group.relaxed);
-                // x_tt = sᵀ Q κ: the row of the relaxed curvature along the edge.
-                let along: [f64; 3] = std::array::from_fn(|j| (0..3).map(|i| squares[i] * q[i][j]).sum());
-                let keep = !group.relaxed.is_empty();
-                for (i, along) in along.iter().enumerate() {
-                    let times = along * share * scale;
-                    let rows = group.rows[i].iter().map(|(v, w)| (*v, w * times));
-                    gather(&mut strain.arc, rows);
-                    gather(&mut strain.clamps, group.clamps[i].iter().map(|(v, w)| (*v, w * times)));
-                }
-                // With relaxed directions the weights depend on the stiffness: zero weights keep
-                // their places.
-                if keep {
-                    for row in &group.rows {
-                        gather(&mut strain.arc, row.iter().map(|(v, _)| (*v, 0.0)));
-                    }
-                }
-            }
-            if sources.iter().all(|s| s.1 == 0.0 || self.groups[s.0 as usize].relaxed.is_empty()) {
-                strain.arc.retain(|(_, w)| w.abs() * length > WEIGHT_TOLERANCE);
-            }
-            strain.arc.sort_by_key(|a| a.0);
-        }
-    }
-
     fn compute_weights(&mut self) {
         for triangle in &mut self.triangles {
             let strains = triangle.edges.map(|e| &self.strains[e as usize]);
             triangle.weights = triangle.masses.iter().map(|v| strains.map(|s| s.weights(*v))).collect();
-        }
-    }
-
-    fn compute_offsets(&mut self) {
-        for strain in &mut self.strains {
-            let tangent = |i: u32| self.tangents.get(i as usize).copied().unwrap_or(DVec3::ZERO);
-            strain.offset = strain.clamps.iter().fold(DVec3::ZERO, |sum, (i, w)| sum + tangent(*i) * *w);
         }
     }
 
@@ -396,8 +296,7 @@ impl Element for EdgeMembrane {
 
     fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
         let creeps = self.apply_temperature_to_creep(x, warmth);
-        let cold = TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
-        self.rest_state.resize(self.triangles.len(), cold);
+        self.rest_state.resize(self.triangles.len(), TriangleRestState::COLD);
         for (t, w) in self.triangles.iter_mut().zip(&mut self.rest_state) {
             let strains = t.edges.map(|e| &self.strains[e as usize]);
             let mut corners = [0.0; 2];
@@ -506,8 +405,7 @@ impl Element for EdgeMembrane {
         deserialise_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
         self.rest_state.clear();
         if from.flag()? {
-            self.rest_state
-                .resize(self.triangles.len(), TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] });
+            self.rest_state.resize(self.triangles.len(), TriangleRestState::COLD);
         }
         for w in &mut self.rest_state {
             w.softness = from.number()?;
@@ -577,25 +475,6 @@ impl Element for EdgeMembrane {
 
     fn as_inelastic(&mut self) -> Option<&mut dyn InelasticElement> {
         self.creep.is_some().then_some(self as &mut dyn InelasticElement)
-    }
-}
-
-/// Groups whose curvature contributes to an edge, and their shares.
-fn sources(mesh: &TriangleMesh, edge: &MeshEdge) -> [(u32, f64); 2] {
-    let [first, second] = edge.triangles;
-    if second == NO_TRIANGLE {
-        return [(first, 1.0), (first, 0.0)];
-    }
-    let (a, b) = (mesh.areas[first as usize], mesh.areas[second as usize]);
-    [(first, b / (a + b)), (second, a / (a + b))]
-}
-
-fn gather(to: &mut Vec<(u32, f64)>, from: impl Iterator<Item = (u32, f64)>) {
-    for (v, w) in from {
-        match to.iter_mut().find(|t| t.0 == v) {
-            Some(t) => t.1 += w,
-            None => to.push((v, w)),
-        }
     }
 }
 

@@ -33,8 +33,7 @@ impl EdgeMembrane {
         if old.rest_state.is_empty() {
             return;
         }
-        let cold = TriangleRestState { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
-        self.rest_state.resize(self.triangles.len(), cold);
+        self.rest_state.resize(self.triangles.len(), TriangleRestState::COLD);
         let places = carry.gather(false, (0..old.triangles.len()).map(|k| (k as u32, old.stored_state(k))));
         let mut creeping = self.creep.take();
         // Area-weighted sum over the triangles of each edge.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::elements::derivative_check;
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::*;
-use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, mesh};
+use crate::mesh::outline::{HoleSpec, MeshEdge, Outline, OutlineSpec, mesh};
 
 struct RandomNodes(u64);
 

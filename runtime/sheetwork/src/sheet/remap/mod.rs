@@ -81,7 +81,7 @@ impl Sheet {
         tolerance: f64,
     ) -> Result<(), InputError> {
         self.check_points(old, spec)?;
-        let (from, to) = (old.mesh.clone(), self.mesh.clone());
+        let (from, to) = (old.meshes.present.clone(), self.meshes.present.clone());
         let carry = match (&from, &to) {
             (Some(from), Some(to)) => Remap::Mesh(MeshRemap::new(from, to)),
             _ => Remap::Grid(GridRemap { from: old.nodes_along(), to: self.nodes_along() }),
@@ -146,13 +146,13 @@ impl Sheet {
 
     fn copy_settings_from(&mut self, old: &Self, tolerance: f64) -> Result<(), InputError> {
         (self.friction, self.restitution) = (old.friction, old.restitution);
-        (self.damping, self.damping_ratio) = (old.damping, old.damping_ratio);
+        (self.spring_parameters.damping, self.damping_ratio) = (old.spring_parameters.damping, old.damping_ratio);
         if self.material != old.material {
             self.set_material(old.material.clone())?;
         } else {
             self.refresh();
         }
-        if !self.flexion.is_empty() {
+        if !self.flexion.triples.is_empty() {
             self.set_flexion_limit(old.flexion_angle_limit())?;
         }
         self.drag.copy_settings(&old.drag);
@@ -211,7 +211,8 @@ impl Sheet {
         // stable step. Dashpots that are a fraction of each spring's own critical damping give two
         // to three times that ratio where a dozen springs meet.
         let solid = self.follows_material();
-        let damping = if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.damping };
+        let damping =
+            if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.spring_parameters.damping };
         let borne = STABILITY_LIMIT / (damping.hypot(1.0) + damping);
         self.max_step = if frequency > 0.0 { (borne / frequency).max(MIN_SUBSTEP) } else { f64::INFINITY };
     }

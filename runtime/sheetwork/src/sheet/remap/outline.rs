@@ -26,20 +26,23 @@ impl Sheet {
     /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its
     /// description.
     pub fn mesh(&self) -> Option<&TriangleMesh> {
-        self.mesh.as_deref()
+        self.meshes.present.as_deref()
     }
 
     /// Present mesh and that of the scene's `grid`; `None` where they are the same.
     pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
-        let (_, first) =
-            self.described_mesh.as_ref().filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
-        Some((self.mesh.as_deref()?, first))
+        let (_, first) = self
+            .meshes
+            .described
+            .as_ref()
+            .filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
+        Some((self.meshes.present.as_deref()?, first))
     }
 
     /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
     pub(crate) fn copy_described_mesh(&mut self, old: &Self) {
-        let own = || Some(((old.grid.0, old.grid.2), old.mesh.clone()?));
-        self.described_mesh = old.described_mesh.clone().or_else(own);
+        let own = || Some(((old.grid.0, old.grid.2), old.meshes.present.clone()?));
+        self.meshes.described = old.meshes.described.clone().or_else(own);
     }
 
     /// Size of a cell of its grid, m.

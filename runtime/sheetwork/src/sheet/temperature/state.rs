@@ -359,9 +359,12 @@ impl Sheet {
     #[doc(hidden)]
     pub fn start_temperatures(&mut self, celsius: f64) {
         if self.heat.is_none() {
-            let points = if self.has_gradient { 2 } else { 1 };
-            self.heat =
-                Some(Box::new(SheetTemperature::new(self, self.initial_temperature.unwrap_or(celsius), points)));
+            let points = if self.described_temperature.has_gradient { 2 } else { 1 };
+            self.heat = Some(Box::new(SheetTemperature::new(
+                self,
+                self.described_temperature.initial.unwrap_or(celsius),
+                points,
+            )));
             self.update_thermal_stiffness();
         }
     }

@@ -30,9 +30,11 @@
 pub(crate) mod contact_state;
 pub(crate) mod interior_point;
 pub(crate) mod island_tangent;
+mod newton_step;
 pub(crate) mod solver_constraint;
 #[cfg(test)]
 mod tests;
+mod tolerances;
 pub(crate) mod unknown_space;
 
 use glam::{DMat3, DVec2, DVec3};
@@ -47,116 +49,10 @@ pub(crate) use crate::contact::solver::augmented_lagrangian::island_tangent::{
     IslandTangent, TangentMatrix, covers_constraint,
 };
 pub(crate) use crate::contact::solver::augmented_lagrangian::solver_constraint::SolverConstraint;
+pub(crate) use crate::contact::solver::augmented_lagrangian::tolerances::AugmentedLagrangianTolerances;
 pub(crate) use crate::contact::solver::augmented_lagrangian::unknown_space::{DualSpace, PrimalSpace, UnknownSpace};
 
 const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
-
-/// Settings of a solve: tolerances, weights and iteration limits.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct AugmentedLagrangianTolerances {
-    /// Gap tolerance, m.
-    pub gap: f64,
-    /// ρ as a multiple of the stiffness of the sheet at the contact. With 100, a Newton step
-    /// reduces the penetration to a hundredth. Friction has a smaller factor because it changes
-    /// between stick and slip.
-    pub weight_factor: DVec3,
-    /// Maximum of the normal factor when weights grow in slow convergence. Piles converge more
-    /// slowly with larger weights.
-    pub maximum_weight_factor: f64,
-    /// Weight of slip in the residual; slip of sticking contacts would add up from step to step.
-    pub slip_weight: f64,
-    /// Tolerance of the force balance H δ = Jᵀ p, as a fraction of the sum of forces. A stiff
-    /// contact has a force error at a small gap.
-    pub balance: f64,
-    /// Tolerance of the force balance in late iterations, see
-    /// [`AugmentedLagrangianSettings::iterations_before_late_balance`]. When sheets slide over each
-    /// other, a few contacts alternate between stick and slip for many iterations.
-    pub balance_late: f64,
-    /// Tolerance of the force balance after the interior point method, whose friction converges
-    /// slowly.
-    pub balance_interior: f64,
-    /// Settings of the interior point method.
-    pub interior: InteriorPointTolerances,
-    /// Maximum number of updates of the friction bounds.
-    pub maximum_bound_updates: u32,
-    /// Iterations after which the interior point method is used in any case.
-    pub interior_point_iteration: u32,
-    /// Whether to regularise steps when many contacts change state: more robust, but slower near
-    /// the solution.
-    pub regularised: bool,
-}
-
-impl AugmentedLagrangianTolerances {
-    /// Settings for a single sheet: sticking contacts must not creep, and momentum is conserved.
-    pub const SINGLE_SHEET: Self = Self {
-        gap: 2e-7,
-        slip_weight: 10.0,
-        weight_factor: DVec3::new(100.0, 10.0, 10.0),
-        maximum_weight_factor: 1e4,
-        balance: 1e-7,
-        balance_late: 1e-7,
-        balance_interior: 1e-3,
-        interior: InteriorPointTolerances::SINGLE_SHEET,
-        maximum_bound_updates: 5,
-        // A sheet that lies loosely around a needle, with half of its contacts near the friction
-        // bound, needs between 20 and 30. A failed solve costs more than the spare iterations
-        // because the step is then bisected.
-        interior_point_iteration: 40,
-        regularised: false,
-    };
-    /// Settings for several sheets during an impact, in which some contact changes between stick
-    /// and slip in every iteration. The friction bounds follow the normal forces from solve to
-    /// solve.
-    pub const IMPACT: Self = Self {
-        gap: 5e-6,
-        slip_weight: 1.0,
-        weight_factor: DVec3::new(30.0, 3.0, 3.0),
-        maximum_weight_factor: 0.0,
-        balance: 1e-3,
-        balance_late: 5e-2,
-        balance_interior: 1e-2,
-        interior: InteriorPointTolerances::SEVERAL_SHEETS,
-        maximum_bound_updates: 0,
-        interior_point_iteration: 14,
-        regularised: true,
-    };
-    /// Settings for several sheets without bisection. The acceleration of a sliding sheet is within
-    /// 2 % of the exact one (0.5 to 7 % with `maximum_bound_updates: 0`). [`Self::FEW_SHEETS`]
-    /// takes 1.2 to 1.6 times as long for a falling house of cards.
-    pub const SEVERAL_SHEETS: Self = Self { balance_late: 1e-2, maximum_bound_updates: 1, ..Self::IMPACT };
-    /// Settings for a few sheets without bisection. The acceleration of a sliding sheet is within
-    /// 1e-4 of the exact one. With ten times the tolerance of the balance, steps of a sheet that
-    /// slides at 35° may fail to converge for seconds.
-    pub const FEW_SHEETS: Self = Self { balance_late: 1e-4, maximum_bound_updates: 2, ..Self::IMPACT };
-    /// Settings for an outer iteration of a single sheet that is far from the solution.
-    pub const ROUGH: Self = Self {
-        gap: 1e-5,
-        slip_weight: 10.0,
-        balance: 1e-3,
-        balance_late: 1e-3,
-        balance_interior: 1e-2,
-        maximum_bound_updates: 0,
-        ..Self::SINGLE_SHEET
-    };
-    /// Settings for an outer iteration of several sheets that is far from the solution.
-    pub const ROUGH_SEVERAL_SHEETS: Self =
-        Self { gap: 1e-5, slip_weight: 10.0, weight_factor: Self::SINGLE_SHEET.weight_factor, ..Self::IMPACT };
-
-    /// Maximum number of iterations without updates of the friction bounds; `in_forces` says
-    /// whether the unknowns are contact forces.
-    fn maximum_iterations(&self, in_forces: bool) -> u32 {
-        if in_forces {
-            self.interior_point_iteration.min(SETTINGS.maximum_iterations_in_forces)
-        } else {
-            self.interior_point_iteration
-        }
-    }
-
-    /// Tolerance of the force balance in iteration `round`.
-    fn balance_at(&self, round: u32) -> f64 {
-        if round < SETTINGS.iterations_before_late_balance { self.balance } else { self.balance_late }
-    }
-}
 
 /// Augmented Lagrangian solver and its arrays.
 #[derive(Default)]
@@ -200,6 +96,36 @@ pub(crate) struct AugmentedLagrangian {
     regularised: bool,
     /// Factorisations since the solver was created.
     pub factors: u64,
+}
+
+/// Progress of the iteration of one solve.
+struct SolveProgress {
+    /// Updates of the friction bounds so far.
+    bound_updates: u32,
+    /// Whether the last step was exact, or within tolerance.
+    is_exact: bool,
+    /// Whether the factor at hand may serve for another step.
+    trusts_factor: bool,
+    tried_interior_point: bool,
+    /// Whether the forces balanced the displacement in the last iteration.
+    is_balanced: bool,
+    /// Residual at the last update of the forces, and in the first iteration, m.
+    last_residual: f64,
+    first_residual: f64,
+}
+
+impl SolveProgress {
+    fn new() -> Self {
+        Self {
+            bound_updates: 0,
+            is_exact: true,
+            trusts_factor: true,
+            tried_interior_point: false,
+            is_balanced: false,
+            last_residual: f64::INFINITY,
+            first_residual: f64::INFINITY,
+        }
+    }
 }
 
 impl AugmentedLagrangian {
@@ -263,77 +189,121 @@ impl AugmentedLagrangian {
         if !self.compute_initial_displacement(space, accuracy) {
             return false;
         }
-        let tolerance = accuracy.gap;
-        let (mut updated, mut exact, mut trusted, mut inside) = (0, true, true, false);
-        let (mut before, mut first) = (f64::INFINITY, f64::INFINITY);
-        let mut just_held = false;
+        let mut progress = SolveProgress::new();
         for round in 0.. {
-            let patience =
-                accuracy.maximum_iterations(space.has_cheap_factorisation()) + SETTINGS.iterations_per_update * updated;
-            let soon = round == SETTINGS.iterations_before_interior_point
-                && !accuracy.regularised
-                && !exact
-                && !space.has_cheap_factorisation()
-                && self.changed_fraction() > SETTINGS.changes_threshold;
-            // Updated forces open contacts for one iteration.
-            let lost = accuracy.regularised && !just_held && self.needs_interior_point(round, &mut first, accuracy);
-            if !inside && (soon || lost || round == patience) {
+            let limit = accuracy.maximum_iterations(space.has_cheap_factorisation())
+                + SETTINGS.iterations_per_update * progress.bound_updates;
+            if self.wants_interior_point(space, accuracy, round, limit, &mut progress) {
+                // Its result may be a good initial value even if it has not converged.
+                progress.tried_interior_point = true;
                 if !space.has_cheap_factorisation() && self.solve_interior_point(space, accuracy) {
                     return true;
                 }
-                // The result of the interior point method may be a good initial value even if it
-                // did not converge.
-                inside = true;
             }
-            if round == patience {
+            if round == limit {
                 return false;
             }
-            let braced = accuracy.regularised
-                && !space.has_cheap_factorisation()
-                && if round == 0 {
-                    self.changed_fraction() > SETTINGS.changes_threshold
-                } else {
-                    self.regularised && !exact
-                };
-            if std::mem::replace(&mut self.regularised, braced) != braced {
-                self.factored_states.clear();
-            }
+            self.choose_regularisation(space, accuracy, round, progress.is_exact);
             self.update_states();
-            let balanced = self.compute_right_side(space) <= accuracy.balance_at(round);
-            just_held = balanced;
-            if balanced {
-                let missed = self.residual(accuracy.slip_weight);
-                self.update_forces();
-                let stalled = missed > (1.0 - SETTINGS.stagnation_decrease) * before
-                    && missed <= SETTINGS.stagnation_residual * tolerance;
-                if missed > SETTINGS.slow_convergence_ratio * before
-                    && self.weight_factor.x < accuracy.maximum_weight_factor
-                {
-                    self.weight_factor *= SETTINGS.weight_growth;
-                    self.factored_states.clear();
-                }
-                before = missed;
-                if missed <= tolerance || stalled {
-                    if updated >= accuracy.maximum_bound_updates || !self.update_friction_bounds() {
-                        return true;
-                    }
-                    updated += 1;
+            progress.is_balanced = self.compute_right_side(space) <= accuracy.balance_at(round);
+            if progress.is_balanced {
+                if self.update_forces_and_bounds(accuracy, &mut progress) {
+                    return true;
                 }
                 self.update_states();
                 self.compute_right_side(space);
             }
-            // The factor at hand is tried first: a change of friction states alone often makes
-            // little difference.
-            let will_do = trusted && self.has_same_closed_contacts();
-            if !will_do && !self.factorize(space) {
+            if !self.take_newton_step(space, accuracy.gap, &mut progress) {
                 return false;
             }
-            self.solve_step(space);
-            let small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
-            trusted = !will_do || (small && balanced);
-            exact = self.line_search_step(space) || small;
         }
         false
+    }
+
+    /// Whether to try the interior point method in iteration `round`: many contacts are about to
+    /// change state, the regularised iteration stagnates, or the iteration limit is reached.
+    fn wants_interior_point(
+        &self,
+        space: &dyn UnknownSpace,
+        accuracy: &AugmentedLagrangianTolerances,
+        round: u32,
+        limit: u32,
+        progress: &mut SolveProgress,
+    ) -> bool {
+        let many_changes = round == SETTINGS.iterations_before_interior_point
+            && !accuracy.regularised
+            && !progress.is_exact
+            && !space.has_cheap_factorisation()
+            && self.changed_fraction() > SETTINGS.changes_threshold;
+        // Updated forces open contacts for one iteration.
+        let stagnates = accuracy.regularised
+            && !progress.is_balanced
+            && self.needs_interior_point(round, &mut progress.first_residual, accuracy);
+        !progress.tried_interior_point && (many_changes || stagnates || round == limit)
+    }
+
+    /// Regularise the step of iteration `round` when many contacts change state, and keep to it
+    /// until a step is exact.
+    fn choose_regularisation(
+        &mut self,
+        space: &dyn UnknownSpace,
+        accuracy: &AugmentedLagrangianTolerances,
+        round: u32,
+        is_exact: bool,
+    ) {
+        let regularised = accuracy.regularised
+            && !space.has_cheap_factorisation()
+            && if round == 0 {
+                self.changed_fraction() > SETTINGS.changes_threshold
+            } else {
+                self.regularised && !is_exact
+            };
+        if std::mem::replace(&mut self.regularised, regularised) != regularised {
+            self.factored_states.clear();
+        }
+    }
+
+    /// Update the forces of a balanced iterate, and the friction bounds once gaps and slips are
+    /// within tolerance. Returns whether the solve has converged.
+    fn update_forces_and_bounds(
+        &mut self,
+        accuracy: &AugmentedLagrangianTolerances,
+        progress: &mut SolveProgress,
+    ) -> bool {
+        let (residual, tolerance) = (self.residual(accuracy.slip_weight), accuracy.gap);
+        self.update_forces();
+        let is_stalled = residual > (1.0 - SETTINGS.stagnation_decrease) * progress.last_residual
+            && residual <= SETTINGS.stagnation_residual * tolerance;
+        if residual > SETTINGS.slow_convergence_ratio * progress.last_residual
+            && self.weight_factor.x < accuracy.maximum_weight_factor
+        {
+            self.weight_factor *= SETTINGS.weight_growth;
+            self.factored_states.clear();
+        }
+        progress.last_residual = residual;
+        if residual <= tolerance || is_stalled {
+            if progress.bound_updates >= accuracy.maximum_bound_updates || !self.update_friction_bounds() {
+                return true;
+            }
+            progress.bound_updates += 1;
+        }
+        false
+    }
+
+    /// Take a Newton step; `tolerance` (m) is that of the gap. Returns false if the matrix has no
+    /// factor.
+    fn take_newton_step(&mut self, space: &mut dyn UnknownSpace, tolerance: f64, progress: &mut SolveProgress) -> bool {
+        // The factor at hand is tried first: a change of friction states alone often makes little
+        // difference.
+        let reuses_factor = progress.trusts_factor && self.has_same_closed_contacts();
+        if !reuses_factor && !self.factorize(space) {
+            return false;
+        }
+        self.solve_step(space);
+        let is_small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
+        progress.trusts_factor = !reuses_factor || (is_small && progress.is_balanced);
+        progress.is_exact = self.line_search_step(space) || is_small;
+        true
     }
 
     /// Whether the regularised iteration has not come near the solution by iteration `round`;
@@ -505,137 +475,5 @@ impl AugmentedLagrangian {
             *limit = (*limit + self.relaxation * short).max(0.0);
         }
         changed
-    }
-
-    /// Compute the right-hand side of a Newton step for the present contact states. Returns the
-    /// relative imbalance of [`AugmentedLagrangian::compute_imbalance`].
-    fn compute_right_side(&mut self, space: &dyn UnknownSpace) -> f64 {
-        self.compute_imbalance(space, |all, i, row| {
-            let p = || {
-                project_force(row, all.force[i] - row.stiffness * all.weight_factor * all.u[i], all.friction_bounds[i])
-            };
-            all.states[i].is_active().then(p)
-        })
-    }
-
-    /// Compute the imbalance Jᵀ p - H δ for the contact forces that `force` returns, and store it
-    /// as the right-hand side. Returns its sum as a fraction of the sum of forces; if all contacts
-    /// are open, of a fraction of the largest sum in this solve, so that rounding errors are not
-    /// compared to themselves.
-    fn compute_imbalance(
-        &mut self,
-        space: &dyn UnknownSpace,
-        force: impl Fn(&Self, usize, &SolverConstraint) -> Option<DVec3>,
-    ) -> f64 {
-        let mut step = std::mem::take(&mut self.step);
-        for (to, from) in step.iter_mut().zip(&self.h_delta) {
-            *to = -from;
-        }
-        let mut all = 0.0;
-        for (i, row) in self.constraints.iter().enumerate() {
-            if let Some(p) = force(self, i, row) {
-                space.add_force(i, row, p, &mut step);
-                all += p.abs().element_sum();
-            }
-        }
-        self.largest_force_sum = self.largest_force_sum.max(all);
-        let short: f64 = step.iter().map(|r| r.abs()).sum();
-        self.step = step;
-        short / all.max(SETTINGS.rounding * self.largest_force_sum).max(f64::MIN_POSITIVE)
-    }
-
-    /// Whether the factor at hand was computed for the same set of closed contacts.
-    fn has_same_closed_contacts(&self) -> bool {
-        let alike = self.factored_states.len() == self.states.len();
-        alike && self.factored_states.iter().zip(&self.states).all(|(a, b)| a.is_closed == b.is_closed)
-    }
-
-    /// Factorise for the present contact states. Returns false if the matrix has no factor.
-    fn factorize(&mut self, space: &mut dyn UnknownSpace) -> bool {
-        let alike = self.factored_states.len() == self.states.len();
-        if alike && self.factored_states.iter().zip(&self.states).all(|(a, b)| a.is_near(b)) {
-            return true;
-        }
-        self.weights.clear();
-        let (braced, stiffer) = (self.regularised, self.weight_factor);
-        let weight =
-            |(row, state): (&SolverConstraint, &ContactState)| derivative(row.stiffness * stiffer, state, braced);
-        self.weights.extend(self.constraints.iter().zip(&self.states).map(weight));
-        let done = space.factorize(&self.constraints, &self.weights);
-        self.factored_states.clear();
-        if done {
-            self.factors += 1;
-            self.factored_states.extend_from_slice(&self.states);
-        }
-        done
-    }
-
-    /// Solve for the step s and the change of u at every contact.
-    fn solve_step(&mut self, space: &mut dyn UnknownSpace) {
-        self.steps += 1;
-        space.solve(&self.constraints, &self.weights, (&mut self.step, &mut self.h_step), &mut self.du);
-    }
-
-    /// Move along the step to the minimum of Φ. Returns whether the contact states are then those
-    /// of the factor.
-    fn line_search_step(&mut self, space: &dyn UnknownSpace) -> bool {
-        let supposed = |(i, row): (usize, &SolverConstraint)| {
-            let trial = self.force[i] - row.stiffness * self.weight_factor * (self.u[i] + self.du[i]);
-            state_of(row, trial, self.friction_bounds[i]).is_near(&self.factored_states[i])
-        };
-        // Φ is then quadratic along the step, and the full step is its minimum.
-        let exact = self.constraints.iter().enumerate().all(supposed);
-        let part = if exact || self.regularised { 1.0 } else { self.line_search(space) };
-        self.move_along_step(part);
-        exact
-    }
-
-    /// Move δ and u along the fraction `part` of the step.
-    fn move_along_step(&mut self, part: f64) {
-        for (to, by) in self.delta.iter_mut().zip(&self.step) {
-            *to += part * by;
-        }
-        for (to, by) in self.h_delta.iter_mut().zip(&self.h_step) {
-            *to += part * by;
-        }
-        for (to, by) in self.u.iter_mut().zip(&self.du) {
-            *to += *by * part;
-        }
-    }
-
-    /// Fraction of the step at which Φ is near its minimum.
-    fn line_search(&self, space: &dyn UnknownSpace) -> f64 {
-        let work = |forces: &[f64]| space.work(&self.step, &self.du, forces);
-        let (constant, linear) = (work(&self.h_delta), work(&self.h_step));
-        let slope = |part: f64| {
-            let each = self.constraints.iter().enumerate().map(|(i, row)| {
-                let trial = self.force[i] - row.stiffness * self.weight_factor * (self.u[i] + self.du[i] * part);
-                self.du[i].dot(project_force(row, trial, self.friction_bounds[i]))
-            });
-            constant + part * linear - each.sum::<f64>()
-        };
-        let (first, last) = (slope(0.0), slope(1.0));
-        let flat = SETTINGS.line_search_slope * first.abs();
-        if first >= 0.0 || last <= flat {
-            return 1.0;
-        }
-        let (mut low, mut high) = ((0.0, first), (1.0, last));
-        let mut part = 1.0;
-        for k in 0..SETTINGS.maximum_line_search_points {
-            // The slope increases along the step. Bisection alternates with secant steps, which
-            // alone converge slowly.
-            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-            part = if k % 2 == 0 { secant } else { 0.5 * (low.0 + high.0) };
-            let here = slope(part);
-            if here.abs() <= flat {
-                break;
-            }
-            if here < 0.0 {
-                low = (part, here);
-            } else {
-                high = (part, here);
-            }
-        }
-        part
     }
 }

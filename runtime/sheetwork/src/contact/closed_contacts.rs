@@ -1,0 +1,62 @@
+//! Closed contacts at the end of a stage: the nodes that touch, and the support of a body.
+//!
+//! A contact counts as closed if its gap with the forces of the last solve is below twice
+//! [`ContactSettings::closed_gap`] (m).
+
+use glam::DVec3;
+
+use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::contact::settings::ContactSettings;
+use crate::contact::solver_body::SolverBody;
+use crate::contact::workspace::ContactWorkspace;
+use crate::rigid::Support;
+
+const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
+
+impl ContactWorkspace {
+    /// Call `touched` for every closed contact, with the index of its collider in the island.
+    pub fn for_each_closed(&self, mut touched: impl FnMut(&ContactConstraint, u32)) {
+        let all = self.detected.contacts.iter().zip(&self.gaps.now).zip(&self.detected.colliders);
+        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
+            touched(contact, *part);
+        }
+    }
+
+    /// Record the contacts that are closed at the end of a stage.
+    pub fn record_closed_contacts(&mut self) {
+        let mut met = std::mem::take(&mut self.closed_in_step);
+        self.for_each_closed(|contact, part| {
+            for side in [contact.a, contact.b] {
+                if let ContactSide::Sheet { sheet, point } = side {
+                    met.extend(point.terms().map(|(mass, _)| [sheet, mass, part]));
+                }
+            }
+        });
+        self.closed_in_step = met;
+    }
+
+    /// Support of body `body` of the island: sheets and kinematic or static bodies that carry it.
+    /// Dynamic bodies are left out because rolling resistance would have to turn them too.
+    pub fn support_of(&self, body: u32, movers: &[SolverBody]) -> Support {
+        let mut support = Support::default();
+        let is_it = |side: &ContactSide| matches!(side, ContactSide::Body { body: other, .. } if *other == body);
+        let spin_of = |side: &ContactSide| match side {
+            ContactSide::Body { body, .. } => {
+                movers.get(*body as usize).filter(|mover| !mover.is_dynamic()).map(|mover| mover.start.spin())
+            }
+            ContactSide::Sheet { .. } => Some(DVec3::ZERO),
+        };
+        let all = self.detected.contacts[..self.detected.first_attachment].iter().zip(&self.gaps.now);
+        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * SETTINGS.closed_gap) {
+            let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
+                (true, _) => (contact.normal, &contact.b),
+                (_, true) => (-contact.normal, &contact.a),
+                _ => continue,
+            };
+            if let Some(spin) = spin_of(other) {
+                support.add(normal, contact.friction, spin);
+            }
+        }
+        support
+    }
+}

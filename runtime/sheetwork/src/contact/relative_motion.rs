@@ -1,0 +1,63 @@
+//! Relative motion u of the two sides of a contact without contact forces: the right-hand side b of
+//! the contact problem.
+//!
+//! With α the fraction of the stage before a pair closes, friction acts against (1-α) times the
+//! tangential displacement, and the approach speed at impact is
+//!
+//!   (1-α) times the speed at the start plus α times the free speed at the end.
+//!
+//! Lengths in m, speeds in m/s.
+
+use glam::{DMat3, DVec3};
+
+use crate::contact::IslandView;
+use crate::contact::coulomb::ContactLaw;
+use crate::contact::gap::{StagePose, position, velocity};
+use crate::contact::settings::ContactSettings;
+use crate::contact::workspace::ContactWorkspace;
+
+const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
+
+impl ContactWorkspace {
+    /// Law of contact `i`: Coulomb friction, or bilateral for an attachment.
+    pub(crate) fn law(&self, i: usize) -> ContactLaw {
+        if i >= self.detected.first_attachment {
+            ContactLaw::Attachment
+        } else {
+            ContactLaw::Coulomb(self.detected.contacts[i].friction)
+        }
+    }
+
+    /// Relative position u of contact `i` in `frame` after the free motion, m: normal gap, and the
+    /// tangential displacement that friction opposes.
+    pub(crate) fn relative_position(&self, group: &IslandView, i: usize, frame: &DMat3) -> DVec3 {
+        let contact = &self.detected.contacts[i];
+        let end = position(group, &contact.a, StagePose::Free) - position(group, &contact.b, StagePose::Free);
+        if i >= self.detected.first_attachment {
+            return frame.transpose() * end;
+        }
+        let start = position(group, &contact.a, StagePose::Start) - position(group, &contact.b, StagePose::Start);
+        let along = frame.transpose() * (end - start) * (1.0 - self.gaps.open_fraction(i));
+        DVec3::new(self.gaps.free[i], along.y, along.z)
+    }
+
+    /// Relative velocity u of contact `i` in `frame` after the free motion, with the restitution
+    /// target added, m/s. `None` if the contact is open.
+    pub(crate) fn relative_velocity(&self, group: &IslandView, i: usize, frame: &DMat3) -> Option<DVec3> {
+        let contact = &self.detected.contacts[i];
+        let free = velocity(group, &contact.a, StagePose::Free) - velocity(group, &contact.b, StagePose::Free);
+        let mut u = frame.transpose() * free;
+        if i < self.detected.first_attachment {
+            if self.gaps.now[i] > SETTINGS.closed_gap {
+                return None;
+            }
+            let start = velocity(group, &contact.a, StagePose::Start) - velocity(group, &contact.b, StagePose::Start);
+            let airborne = self.gaps.open_fraction(i);
+            let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
+            if approach < -SETTINGS.restitution_speed {
+                u.x += contact.restitution * approach;
+            }
+        }
+        Some(u)
+    }
+}

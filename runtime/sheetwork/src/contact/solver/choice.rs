@@ -1,0 +1,119 @@
+//! Choice of the contact solver, and the position and velocity solve of one stage with it.
+//!
+//! The outer iteration (`outer_iteration`) calls [`ContactWorkspace::solve_positions`] once per
+//! iteration. The position solve finds forces (N) that remove all penetration (m) of the linearised
+//! free motion, with friction against the tangential displacement. After the outer iteration,
+//! [`ContactWorkspace::solve_velocities`] finds the velocity jumps (m/s) of the contacts that are
+//! closed, with restitution. Positions and velocities need separate solves: with a single one, a
+//! sheet that should not rebound separates with two thirds of its approach speed.
+//!
+//! Islands with explicit integrators are solved by PGS. The others are solved by the dual solver
+//! for a small working set, otherwise by the primal solver; a single sheet is solved once more by
+//! the dual solver if the primal one fails, and by PGS as the last fallback.
+
+use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::contact::IslandView;
+use crate::contact::workspace::ContactWorkspace;
+
+/// The contact solver that found the positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum PositionSolver {
+    /// Dual solver: unknowns are the contact forces.
+    #[default]
+    Dual,
+    /// Primal solver: unknowns are the displacements of nodes and bodies.
+    Primal,
+    /// Projected Gauss-Seidel.
+    Pgs,
+}
+
+impl ContactWorkspace {
+    /// Remove the penetration of the free motion, in a stage of weight `h` (s). The displacements
+    /// are left in the contact arrays of the sheets and in the solver bodies. `rough` lowers the
+    /// accuracy. Returns false if nothing overlaps.
+    pub(crate) fn solve_positions(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
+        self.gaps.measure(&self.detected.contacts, group);
+        if self.detected.first_attachment >= self.detected.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
+            if !self.is_explicit {
+                self.forget_solution(group);
+            }
+            return false;
+        }
+        if self.is_explicit {
+            self.solve_positions_by_pgs(group, h);
+            self.position_solver = PositionSolver::Pgs;
+        } else if !self.choose_position_solver(group, h, rough) {
+            if !self.accepts_unconverged {
+                self.solve_failed = true;
+                return true;
+            }
+            // An unconverged solution of several sheets is good enough for the next outer
+            // iteration, and another solver takes too long.
+            if self.has_only_fixed_bodies {
+                // The primal solver has left contact in the factor.
+                group.for_each_sheet(|sheet| sheet.restore_factor());
+                self.solve_positions_by_pgs(group, h);
+                self.position_solver = PositionSolver::Pgs;
+            }
+        }
+        let count = match self.position_solver {
+            PositionSolver::Pgs => self.pgs.delassus.problem.len(),
+            _ => self.working_set.len(),
+        };
+        self.gaps.update(&self.detected.contacts, group);
+        self.counters.rounds += 1;
+        self.counters.contacts += count as u64;
+        self.counters.most = self.counters.most.max(count as u64);
+        true
+    }
+
+    /// Position solve: dual solver for a small working set, otherwise primal solver, and for a
+    /// single sheet the dual solver again if the primal one fails. Returns false if none converges.
+    fn choose_position_solver(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
+        let within =
+            |c: &ContactConstraint| matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. }));
+        let is_folded = group.sheets.len() == 1 && self.detected.contacts.iter().any(within);
+        self.is_single_sheet = group.sheets.len() == 1 && !is_folded;
+        self.has_only_fixed_bodies = group.sheets.len() == 1 && group.solver_bodies.iter().all(|m| !m.is_dynamic());
+        self.island_tangent.lay_out(group);
+        self.store_node_normals(group);
+        self.position_solver = PositionSolver::Dual;
+        let on_forces = if self.is_dual_affordable(group) { self.solve_positions_dual(group, h, rough) } else { None };
+        on_forces.unwrap_or_else(|| {
+            self.position_solver = PositionSolver::Primal;
+            let factors = self.counters.factors;
+            let settled = self.solve_positions_primal(group, h, rough);
+            let size = self.detected.contacts.len() + group.nodes();
+            self.work += (self.counters.factors - factors) * size as u64;
+            settled
+                || group.sheets.len() == 1 && {
+                    self.position_solver = PositionSolver::Dual;
+                    self.retry_positions_dual(group, h, rough)
+                }
+        })
+    }
+
+    /// Solve the velocities of the contacts that the last position solve closed, in a stage of
+    /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
+    /// solver bodies.
+    pub fn solve_velocities(&mut self, group: &mut IslandView, h: f64) {
+        if self.position_solver != PositionSolver::Pgs {
+            let settled = match self.position_solver {
+                PositionSolver::Dual => self.solve_velocities_dual(group, h),
+                _ => {
+                    self.solve_velocities_primal(group, h)
+                        || self.transfer_to_dual(group, h) && self.solve_velocities_dual(group, h)
+                }
+            };
+            if settled || !self.accepts_unconverged || !self.has_only_fixed_bodies {
+                self.solve_failed = !settled && !self.accepts_unconverged;
+                return;
+            }
+            group.for_each_sheet(|sheet| sheet.restore_factor());
+            let mut dual = std::mem::take(&mut self.pgs);
+            dual.begin_closed(self, group, h);
+            self.pgs = dual;
+        }
+        self.solve_velocities_by_pgs(group, h);
+    }
+}
