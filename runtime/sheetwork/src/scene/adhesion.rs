@@ -32,7 +32,7 @@ pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it has none.
-pub fn check_material(material: &Material) -> Result<(), InputError> {
+pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
     if material.tack.is_none() {
         return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
     }
@@ -43,7 +43,7 @@ pub fn check_material(material: &Material) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it is explicit.
-pub fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
+pub(crate) fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
     if !engine.info().implicit {
         let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());
         return Err(InputError::new("sticky", problem));

@@ -42,7 +42,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it has none.
-pub fn check_material(material: &Material) -> Result<(), InputError> {
+pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
     if material.tears_at.is_none() && material.melts_at.is_none() {
         return Err(InputError::new("tearing", "asks for tears_at or melts_at, which the material does not have"));
     }

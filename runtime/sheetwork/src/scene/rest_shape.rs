@@ -53,7 +53,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it lacks one.
-pub fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
+pub(crate) fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
     if s.plastic && material.yield_stress.is_none() {
         return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
     }
