@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use sheetwork::integrators;
 use sheetwork::mesh::structure;
 use sheetwork::scene::{Scene, material};
-use sheetwork::{InputError, ParameterAccess, ParameterRow};
+use sheetwork::{InputError, ParameterRow, ParameterScope};
 use sheetwork_rigs::measure;
 
 use sheetwork_rigs::output::{print_json, print_line};
@@ -100,7 +100,7 @@ fn parameter(row: &ParameterRow) -> Value {
     json!({
         "name": row.path, "about": about, "unit": row.unit, "kind": row.kind.name(),
         "min": row.range.map(|r| r.0), "max": row.range.map(|r| r.1), "default": default,
-        "live": row.access != ParameterAccess::Scene,
+        "live": row.scope != ParameterScope::Scene,
     })
 }
 

@@ -78,7 +78,7 @@ pub use crate::mesh::structure::StructureKind;
 pub use crate::profiler::{Phase, StepObserver};
 pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
-pub use crate::units::parameters::{ParameterAccess, ParameterId, ParameterKind, ParameterRow, UsualRange};
+pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
     BodyId, BodyReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
     World, journal, recording,

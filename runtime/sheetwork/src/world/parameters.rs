@@ -9,7 +9,7 @@ use crate::error::InputError;
 use crate::scene::{Air, Material};
 use crate::sheet::Sheet;
 use crate::units::DisplayUnit;
-use crate::units::parameters::{ParameterAccess, ParameterId as Id, ParameterKind, ParameterRow};
+use crate::units::parameters::{ParameterId as Id, ParameterKind, ParameterRow, ParameterScope};
 use crate::world::World;
 use crate::world::remap::Grid;
 
@@ -175,7 +175,7 @@ impl World {
     /// All parameters that [`World::set`] accepts, with their present values, except the states
     /// `sheets.NAME.grid` and `viewpoint`.
     pub fn parameters(&self) -> Vec<Parameter> {
-        let live = || ACCESSORS.iter().filter(|(id, _)| id.row().access == ParameterAccess::Live);
+        let live = || ACCESSORS.iter().filter(|(id, _)| id.row().scope == ParameterScope::Live);
         let of_world = |(id, accessor): &(Id, Accessor)| match accessor {
             Global(get, _) => Some(Parameter::new(*id, "", get(self)?)),
             _ => None,
@@ -199,7 +199,7 @@ impl World {
     /// # Errors
     /// When the world has no such parameter; the message names similar ones.
     pub fn get(&self, path: &str) -> Result<Parameter, InputError> {
-        let found = self.resolve(path).filter(|(id, _)| id.row().access == ParameterAccess::Live);
+        let found = self.resolve(path).filter(|(id, _)| id.row().scope == ParameterScope::Live);
         let value = found.and_then(|(id, owner)| Some((id, owner, self.value_of(id, owner)?)));
         let (id, owner, value) = value.ok_or_else(|| self.no_such_parameter(path))?;
         let object = match owner {
@@ -262,7 +262,7 @@ impl World {
 
     /// Parameter and object at `path`; `None` when the world has no such object or parameter.
     fn resolve<'a>(&self, path: &'a str) -> Option<(Id, Owner<'a>)> {
-        let id = Id::from_whole_path(path).filter(|id| id.row().access != ParameterAccess::Scene)?;
+        let id = Id::from_whole_path(path).filter(|id| id.row().scope != ParameterScope::Scene)?;
         let object = if id.row().path.contains('*') { path.split('.').nth(1)? } else { "" };
         match accessor(id) {
             Some(Global(get, _)) => get(self).map(|_| (id, Owner::World)),

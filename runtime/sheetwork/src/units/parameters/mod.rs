@@ -49,7 +49,7 @@ impl ParameterKind {
 /// Time at which a parameter can be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum ParameterAccess {
+pub enum ParameterScope {
     /// In a scene only.
     Scene,
     /// In a scene, and in a running world, which lists it among its parameters.
@@ -98,7 +98,7 @@ pub struct ParameterRow {
     /// Kind of the value.
     pub kind: ParameterKind,
     /// Time at which it can be set.
-    pub access: ParameterAccess,
+    pub scope: ParameterScope,
     /// Usual values.
     pub usual: Option<UsualRange>,
     pub(crate) default: DefaultSource,
@@ -160,7 +160,7 @@ impl ParameterId {
     ///
     /// # Errors
     /// When it is not.
-    pub(crate) fn check(self, field: &str, value: f64) -> Result<(), InputError> {
+    pub fn check(self, field: &str, value: f64) -> Result<(), InputError> {
         let (min, max) = self.range();
         check_range(field, value, min, max, self.row().unit)
     }

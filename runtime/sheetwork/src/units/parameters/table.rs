@@ -2,7 +2,7 @@
 
 use crate::units::parameters::ParameterId as Id;
 use crate::units::parameters::ParameterKind::{Boolean, Name, Optional, OptionalVector, Pair, Vector};
-use crate::units::parameters::{DefaultSource, ParameterAccess, ParameterKind, ParameterRow, UsualRange};
+use crate::units::parameters::{DefaultSource, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Temperatures, °C.
@@ -22,8 +22,8 @@ const FRICTION: (f64, f64) = (0.0, 10.0);
 
 /// Row of a number; other kinds and properties are set by the functions below.
 const fn number(id: Id, path: &'static str, unit: &'static str, range: (f64, f64)) -> ParameterRow {
-    let (kind, access, default) = (ParameterKind::Number, ParameterAccess::Scene, DefaultSource::Field);
-    ParameterRow { id, path, unit, range: Some(range), kind, access, usual: None, default }
+    let (kind, scope, default) = (ParameterKind::Number, ParameterScope::Scene, DefaultSource::Field);
+    ParameterRow { id, path, unit, range: Some(range), kind, scope, usual: None, default }
 }
 
 /// Row of a boolean or a name.
@@ -37,11 +37,11 @@ impl ParameterRow {
     }
 
     const fn live(self) -> Self {
-        Self { access: ParameterAccess::Live, ..self }
+        Self { scope: ParameterScope::Live, ..self }
     }
 
     const fn state(self) -> Self {
-        Self { access: ParameterAccess::State, ..self }
+        Self { scope: ParameterScope::State, ..self }
     }
 
     const fn usual(self, min: f64, max: f64) -> Self {
