@@ -183,7 +183,7 @@ mod tests {
         for _ in 0..5 {
             timeline.record(&world);
             timeline.record(&world);
-            (0..10).for_each(|_| world.step());
+            (0..10).for_each(|_| _ = world.step());
         }
         assert_eq!(timeline.len(), 5, "one a moment");
         let (first, last) = timeline.span().expect("some");

@@ -132,7 +132,7 @@ pub fn run(world: &mut World, steps: u32, dt: f64) {
     if let Err(error) = world.set_dt(dt) {
         panic!("{error}");
     }
-    (0..steps).for_each(|_| world.step());
+    (0..steps).for_each(|_| _ = world.step());
     assert!(world.unstable().is_none(), "unstable");
 }
 

@@ -62,9 +62,9 @@ fn lowest(world: &World) -> f64 {
 /// on, and `steps` further steps.
 fn advanced(scene: &Scene, steps: u32) -> World {
     let mut world = world(&Scene { gravity: DVec3::new(0.0, 9.81, 0.0), ..scene.clone() });
-    (0..20).for_each(|_| world.step());
+    (0..20).for_each(|_| _ = world.step());
     world.set_gravity(scene.gravity).expect("in range");
-    (0..steps).for_each(|_| world.step());
+    (0..steps).for_each(|_| _ = world.step());
     assert!(world.unstable().is_none());
     world
 }
@@ -94,7 +94,7 @@ fn bonds_release_below_the_release_temperature() {
         assert_eq!(world.sheets()[0].bonds(), 121);
         world.set("ambient_temperature", &celsius.to_string()).expect("a room");
         world.sheets_mut()[0].set_temperatures(|_| celsius).expect("in range");
-        (0..90).for_each(|_| world.step());
+        (0..90).for_each(|_| _ = world.step());
         println!("at {celsius} °C, sets {sets}: {:.3} mm, {} bonds", 1e3 * lowest(&world), world.sheets()[0].bonds());
         assert_eq!(lowest(&world) > -4e-4, hangs, "at {celsius} °C, sets: {sets}");
     }
@@ -125,11 +125,11 @@ fn friction_on_an_incline_includes_adhesion() {
             scene.sheets[0].placement.position.y = 2.5e-4;
             scene.gravity = DVec3::new(angle.sin(), -angle.cos(), 0.0) * 9.81;
             let mut world = world(&Scene { gravity: DVec3::new(0.0, -9.81, 0.0), ..scene.clone() });
-            (0..20).for_each(|_| world.step());
+            (0..20).for_each(|_| _ = world.step());
             world.set_gravity(scene.gravity).expect("in range");
-            (0..30).for_each(|_| world.step());
+            (0..30).for_each(|_| _ = world.step());
             let from = world.sheets()[0].centre_of_mass().x;
-            (0..60).for_each(|_| world.step());
+            (0..60).for_each(|_| _ = world.step());
             let gone = world.sheets()[0].centre_of_mass().x - from;
             println!(
                 "σ = {share} ρ t g at {:.2}° of {:.2}°: {:.3e} m in 1 s",
@@ -153,7 +153,7 @@ fn peel(strength: f64) -> f64 {
     let mut scene = hanging_scene(spec);
     scene.gravity = DVec3::ZERO;
     let mut world = world(&scene);
-    (0..10).for_each(|_| world.step());
+    (0..10).for_each(|_| _ = world.step());
     let whole = world.sheets()[0].bonds();
     let end: Vec<usize> = (0..5).map(|j| 41 * j + 40).collect();
     for step in 0..3000 {
@@ -270,9 +270,9 @@ fn folded(sticky: bool) -> (f64, usize) {
         }
     };
     press(&mut world, 2e-4);
-    (0..60).for_each(|_| world.step());
+    (0..60).for_each(|_| _ = world.step());
     press(&mut world, 0.0);
-    (0..120).for_each(|_| world.step());
+    (0..120).for_each(|_| _ = world.step());
     assert!(world.unstable().is_none());
     let sheet = &world.sheets()[0];
     (sheet.x.get(31 * 2 + 30).y + 2.5e-4, sheet.bonds())
@@ -295,16 +295,16 @@ fn adhesion_is_bit_identical_on_any_number_of_threads_and_from_a_snapshot() {
         scene.sheets.push(SheetSpec { name: "lower".into(), placement: at(-7.5e-4), ..sheet(3.0 * WEIGHT, false) });
         let mut world = advanced(&scene, 0);
         world.set_threads(threads).expect("threads");
-        (0..20).for_each(|_| world.step());
+        (0..20).for_each(|_| _ = world.step());
         world
     };
     let mut one = run(1);
     assert_eq!(state_hash(&one), state_hash(&run(2)));
     let snapshot = one.snapshot();
-    (0..30).for_each(|_| one.step());
+    (0..30).for_each(|_| _ = one.step());
     let (bonds, end) = (one.sheets()[0].bonds(), state_hash(&one));
     one.restore(&snapshot).expect("its own");
-    (0..30).for_each(|_| one.step());
+    (0..30).for_each(|_| _ = one.step());
     println!("{bonds} bonds");
     assert!(bonds == 121, "{bonds}");
     assert_eq!((one.sheets()[0].bonds(), state_hash(&one)), (bonds, end));

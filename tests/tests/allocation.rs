@@ -15,7 +15,7 @@ fn allocations(scene: &Scene) -> u64 {
     let mut world = world(scene);
     world.set_sleep(false);
     world.advance(1.3);
-    let counted = measure(|| (0..200).for_each(|_| world.step()));
+    let counted = measure(|| (0..200).for_each(|_| _ = world.step()));
     assert!(world.unstable().is_none());
     counted.count_total
 }
@@ -35,8 +35,8 @@ fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_integrator_and_structu
             scene.gravity = DVec3::new(0.0, -1.0, 0.0);
             let mut world = world(&scene);
             excite_randomly(&mut world.sheets_mut()[0], 0.01, 1);
-            (0..5).for_each(|_| world.step());
-            let counted = measure(|| (0..100).for_each(|_| world.step())).count_total;
+            (0..5).for_each(|_| _ = world.step());
+            let counted = measure(|| (0..100).for_each(|_| _ = world.step())).count_total;
             assert_eq!(counted, 0, "{} on {}", engine.name, structure.name);
         }
     }
@@ -83,7 +83,7 @@ fn a_warm_step_in_contact_with_static_bodies_allocates_nothing() {
         let mut world = world(&scene.unwrap_or_else(|e| panic!("{e}")));
         world.advance(1.3);
         // The step is lengthened on trial at intervals, with an event.
-        let counted = (0..100).map(|_| measure(|| world.step()).count_total).filter(|n| *n == 0).count();
+        let counted = (0..100).map(|_| measure(|| _ = world.step()).count_total).filter(|n| *n == 0).count();
         assert!(counted >= 95 && world.unstable().is_none(), "{young} Pa: {counted} of 100 steps allocate nothing");
     }
     // A pile of layers at rest on a tilted box and a half space at once.

@@ -269,7 +269,7 @@ fn an_unstable_sheet_is_detected_named_and_isolated() {
             for sheet in world.sheets_mut() {
                 sheetwork_tests::excite_randomly(sheet, 0.01, 1);
             }
-            (0..200).for_each(|_| world.step());
+            (0..200).for_each(|_| _ = world.step());
             world
         };
         let both = run(&scene);
@@ -297,7 +297,7 @@ fn an_implicit_integrator_is_stable_for_very_stiff_sheets() {
         let mut world = world(&scene);
         sheetwork_tests::excite_randomly(&mut world.sheets_mut()[0], 0.01, 1);
         let before = world.sheets()[0].energy(DVec3::ZERO).total;
-        (0..200).for_each(|_| world.step());
+        (0..200).for_each(|_| _ = world.step());
         assert!(world.unstable().is_none(), "{}", engine.name);
         let after = world.sheets()[0].energy(DVec3::ZERO).total;
         assert!(after < 1.001 * before, "{}: {after} of {before} J", engine.name);

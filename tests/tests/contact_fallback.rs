@@ -96,7 +96,7 @@ fn no_dynamic_body_passes_through_a_free_foil_and_momentum_is_conserved() {
 #[test]
 fn a_contact_fallback_sends_an_event() {
     let mut world = struck("Ball(0.004)", 20.0);
-    (0..STEPS).for_each(|_| world.step());
+    (0..STEPS).for_each(|_| _ = world.step());
     let parts = world.contact_counters(0).given_up;
     assert!(parts > 0, "this is to be too much for contact");
     let told = world.events().iter().filter(|e| e.kind == EventKind::GivenUp).count() as u64;
@@ -134,7 +134,7 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
     assert!(world.unstable().is_none() && world.sheets().iter().all(|s| s.x.iter().all(|p| p.y > 1e-4)));
     // One card is fixed: the other falls out of it, and lands on it when placed above.
     let mut world = crossed("(region: Left, clamp: true)");
-    (0..30).for_each(|_| world.step());
+    (0..30).for_each(|_| _ = world.step());
     let height = |world: &World, i: usize| world.sheets()[i].centre_of_mass().y;
     assert!(height(&world, 0) - height(&world, 1) > 0.05, "it has not come out");
     assert_eq!((told(&world, EventKind::Crossing), told(&world, EventKind::GivenUp)), (2, 0));
@@ -144,7 +144,7 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
         sheet.x.set(i, DVec3::new(p.x, 0.12, p.z));
         sheet.v.set(i, DVec3::ZERO);
     }
-    (0..60).for_each(|_| world.step());
+    (0..60).for_each(|_| _ = world.step());
     assert!(height(&world, 1) > height(&world, 0), "it has gone through");
     assert_eq!(told(&world, EventKind::Crossing), 2);
     // A program that moves one card through the other during the run triggers a new check.

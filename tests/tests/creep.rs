@@ -252,7 +252,7 @@ fn creep_and_plasticity_are_bit_identical_on_any_number_of_threads() {
     let run = |threads: usize| {
         let mut world = world(&scene);
         world.set_threads(threads).expect("in range");
-        (0..40).for_each(|_| world.step());
+        (0..40).for_each(|_| _ = world.step());
         assert!(world.unstable().is_none());
         state_hash(&world)
     };
@@ -269,12 +269,12 @@ fn a_warm_step_with_creep_and_plasticity_allocates_nothing() {
                 sheet.set_temperature(celsius.parse().expect("a number")).expect("in range");
             }
         };
-        (0..20).for_each(|_| world.step());
+        (0..20).for_each(|_| _ = world.step());
         change(&mut world, "123");
-        (0..3).for_each(|_| world.step());
+        (0..3).for_each(|_| _ = world.step());
         let counted = allocation_counter::measure(|| {
             change(&mut world, "121");
-            (0..20).for_each(|_| world.step());
+            (0..20).for_each(|_| _ = world.step());
         });
         assert_eq!(counted.count_total, 0, "{}", engine.name);
     }

@@ -24,7 +24,7 @@ use sheetwork_tests::{shipped_scene, shipped_scene_names, state_hash};
 fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
     let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
     world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
-    (0..steps).for_each(|_| world.step());
+    (0..steps).for_each(|_| _ = world.step());
     state_hash(&world)
 }
 
@@ -95,7 +95,7 @@ fn results_and_events_are_identical_on_any_number_of_threads() {
         let run = |threads: usize| {
             let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
             world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
-            (0..300).for_each(|_| world.step());
+            (0..300).for_each(|_| _ = world.step());
             (state_hash(&world), world.events().to_vec())
         };
         let one = run(1);
@@ -139,16 +139,16 @@ fn a_reset_world_equals_a_new_one() {
     for engine in TABLE {
         let scene = one_of_every_structure(engine.kind);
         let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
-        (0..100).for_each(|_| world.step());
+        (0..100).for_each(|_| _ = world.step());
         // A reset must also discard changes made during the run.
         world.set_gravity(DVec3::new(1.0, -2.0, 0.5)).unwrap_or_else(|e| panic!("{e}"));
         world.set("sheets.trimm.material.young", "5e3").unwrap_or_else(|e| panic!("{e}"));
         world.set_engine(IntegratorKind::Verlet);
-        (0..50).for_each(|_| world.step());
+        (0..50).for_each(|_| _ = world.step());
         world.reset().unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(world.time(), 0.0);
         assert!(world.events().is_empty());
-        (0..100).for_each(|_| world.step());
+        (0..100).for_each(|_| _ = world.step());
         assert_eq!(state_hash(&world), hash_after(&scene, 1, 100), "{}", engine.name);
     }
 }

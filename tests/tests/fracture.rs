@@ -244,7 +244,7 @@ fn a_ball_falls_through_a_hole_and_a_box_is_carried_by_the_rest() {
             move |i: usize| if (uv[i].0 - 0.5).hypot(uv[i].1 - 0.5) < 0.16 { 200.0 } else { 20.0 }
         };
         world.sheets_mut()[0].set_temperatures(hot).expect("in range");
-        (0..60).for_each(|_| world.step());
+        (0..60).for_each(|_| _ = world.step());
         assert!(world.unstable().is_none(), "{structure}");
         let height = |name: &str| world.body_state(name).expect("there").origin().y;
         println!(
@@ -353,7 +353,7 @@ fn fracture_is_bit_identical_on_any_number_of_threads() {
         world.set_threads(threads).expect("threads");
         let hot = |i: usize| if i % 17 < 3 { 180.0 } else { 30.0 };
         world.sheets_mut()[0].set_temperatures(hot).expect("in range");
-        (0..60).for_each(|_| world.step());
+        (0..60).for_each(|_| _ = world.step());
         let open: Vec<usize> = world.sheets().iter().map(|s| s.open_count()).collect();
         (state_hash(&world), open)
     };
@@ -368,10 +368,10 @@ fn fracture_is_bit_identical_on_any_number_of_threads() {
 fn a_snapshot_restores_closed_cells() {
     let (_, _, world) = pulled_apart(StructureKind::Shell, 0.05);
     let mut world = sheetwork_tests::world(world.scene());
-    (0..30).for_each(|_| world.step());
+    (0..30).for_each(|_| _ = world.step());
     let snapshot = world.snapshot();
     let run = |world: &mut World| {
-        (0..400).for_each(|_| world.step());
+        (0..400).for_each(|_| _ = world.step());
         (
             open(world),
             state_hash(world),
@@ -394,9 +394,9 @@ fn fracture_detection_allocates_nothing() {
     for structure in [StructureKind::Shell, StructureKind::DoubleDiagonal] {
         let mut world = world(&hanging_scene(structure, soft(Some(0.5), Some(150.0))));
         world.sheets_mut()[0].set_temperatures(|i| if i == 210 { 400.0 } else { 20.0 }).expect("in range");
-        (0..90).for_each(|_| world.step());
+        (0..90).for_each(|_| _ = world.step());
         let before = opened(&world);
-        let counted = count(|| (0..30).for_each(|_| world.step()));
+        let counted = count(|| (0..30).for_each(|_| _ = world.step()));
         assert_eq!((counted.count_total, opened(&world)), (0, before), "{structure}");
     }
 }

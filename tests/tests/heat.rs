@@ -374,7 +374,7 @@ fn a_thousand_random_heat_histories_are_stable() {
             let celsius = draw(-50.0, 250.0);
             (coldest, hottest) = (coldest.min(celsius), hottest.max(celsius));
             world.set("oven.temperature", &celsius.to_string()).expect("an oven");
-            (0..10).for_each(|_| world.step());
+            (0..10).for_each(|_| _ = world.step());
         }
         assert!(world.unstable().is_none(), "history {history}, {structure}");
         let celsius = world.sheets()[0].temperatures().expect("warm");
@@ -408,8 +408,8 @@ fn a_warm_step_with_heat_allocates_nothing() {
             )
         });
         let mut world = world(&scene);
-        (0..60).for_each(|_| world.step());
-        let counted = count(|| (0..60).for_each(|_| world.step()));
+        (0..60).for_each(|_| _ = world.step());
+        let counted = count(|| (0..60).for_each(|_| _ = world.step()));
         assert!(world.unstable().is_none());
         assert_eq!(counted.count_total, 0, "{structure}");
     }

@@ -372,7 +372,7 @@ fn level_of_detail_is_bit_identical_on_any_number_of_threads() {
     let run = |threads: usize| {
         let mut world = world(&many("detail_budget: 1.5,", true));
         world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
-        (0..90).for_each(|_| world.step());
+        (0..90).for_each(|_| _ = world.step());
         (state_hash(&world), world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>())
     };
     let one = run(1);
@@ -382,11 +382,11 @@ fn level_of_detail_is_bit_identical_on_any_number_of_threads() {
     assert!(one.1.iter().any(|g| g.0 < 21), "{:?}", one.1);
     // A snapshot in the middle of the run.
     let mut world = world(&many("detail_budget: 1.5,", true));
-    (0..40).for_each(|_| world.step());
+    (0..40).for_each(|_| _ = world.step());
     let there = world.serialise();
     let mut other = self::world(&many("detail_budget: 1.5,", true));
     other.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
-    (0..50).for_each(|_| other.step());
+    (0..50).for_each(|_| _ = other.step());
     assert_eq!(state_hash(&other), one.0);
 }
 
@@ -413,15 +413,15 @@ fn levels_have_no_effect_on_other_sheets() {
     let one = off.replace("damping_ratio: 0.005,", "damping_ratio: 0.005, detail: (levels: [(grid: (21, 21))]),");
     let run = |text: &str| {
         let mut world = world(text);
-        (0..40).for_each(|_| world.step());
+        (0..40).for_each(|_| _ = world.step());
         world.sheets().iter().map(|s| s.x.clone()).collect::<Vec<_>>()
     };
     assert!(run(&off) == run(&one));
     // A change of a neighbour's grid leaves a sheet bit-identical.
     let mut world = world(&off);
-    (0..20).for_each(|_| world.step());
+    (0..20).for_each(|_| _ = world.step());
     world.remap("sail 0", (11, 11)).unwrap_or_else(|e| panic!("{e}"));
-    (0..20).for_each(|_| world.step());
+    (0..20).for_each(|_| _ = world.step());
     let there: Vec<_> = world.sheets().iter().map(|s| s.x.clone()).collect();
     assert!(there[1..] == run(&off)[1..]);
 }

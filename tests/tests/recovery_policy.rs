@@ -27,7 +27,7 @@ fn stiff_wedge(young: f64, policy: &str) -> Scene {
 }
 
 fn steps(world: &mut World, count: u32) {
-    (0..count).for_each(|_| world.step());
+    (0..count).for_each(|_| _ = world.step());
 }
 
 fn contained(world: &World) -> Vec<&Event> {

@@ -211,7 +211,7 @@ fn stiffness_thickness_and_damping_change_without_a_jump() {
     }];
     let mut world = World::new(&scene).expect("valid");
     world.set_sleep(false);
-    (0..200).for_each(|_| world.step());
+    (0..200).for_each(|_| _ = world.step());
     for (path, value) in [
         ("sheets.sheet.material.young", "4e9"),
         ("sheets.sheet.material.thickness", "0.0004"),
@@ -358,7 +358,7 @@ fn pressure_accelerates_a_free_sheet_exactly_with_every_integrator() {
                 scene.sheets[0].material = MaterialChoice::Inline(soft);
             }
             let mut world = World::new(&scene).expect("valid");
-            (0..60).for_each(|_| world.step());
+            (0..60).for_each(|_| _ = world.step());
             let sheet = &world.sheets()[0];
             assert!(world.unstable().is_none(), "{engine} {structure}");
             let got = sheet.momentum() / (0.5 * 0.25 * 0.25 * world.time());

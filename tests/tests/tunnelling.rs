@@ -64,7 +64,7 @@ fn no_node_passes_through_a_static_plate() {
                 projectile(i, place.apply(start), place.quaternion() * velocity)
             });
             let mut world = shots(vec![plate], restitution, sheets.collect());
-            (0..STEPS).for_each(|_| world.step());
+            (0..STEPS).for_each(|_| _ = world.step());
             let back = place.quaternion().inverse();
             for sheet in world.sheets() {
                 assert!(sheet.counters.contacts > 0, "{} missed", sheet.name);
@@ -256,7 +256,7 @@ fn no_dynamic_needle_passes_through_a_fixed_sheet() {
             let contact = ContactDefaults { friction: 0.3, restitution: 0.1, ..ContactDefaults::default() };
             let scene = Scene { gravity: DVec3::ZERO, engine, dt: DT, contact, ..Scene::default() };
             let mut world = world(&Scene { sheets: vec![sheet], bodies: vec![thrown], ..scene });
-            (0..(0.8 / speed / DT) as u32 + 4).for_each(|_| world.step());
+            (0..(0.8 / speed / DT) as u32 + 4).for_each(|_| _ = world.step());
             let state = world.body_state("needle").expect("the needle");
             // The needle rebounds, or rests in the hollow that it has made.
             let y = state.centre().y;

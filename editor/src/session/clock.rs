@@ -111,7 +111,7 @@ impl Session {
         while left > 0 {
             let start = Instant::now();
             let now = at_once.min(left);
-            (0..now).for_each(|_| self.world.step());
+            (0..now).for_each(|_| _ = self.world.step());
             self.after_steps(now as f64, start.elapsed());
             left -= now;
         }

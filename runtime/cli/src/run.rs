@@ -139,7 +139,7 @@ impl Run {
                 }
                 match &mut journal {
                     Some(journal) => journal.step(world)?,
-                    None => world.step(),
+                    None => _ = world.step(),
                 }
             }
             cpu += start.elapsed().as_secs_f64();

@@ -174,7 +174,9 @@ pub trait Host {
     /// A game without this permission.
     fn step(&mut self, steps: u32) -> Result<(), InputError> {
         self.play(false)?;
-        (0..steps).for_each(|_| self.world_mut().step());
+        for _ in 0..steps {
+            self.world_mut().step();
+        }
         Ok(())
     }
 

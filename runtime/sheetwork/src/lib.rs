@@ -73,6 +73,7 @@ pub use rapier3d;
 
 pub use crate::error::{InputError, check_range};
 pub use crate::islands::event::{Event, EventKind};
+pub use crate::islands::step_report::{StepOutcome, StepReport};
 pub use crate::math::Vectors;
 pub use crate::mesh::structure::StructureKind;
 pub use crate::profiler::{Phase, StepObserver};

@@ -7,5 +7,5 @@ pub use crate::scene::{
 };
 pub use crate::{
     BodyId, BodyState, Energy, Event, EventKind, HeaterId, InputError, Parameter, ParameterId, RigidView, Sheet,
-    SheetId, Snapshot, Status, StructureKind, Vectors, World,
+    SheetId, Snapshot, Status, StepOutcome, StepReport, StructureKind, Vectors, World,
 };

@@ -115,7 +115,7 @@ fn damaged_scenes_are_accepted_or_rejected() {
                 scene.base.clone_from(&assets);
                 let world = (good % 10 == 0 && is_small(&scene)).then(|| World::new(&scene));
                 if let Some(Ok(mut world)) = world {
-                    (0..3).for_each(|_| world.step());
+                    (0..3).for_each(|_| _ = world.step());
                 }
             }
             Err(error) => {

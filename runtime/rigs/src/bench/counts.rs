@@ -302,7 +302,7 @@ fn run(case: &CountCase, steps: u32) -> Result<(), InputError> {
     world.set_sleep(case.sleep);
     if case.sleep {
         // Equal in both runs; counting starts after these steps.
-        (0..60).for_each(|_| world.step());
+        (0..60).for_each(|_| _ = world.step());
     }
     let mut rig = CountRig { game: BenchedGame(world), bytes: Vec::new(), link: None };
     for _ in 0..steps {

@@ -214,7 +214,7 @@ fn cycle_of(
             before = after;
         }
         for _ in 0..20 {
-            (0..3).for_each(|_| world.step());
+            (0..3).for_each(|_| _ = world.step());
             let now = world.energy().total;
             seen.rise = seen.rise.max(now - before);
             seen.most = seen.most.max(now - rest);

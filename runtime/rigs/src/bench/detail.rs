@@ -187,12 +187,12 @@ impl Detail {
                 }
                 let scene = Scene { engine, dt, sheets: vec![sail], ..Scene::default() };
                 let mut world = World::new(&scene)?;
-                (0..20).for_each(|_| world.step());
+                (0..20).for_each(|_| _ = world.step());
                 let mut least = f64::INFINITY;
                 for _ in 0..20 {
                     let before = world.sheets()[0].counters.evaluations;
                     let start = ThreadTime::now();
-                    (0..10).for_each(|_| world.step());
+                    (0..10).for_each(|_| _ = world.step());
                     let taken = 1e9 * start.elapsed().as_secs_f64();
                     let solves = world.sheets()[0].counters.evaluations - before;
                     least = least.min(taken / solves.max(1) as f64);

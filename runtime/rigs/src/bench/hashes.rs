@@ -66,7 +66,7 @@ impl Hashes {
     fn hash(&self, name: &str) -> Result<u64, InputError> {
         let mut world = World::new(&Scene::load(&self.folder.join(format!("{name}.ron")))?)?;
         world.set_threads(self.threads)?;
-        (0..self.steps).for_each(|_| world.step());
+        (0..self.steps).for_each(|_| _ = world.step());
         Ok(world.state_hash())
     }
 

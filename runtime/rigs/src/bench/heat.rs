@@ -84,7 +84,7 @@ impl HeatBench {
                     world.reset()?;
                 }
                 let start = ProcessTime::now();
-                (0..STEPS).for_each(|_| world.step());
+                (0..STEPS).for_each(|_| _ = world.step());
                 if round % FALL != 0 {
                     times.push(1e6 * start.elapsed().as_secs_f64() / f64::from(STEPS));
                 }

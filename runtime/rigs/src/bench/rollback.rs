@@ -91,7 +91,7 @@ impl Rollback {
     fn scene(&self, name: &str) -> Result<Value, InputError> {
         let scene = Scene::load(&self.folder.join(format!("{name}.ron")))?;
         let mut world = World::new(&scene)?;
-        (0..self.first).for_each(|_| world.step());
+        (0..self.first).for_each(|_| _ = world.step());
         let saved = world.serialise();
         let masses: usize = world.sheets().iter().map(|s| s.node_count()).sum();
         let ends = self.run(&mut world);
@@ -131,7 +131,7 @@ impl Rollback {
         for (name, scene, steps) in costly() {
             let mut world = World::new(&scene)?;
             world.set_sleep(false);
-            (0..steps).for_each(|_| world.step());
+            (0..steps).for_each(|_| _ = world.step());
             let masses: usize = world.sheets().iter().map(|s| s.node_count()).sum();
             let mut bytes = Vec::new();
             let save = median(|| world.serialise_into(&mut bytes));
@@ -142,7 +142,7 @@ impl Rollback {
                 }
             });
             result?;
-            let step = median(|| world.step());
+            let step = median(|| _ = world.step());
             let ticks = (ROLLBACK_TIME / scene.dt).round() as u32;
             let mut room = Vec::new();
             let again = median_of(ROLLBACK_REPETITIONS, || {

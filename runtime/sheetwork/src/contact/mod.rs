@@ -71,6 +71,7 @@ pub(crate) mod penetration;
 pub(crate) mod relative_motion;
 pub(crate) mod settings;
 pub(crate) mod sheet_contact;
+pub(crate) mod solve_policy;
 pub mod solver;
 pub(crate) mod solver_body;
 pub(crate) mod step_bodies;

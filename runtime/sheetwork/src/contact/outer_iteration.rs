@@ -18,6 +18,7 @@ use crate::contact::IslandView;
 use crate::contact::convergence;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
+use crate::contact::solver::choice::PositionSolve;
 use crate::contact::workspace::ContactWorkspace;
 use crate::sheet::Field;
 use crate::sheet::stage::StageWorkspace;
@@ -73,19 +74,18 @@ impl ContactMargins {
 }
 
 /// Solve positions, and solve again with wider margins while contact displaces something into a
-/// contact that was not detected. Returns whether anything touches, or `None` if a solve did not
-/// converge.
+/// contact that was not detected.
 fn solve_positions_and_widen(
     group: &mut IslandView,
     scratch: &mut ContactWorkspace,
     h: f64,
     (look, rough): (DetectionMode, bool),
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
-) -> Option<bool> {
-    let mut touched = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
+) -> PositionSolve {
+    let mut solved = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
     let mut margins = ContactMargins::for_sheets(group.sheets.len());
     for _ in 0..SETTINGS.maximum_widenings {
-        if !touched || scratch.solve_failed || !margins.widen(largest_displacements(group)) {
+        if solved != PositionSolve::Touched || !margins.widen(largest_displacements(group)) {
             break;
         }
         let is_far = group.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
@@ -102,9 +102,9 @@ fn solve_positions_and_widen(
             break;
         }
         scratch.add_crossed_contacts();
-        touched = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
+        solved = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
     }
-    (!scratch.solve_failed).then_some(touched)
+    solved
 }
 
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
@@ -151,13 +151,14 @@ pub(crate) fn solve_stage(
         }
         scratch.add_crossed_contacts();
         let rough = round == 0 && scratch.is_impact(group);
-        let Some(touched) = solve_positions_and_widen(group, scratch, h, (look, rough), &mut detect) else {
-            return StageSolve::IterationLimit;
+        let touched = match solve_positions_and_widen(group, scratch, h, (look, rough), &mut detect) {
+            PositionSolve::Failed => return StageSolve::IterationLimit,
+            solved => solved == PositionSolve::Touched,
         };
         met |= touched;
         let firm = scratch.has_only_attachments() || scratch.is_single_sheet && group.independent_parts() == 1;
         let worst = update_iterates(group, field, touched, firm);
-        if met && !scratch.is_shortest_substep && has_diverged(round, sheets, worst) {
+        if met && !scratch.policy.is_shortest_substep && has_diverged(round, sheets, worst) {
             return StageSolve::Diverged;
         }
         let moved = met && convergence::has_moved(group);
@@ -223,7 +224,7 @@ fn maximum_iterations(scratch: &ContactWorkspace, met: bool) -> u32 {
     match scratch.is_single_sheet || scratch.has_only_attachments() || !met {
         _ if scratch.is_work_budget_spent() => 1,
         true => SETTINGS.maximum_iterations_single,
-        false if scratch.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
+        false if scratch.policy.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
         false => SETTINGS.maximum_iterations_several,
     }
 }
@@ -264,10 +265,11 @@ pub(crate) fn solve_explicit(
     h: f64,
     detect: impl FnOnce(&IslandView, &mut DetectedContacts),
 ) -> bool {
-    scratch.is_explicit = true;
+    scratch.policy.is_explicit = true;
     detect(group, &mut scratch.detected);
     scratch.detected.remove_opposed(group, &scratch.cache);
-    let touched = scratch.profile(|scratch| scratch.solve_positions(group, h, false));
+    let solved = scratch.profile(|scratch| scratch.solve_positions(group, h, false));
+    let touched = solved == PositionSolve::Touched;
     if touched {
         scratch.profile(|scratch| scratch.solve_velocities(group, h));
     }

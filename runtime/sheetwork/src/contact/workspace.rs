@@ -14,6 +14,7 @@ use crate::contact::counters::ContactCounters;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::ContactGaps;
 use crate::contact::settings::ContactSettings;
+use crate::contact::solve_policy::SolvePolicy;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, IslandTangent};
 use crate::contact::solver::choice::PositionSolver;
 use crate::contact::solver::dual::DualSolver;
@@ -86,39 +87,10 @@ pub(crate) struct ContactWorkspace {
     pub(crate) uses_sheet_tangent: bool,
     /// Contact normal of every node in contact with a body, by block row; zero without contact.
     pub(crate) normals: Vec<DVec3>,
-    /// Whether a solve of the substep failed to converge.
-    pub solve_failed: bool,
-    /// Whether an unconverged solution is accepted.
-    pub accepts_unconverged: bool,
-    /// Whether the substep is the shortest allowed one.
-    pub is_shortest_substep: bool,
+    /// Demands on the solution of this substep.
+    pub policy: SolvePolicy,
     /// Work of the step so far, in node-iterations, compared to [`ContactSettings::maximum_work`].
     pub work: u64,
-    /// Bisection level at which the step of several sheets starts: one less than the deepest level
-    /// of the previous step.
-    pub initial_bisection_level: u32,
-    /// Deepest bisection level attempted in this step.
-    pub deepest_bisection_level: u32,
-    /// Whether the step diverged beyond recovery; its remaining substeps are skipped.
-    pub is_diverged: bool,
-    /// Whether a substep of this step ended in a fallback.
-    pub used_fallback: bool,
-    /// Whether a substep of the previous step ended in a fallback; the event is sent once per
-    /// episode.
-    pub used_fallback_before: bool,
-    /// Consecutive steps that were rolled back after divergence.
-    pub consecutive_rollbacks: u32,
-    /// Consecutive steps with a fallback.
-    pub consecutive_fallbacks: u32,
-    /// Whether this step was rolled back after divergence.
-    pub was_rolled_back: bool,
-    /// Solver bodies that move together with a sheet in the rigid-motion fallback.
-    pub moves_rigidly: Vec<bool>,
-    /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
-    /// steps.
-    pub energy_error: f64,
-    /// Whether the island uses explicit integrators.
-    pub(crate) is_explicit: bool,
     /// Contacts that were closed at the end of any stage of the step: sheet of the island, node,
     /// collider. A contact that rebounds within the step is open again at its end.
     pub closed_in_step: Vec<[u32; 3]>,
@@ -131,6 +103,12 @@ impl ContactWorkspace {
         watch.measure(Phase::Contact, || work(self))
     }
 
+    /// Begin a step.
+    pub fn begin_step(&mut self) {
+        self.work = 0;
+        self.detected.clear();
+    }
+
     /// Save the contact caches and solver bodies for a rollback of the step.
     pub fn save_for_rollback(&mut self, movers: &[SolverBody]) {
         self.begin_stage(0);
@@ -138,13 +116,6 @@ impl ContactWorkspace {
         self.saved_caches[1].copy_from(&self.other_stage_cache);
         self.saved_solver_bodies.clear();
         self.saved_solver_bodies.extend_from_slice(movers);
-        self.moves_rigidly.resize(movers.len(), false);
-    }
-
-    /// Record a fallback in this substep.
-    pub fn record_fallback(&mut self) {
-        self.counters.given_up += 1;
-        self.used_fallback = true;
     }
 
     /// Exchange `movers` with the saved solver bodies.
@@ -154,7 +125,6 @@ impl ContactWorkspace {
 
     /// Reset after a step without any possible contact.
     pub fn reset(&mut self) {
-        (self.used_fallback, self.energy_error) = (false, 0.0);
         self.detected.clear();
         self.cache.clear();
         self.other_stage_cache.clear();
@@ -175,28 +145,11 @@ impl ContactWorkspace {
 
     /// Serialise the state that persists between steps.
     pub fn serialise(&self, to: &mut StateWriter) {
-        let flags = [
-            self.is_single_sheet,
-            self.has_only_fixed_bodies,
-            self.uses_sheet_tangent,
-            self.solve_failed,
-            self.accepts_unconverged,
-            self.is_shortest_substep,
-        ];
-        flags
+        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent]
             .into_iter()
-            .chain([self.is_diverged, self.was_rolled_back, self.is_explicit, self.used_fallback])
             .for_each(|f| to.flag(f));
-        for count in [
-            self.stage as u32,
-            self.initial_bisection_level,
-            self.deepest_bisection_level,
-            self.consecutive_rollbacks,
-            self.consecutive_fallbacks,
-        ] {
-            to.count(u64::from(count));
-        }
-        to.numbers(&[self.closing_gap, self.energy_error]);
+        to.count(self.stage as u64);
+        to.number(self.closing_gap);
         self.counters.serialise(to);
         self.cache.serialise(to);
         self.other_stage_cache.serialise(to);
@@ -207,15 +160,8 @@ impl ContactWorkspace {
     pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
         (self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent) =
             (from.flag()?, from.flag()?, from.flag()?);
-        (self.solve_failed, self.accepts_unconverged, self.is_shortest_substep) =
-            (from.flag()?, from.flag()?, from.flag()?);
-        (self.is_diverged, self.was_rolled_back, self.is_explicit) = (from.flag()?, from.flag()?, from.flag()?);
-        self.used_fallback = from.flag()?;
         self.stage = from.index(2)? as usize;
-        (self.initial_bisection_level, self.deepest_bisection_level, self.consecutive_rollbacks) =
-            (from.count_u32()?, from.count_u32()?, from.count_u32()?);
-        self.consecutive_fallbacks = from.count_u32()?;
-        (self.closing_gap, self.energy_error) = (from.number()?, from.number()?);
+        self.closing_gap = from.number()?;
         self.counters.deserialise(from)?;
         self.cache.deserialise(from)?;
         self.other_stage_cache.deserialise(from)?;
@@ -249,7 +195,7 @@ impl ContactWorkspace {
 
     /// Begin the outer iteration of a stage.
     pub(crate) fn begin_outer_iteration(&mut self) {
-        self.is_explicit = false;
+        self.policy.is_explicit = false;
         self.has_crossed = false;
         self.crossed_contacts.clear();
         self.open_keys.clear();

@@ -1,4 +1,4 @@
-//! Energy budget of an implicit step, and the freeze fallback.
+//! Energy budget of an implicit step.
 //!
 //! Contact adds no energy, nor do air at rest and fixed pins; with those alone
 //!
@@ -176,13 +176,4 @@ fn island_weight(group: &IslandView, field: &Field) -> f64 {
     let sheets: f64 = group.sheets.iter().flat_map(|sheet| &sheet.mass).sum();
     let bodies: f64 = group.solver_bodies.iter().filter(|m| m.is_dynamic()).map(|m| m.free.mass()).sum();
     (sheets + bodies) * field.gravity.length()
-}
-
-/// Freeze the sheets at the start of the substep; dynamic bodies keep their motion.
-pub(crate) fn freeze_sheets(group: &mut IslandView) {
-    group.for_each_sheet(|sheet| {
-        sheet.restore_state();
-        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= STEP.velocity_retention);
-        sheet.restart_engine();
-    });
 }

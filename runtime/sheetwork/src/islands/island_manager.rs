@@ -11,6 +11,8 @@ use crate::contact::{ContactCounters, SheetContact};
 use crate::islands::event::ContactLog;
 use crate::islands::island_builder::{IslandBuilder, IslandRange};
 use crate::islands::island_detection::DetectionCache;
+use crate::islands::island_progress::IslandProgress;
+use crate::islands::step_report::StepReport;
 use crate::islands::{StepContext, instability, stop_unstable};
 use crate::parallel::join;
 use crate::profiler::Phase;
@@ -33,6 +35,8 @@ pub(crate) struct BodyUpdate {
 pub(crate) struct IslandState {
     /// Workspace and caches of the contact solver.
     pub contact: ContactWorkspace,
+    /// Report of the last step, and what the next one takes from it.
+    pub progress: IslandProgress,
     /// Caches of collision detection.
     pub detection: DetectionCache,
     /// New states of the island's dynamic bodies.
@@ -86,6 +90,8 @@ pub(crate) struct IslandManager {
     /// Exchanges of sheets that bring the islands together.
     exchanges: Vec<(u32, u32)>,
     pub body_updates: Vec<BodyUpdate>,
+    /// Report of the last step.
+    pub report: StepReport,
     /// State of the islands of the last steps, by the index of their first sheet.
     states: Vec<Option<Box<IslandState>>>,
 }
@@ -112,6 +118,7 @@ impl IslandManager {
     ) {
         self.states.resize_with(sheets.len(), || None);
         self.body_updates.clear();
+        self.report = StepReport::default();
         if is_everything_resting(sheets, stage, rigid) {
             return;
         }
@@ -127,7 +134,7 @@ impl IslandManager {
         stop_non_finite(sheets, touches, stage);
         instability::update_policies(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
-        let Self { surroundings, builder, exchanges, body_updates, states } = self;
+        let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
         stage.watch.measure(Phase::Detection, || builder.build(sheets, touches, stage, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
         bring_together(&mut all, &builder.order, exchanges);
@@ -136,6 +143,7 @@ impl IslandManager {
         for island in &builder.islands {
             if let Some(state) = &mut all.states[island.start as usize] {
                 body_updates.append(&mut state.body_updates);
+                report.add(&state.progress.report);
             }
         }
         exchanges.drain(..).rev().for_each(|(a, b)| all.swap(a as usize, b as usize));
@@ -198,7 +206,10 @@ impl IslandManager {
         for index in 0..count {
             let state = self.state(index);
             to.flag(state.is_some());
-            state.iter().for_each(|state| state.contact.serialise(to));
+            state.iter().for_each(|state| {
+                state.contact.serialise(to);
+                state.progress.serialise(to);
+            });
             to.flag(state.is_some());
             state.iter().for_each(|state| state.detection.serialise(to));
         }
@@ -211,7 +222,9 @@ impl IslandManager {
         for (index, state) in self.states.iter_mut().enumerate() {
             contacts[index].work.remove_contacts();
             if from.flag()? {
-                state.get_or_insert_default().contact.deserialise(from)?;
+                let state = state.get_or_insert_default();
+                state.contact.deserialise(from)?;
+                state.progress.deserialise(from)?;
             } else {
                 *state = None;
             }

@@ -11,10 +11,11 @@ use crate::contact::adhesion::update_bonds;
 use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::event::{ContactLog, ContactRecorder, EventKind};
-use crate::islands::implicit_step::{Substep, advance};
+use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
+use crate::islands::step_report::StepReport;
 use crate::islands::{is_unstable, stop_unstable, update_rest_time};
 use crate::scene::sleep::SLEEP;
 use crate::sheet::{Interpenetration, Sheet, Status};
@@ -54,7 +55,8 @@ impl IslandContext<'_> {
             }
         }
         sheets.iter_mut().for_each(Sheet::apply_bond_forces);
-        let IslandState { contact: scratch, detection: work, body_updates } = &mut **state.get_or_insert_default();
+        let IslandState { contact: scratch, progress, detection: work, body_updates } =
+            &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.solver_bodies);
         scratch.profiler.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets);
@@ -81,15 +83,17 @@ impl IslandContext<'_> {
                 sheet.advance(stage.field, stage.time, stage.dt);
             });
             scratch.reset();
+            progress.report = StepReport { islands: 1, ..StepReport::default() };
+            progress.reset_contact();
         } else {
-            advance(&mut group, scratch, &mut near, part);
-            if scratch.used_fallback && !scratch.used_fallback_before {
+            let detector = &mut near;
+            IslandSolve { view: &mut group, workspace: scratch, progress: &mut *progress, detector }.advance(part);
+            if progress.begins_fallbacks() {
                 touches.iter_mut().for_each(|t| t.events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
             }
+            progress.previous = progress.report;
         }
-        scratch.consecutive_fallbacks = if scratch.used_fallback { scratch.consecutive_fallbacks + 1 } else { 0 };
-        if scratch.consecutive_fallbacks >= SETTINGS.fallbacks_before_overlap_test {
-            scratch.consecutive_fallbacks = 0;
+        if progress.count_fallback_step(SETTINGS.fallbacks_before_overlap_test) {
             group.for_each_sheet(Sheet::invalidate_interpenetration);
         }
         group.for_each_sheet(|sheet| apply_limits(sheet, stage.dt));

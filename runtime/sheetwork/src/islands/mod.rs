@@ -14,14 +14,17 @@ pub(crate) mod broad_phase;
 pub(crate) mod energy_budget;
 pub mod event;
 pub(crate) mod explicit;
+pub(crate) mod fallback;
 pub(crate) mod implicit_step;
 pub(crate) mod instability;
 pub(crate) mod island_builder;
 pub(crate) mod island_detection;
 pub(crate) mod island_manager;
+pub(crate) mod island_progress;
 pub(crate) mod island_step;
 pub(crate) mod rigid_motion;
 pub(crate) mod settings;
+pub mod step_report;
 pub(crate) mod union_find;
 
 use crate::contact::SheetContact;

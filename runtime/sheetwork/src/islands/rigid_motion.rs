@@ -14,10 +14,11 @@ use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::ContactSide;
 use crate::contact::IslandView;
+use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::{StagePose, gap};
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::workspace::ContactWorkspace;
-use crate::islands::implicit_step::{ContactDetector, Substep};
+use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::Sheet;
@@ -106,88 +107,81 @@ pub(crate) fn is_free(group: &IslandView, scratch: &ContactWorkspace) -> bool {
     scratch.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
-/// Move the sheets of `group` rigidly from the start to the end of `part`, together with the bodies
-/// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
-/// kinematic body is near: a sheet that lies on such a body must come to rest.
-pub(crate) fn move_rigidly(
-    group: &mut IslandView,
-    scratch: &mut ContactWorkspace,
-    finder: &mut dyn ContactDetector,
-    part: &Substep,
-) -> bool {
-    if !is_free(group, scratch) {
-        return false;
-    }
-    group.for_each_sheet(|sheet| sheet.restore_state());
-    let Some(own) = rigid_equivalent_of_island(group) else { return false };
-    scratch.swap_saved_bodies(&mut group.solver_bodies);
-    finder.begin_stage(group, part.done, part.done + part.dt);
-    let Some((start, end)) = predict_rigid_motion(group, scratch, finder, part, &own) else {
-        scratch.swap_saved_bodies(&mut group.solver_bodies);
-        return false;
-    };
-    let kept = if scratch.moves_rigidly.contains(&true) { 0.0 } else { STEP.velocity_retention };
-    group.for_each_sheet(|sheet| {
-        for i in 0..sheet.node_count() {
-            let (x, v) = (sheet.x.get(i), sheet.v.get(i));
-            let there = end.world_point(start.local_point(x));
-            let within = end.rotation() * (v - own.velocity_at(x));
-            sheet.x.set(i, there);
-            sheet.v.set(i, end.velocity_at(there) + within * kept);
+impl IslandSolve<'_, '_> {
+    /// Move the sheets rigidly from the start to the end of `part`, together with the bodies that
+    /// they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
+    /// kinematic body is near: a sheet that lies on such a body must come to rest.
+    pub fn move_rigidly(&mut self, part: &Substep) -> bool {
+        if !is_free(self.view, self.workspace) {
+            return false;
         }
-        sheet.restart_engine();
-        sheet.update_trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
-    });
-    finder.end_stage(group);
-    true
-}
-
-/// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and at
-/// the end of `part`. Writes the node positions to the stages of the sheets and the motions to the
-/// movers. `None` when a static or kinematic body would be penetrated.
-fn predict_rigid_motion(
-    group: &mut IslandView,
-    scratch: &mut ContactWorkspace,
-    finder: &mut dyn ContactDetector,
-    part: &Substep,
-    own: &BodyState,
-) -> Option<(BodyState, BodyState)> {
-    scratch.moves_rigidly.fill(false);
-    for _ in 0..=group.solver_bodies.len() {
-        let mut all = RigidSum::about(own.centre());
-        all.add_body(own);
-        let movers = || group.solver_bodies.iter().zip(&scratch.moves_rigidly);
-        movers().filter(|(_, along)| **along).for_each(|(m, _)| all.add_body(&m.start));
-        let start = all.body();
-        let end = start.free_flight(part.dt, part.field.gravity);
-        let turn = end.rotation().to_scaled_axis();
-        for (mover, _) in group.solver_bodies.iter_mut().zip(&scratch.moves_rigidly).filter(|(_, along)| **along) {
-            let centre = end.world_point(start.local_point(mover.start.centre()));
-            let moved = mover.start.displaced(centre - mover.start.centre(), turn);
-            mover.begin(moved.with_velocity(end.velocity_at(centre), end.spin()));
-        }
-        group.for_each_sheet(|sheet| {
+        self.view.for_each_sheet(|sheet| sheet.restore_state());
+        let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
+        self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
+        self.detector.begin_stage(self.view, part.done, part.done + part.dt);
+        let Some((start, end)) = self.predict_rigid_motion(part, &own) else {
+            self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
+            return false;
+        };
+        let kept = if self.progress.moves_rigidly.contains(&true) { 0.0 } else { STEP.velocity_retention };
+        self.view.for_each_sheet(|sheet| {
             for i in 0..sheet.node_count() {
-                sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.x.get(i))));
+                let (x, v) = (sheet.x.get(i), sheet.v.get(i));
+                let there = end.world_point(start.local_point(x));
+                let within = end.rotation() * (v - own.velocity_at(x));
+                sheet.x.set(i, there);
+                sheet.v.set(i, end.velocity_at(there) + within * kept);
             }
+            sheet.restart_engine();
+            sheet.update_trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
         });
-        finder.detect_contacts(group, DetectionMode::FromStart, ContactMargins::DEFAULT, &mut scratch.rechecked);
-        if !add_met_bodies(group, scratch)? {
-            return Some((start, end));
-        }
+        self.detector.end_stage(self.view);
+        true
     }
-    None
+
+    /// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and
+    /// at the end of `part`. Writes the node positions to the stages of the sheets and the motions
+    /// to the solver bodies. `None` when a static or kinematic body would be penetrated.
+    fn predict_rigid_motion(&mut self, part: &Substep, own: &BodyState) -> Option<(BodyState, BodyState)> {
+        let (island, along) = (&mut *self.view, &mut self.progress.moves_rigidly);
+        along.clear();
+        along.resize(island.solver_bodies.len(), false);
+        for _ in 0..=island.solver_bodies.len() {
+            let mut all = RigidSum::about(own.centre());
+            all.add_body(own);
+            let moved = island.solver_bodies.iter().zip(along.iter()).filter(|(_, along)| **along);
+            moved.for_each(|(body, _)| all.add_body(&body.start));
+            let start = all.body();
+            let end = start.free_flight(part.dt, part.field.gravity);
+            let turn = end.rotation().to_scaled_axis();
+            for (body, _) in island.solver_bodies.iter_mut().zip(along.iter()).filter(|(_, along)| **along) {
+                let centre = end.world_point(start.local_point(body.start.centre()));
+                let moved = body.start.displaced(centre - body.start.centre(), turn);
+                body.begin(moved.with_velocity(end.velocity_at(centre), end.spin()));
+            }
+            island.for_each_sheet(|sheet| {
+                for i in 0..sheet.node_count() {
+                    sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.x.get(i))));
+                }
+            });
+            let found = &mut self.workspace.rechecked;
+            self.detector.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
+            if !add_met_bodies(island, found, along)? {
+                return Some((start, end));
+            }
+        }
+        None
+    }
 }
 
-/// Mark the movers that the rigid body would penetrate. Returns whether new ones were marked;
-/// `None` when one of them is static or kinematic.
-fn add_met_bodies(group: &IslandView, scratch: &mut ContactWorkspace) -> Option<bool> {
-    let ContactWorkspace { moves_rigidly: along, rechecked: seen, .. } = scratch;
+/// Mark in `along` the bodies that the rigid body would penetrate by the contacts `seen`. Returns
+/// whether new ones were marked; `None` when one of them is static or kinematic.
+fn add_met_bodies(island: &IslandView, seen: &DetectedContacts, along: &mut [bool]) -> Option<bool> {
     let mut more = false;
     for (i, contact) in seen.contacts.iter().enumerate() {
         let meets = || {
-            gap(group, contact, StagePose::Free)
-                < gap(group, contact, StagePose::Start).min(0.0) - SETTINGS.penetration_rounding
+            gap(island, contact, StagePose::Free)
+                < gap(island, contact, StagePose::Start).min(0.0) - SETTINGS.penetration_rounding
         };
         let goes = |side: &ContactSide| match side {
             ContactSide::Body { body, .. } => along[*body as usize],
@@ -198,7 +192,7 @@ fn add_met_bodies(group: &IslandView, scratch: &mut ContactWorkspace) -> Option<
         }
         for side in [contact.a, contact.b] {
             if let ContactSide::Body { body, .. } = side {
-                if !group.solver_bodies[body as usize].is_dynamic() {
+                if !island.solver_bodies[body as usize].is_dynamic() {
                     return None;
                 }
                 more |= !std::mem::replace(&mut along[body as usize], true);

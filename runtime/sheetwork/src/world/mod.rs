@@ -37,6 +37,7 @@ use crate::error::InputError;
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
 use crate::islands::island_manager::IslandManager;
+use crate::islands::step_report::StepReport;
 use crate::parallel::Pool;
 use crate::profiler::{Phase, Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
@@ -224,9 +225,16 @@ impl World {
         self.watch = Profiler(watch);
     }
 
-    /// Take one step of [`World::dt`] with the world's own bodies.
-    pub fn step(&mut self) {
+    /// Take one step of [`World::dt`] with the world's own bodies. The report says whether every
+    /// island converged, and otherwise what was done.
+    pub fn step(&mut self) -> StepReport {
         self.step_by(self.dt);
+        self.step_report()
+    }
+
+    /// Report of the last step.
+    pub fn step_report(&self) -> StepReport {
+        self.groups.report
     }
 
     /// Advance by `duration` (s) in equal steps of at most [`World::dt`]. Returns the number of
@@ -265,7 +273,22 @@ impl World {
         Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
     }
 
+    /// Take one step of `dt` (s) with the world's own bodies: the phases in their order.
     fn step_by(&mut self, dt: f64) {
+        self.release_due_pins(dt);
+        // The bodies are taken out for the step: the view borrows them while the sheets change.
+        let mut rigid = self.rigid.take();
+        self.step_bodies(rigid.as_mut(), dt);
+        let view = rigid.as_ref().map(RigidWorld::view);
+        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
+        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
+        self.update_bodies(rigid.as_mut());
+        self.rigid = rigid;
+        self.finish_step(dt, |world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+    }
+
+    /// Release the pins whose time has come; a sheet without them may wake.
+    fn release_due_pins(&mut self, dt: f64) {
         let now = self.time + 1e-9 * dt;
         for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
             let slept = sheet.status == Status::Asleep;
@@ -274,27 +297,31 @@ impl World {
                 touches.events.push((self.time, EventKind::Woke, None));
             }
         }
-        // The bodies are taken out for the step: the view borrows them while the sheets change.
-        let mut rigid = self.rigid.take();
-        if let Some(rigid) = &mut rigid {
-            self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
-            let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-            self.sheets.iter_mut().for_each(|s| s.set_body_motion(self.time, dt, states));
-        }
-        let view = rigid.as_ref().map(RigidWorld::view);
-        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
-        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
-        if let Some(rigid) = &mut rigid {
-            for claim in &self.groups.body_updates {
-                rigid.set_state(claim.body, claim.end);
-                if claim.sleeps {
-                    rigid.put_to_sleep(claim.body);
-                }
+    }
+
+    /// Step the rigid bodies without the sheets, and lead the nodes that are attached to them.
+    fn step_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
+        let Some(rigid) = rigid else { return };
+        self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
+        let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
+        self.sheets.iter_mut().for_each(|s| s.set_body_motion(self.time, dt, states));
+    }
+
+    /// Set the dynamic bodies to their state after contact with sheets.
+    fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
+        let Some(rigid) = rigid else { return };
+        for update in &self.groups.body_updates {
+            rigid.set_state(update.body, update.end);
+            if update.sleeps {
+                rigid.put_to_sleep(update.body);
             }
         }
-        self.rigid = rigid;
+    }
+
+    /// Phases after the motion: fracture, events, buckling, levels of detail.
+    fn finish_step(&mut self, dt: f64, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
         self.fracture_sheets();
-        self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+        self.collect_events(name);
         self.detect_buckling(self.time - dt);
         self.update_lod(dt);
     }
@@ -307,10 +334,7 @@ impl World {
         for _ in 0..steps {
             self.step_sheets(Some(view), None, dt);
             self.step_thermal(Some(view), None, dt);
-            self.fracture_sheets();
-            self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
-            self.detect_buckling(self.time - dt);
-            self.update_lod(dt);
+            self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
         }
         steps
     }

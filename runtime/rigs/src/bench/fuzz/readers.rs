@@ -170,7 +170,7 @@ fn scene() -> Result<Try, InputError> {
             && is_small(&scene)
             && let Ok(mut world) = World::new(&scene)
         {
-            (0..3).for_each(|_| world.step());
+            (0..3).for_each(|_| _ = world.step());
         }
         true
     }))
@@ -242,7 +242,7 @@ fn snapshots() -> Result<Vec<Vec<u8>>, InputError> {
     let mut world = World::new(&small_scene()?)?;
     let mut all = vec![world.serialise()];
     for _ in 0..4 {
-        (0..10).for_each(|_| world.step());
+        (0..10).for_each(|_| _ = world.step());
         all.push(world.serialise());
     }
     Ok(all)
@@ -302,7 +302,7 @@ fn recordings() -> Result<Vec<Vec<u8>>, InputError> {
         let mut recorder = RecordingWriter::create(file, &world, 60.0)?;
         for _ in 0..6 {
             recorder.frame(&world)?;
-            (0..5).for_each(|_| world.step());
+            (0..5).for_each(|_| _ = world.step());
         }
         recorder.finish().map(|_| ())
     })?;

@@ -27,25 +27,35 @@ pub(crate) enum PositionSolver {
     Pgs,
 }
 
+/// Result of a position solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PositionSolve {
+    /// Nothing overlaps.
+    Separate,
+    /// The penetration is removed by contact forces, or an unconverged solution is accepted.
+    Touched,
+    /// No solver converged.
+    Failed,
+}
+
 impl ContactWorkspace {
     /// Remove the penetration of the free motion, in a stage of weight `h` (s). The displacements
     /// are left in the contact arrays of the sheets and in the solver bodies. `rough` lowers the
-    /// accuracy. Returns false if nothing overlaps.
-    pub(crate) fn solve_positions(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
+    /// accuracy.
+    pub(crate) fn solve_positions(&mut self, group: &mut IslandView, h: f64, rough: bool) -> PositionSolve {
         self.gaps.measure(&self.detected.contacts, group);
         if self.detected.first_attachment >= self.detected.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
-            if !self.is_explicit {
+            if !self.policy.is_explicit {
                 self.forget_solution(group);
             }
-            return false;
+            return PositionSolve::Separate;
         }
-        if self.is_explicit {
+        if self.policy.is_explicit {
             self.solve_positions_by_pgs(group, h);
             self.position_solver = PositionSolver::Pgs;
         } else if !self.choose_position_solver(group, h, rough) {
-            if !self.accepts_unconverged {
-                self.solve_failed = true;
-                return true;
+            if !self.policy.accepts_unconverged {
+                return PositionSolve::Failed;
             }
             // An unconverged solution of several sheets is good enough for the next outer
             // iteration, and another solver takes too long.
@@ -64,7 +74,7 @@ impl ContactWorkspace {
         self.counters.rounds += 1;
         self.counters.contacts += count as u64;
         self.counters.most = self.counters.most.max(count as u64);
-        true
+        PositionSolve::Touched
     }
 
     /// Position solve: dual solver for a small working set, otherwise primal solver, and for a
@@ -95,8 +105,8 @@ impl ContactWorkspace {
 
     /// Solve the velocities of the contacts that the last position solve closed, in a stage of
     /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
-    /// solver bodies.
-    pub fn solve_velocities(&mut self, group: &mut IslandView, h: f64) {
+    /// solver bodies. Returns whether the solution is accepted.
+    pub fn solve_velocities(&mut self, group: &mut IslandView, h: f64) -> bool {
         if self.position_solver != PositionSolver::Pgs {
             let settled = match self.position_solver {
                 PositionSolver::Dual => self.solve_velocities_dual(group, h),
@@ -105,9 +115,8 @@ impl ContactWorkspace {
                         || self.transfer_to_dual(group, h) && self.solve_velocities_dual(group, h)
                 }
             };
-            if settled || !self.accepts_unconverged || !self.has_only_fixed_bodies {
-                self.solve_failed = !settled && !self.accepts_unconverged;
-                return;
+            if settled || !self.policy.accepts_unconverged || !self.has_only_fixed_bodies {
+                return settled || self.policy.accepts_unconverged;
             }
             group.for_each_sheet(|sheet| sheet.restore_factor());
             let mut dual = std::mem::take(&mut self.pgs);
@@ -115,5 +124,6 @@ impl ContactWorkspace {
             self.pgs = dual;
         }
         self.solve_velocities_by_pgs(group, h);
+        true
     }
 }

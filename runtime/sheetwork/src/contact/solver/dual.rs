@@ -139,7 +139,7 @@ impl ContactWorkspace {
             let accuracy = self.settings(rough, group.independent_parts());
             let done = few.solve(&mut primal, &mut self.counters, &accuracy);
             settled = Some(done);
-            if !done && !self.accepts_unconverged {
+            if !done && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);
@@ -231,7 +231,7 @@ impl ContactWorkspace {
             begun = self.working_set.len();
             let accuracy = self.settings(false, group.independent_parts());
             settled = few.solve(&mut primal, &mut self.counters, &accuracy);
-            if !settled && !self.accepts_unconverged {
+            if !settled && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);

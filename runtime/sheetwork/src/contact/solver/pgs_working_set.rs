@@ -106,7 +106,7 @@ impl PgsContactSolver {
 
     /// Select contacts outside the problem that penetrate by more than the tolerance.
     fn add_violated(&mut self, scratch: &ContactWorkspace) {
-        let depth = if scratch.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
+        let depth = if scratch.policy.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
         self.working_set.add_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());
     }
 }

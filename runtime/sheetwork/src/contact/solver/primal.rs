@@ -33,7 +33,7 @@ impl ContactWorkspace {
         for time in 1..=SETTINGS.maximum_solves {
             self.assemble_constraints(&mut primal, group, h);
             settled = self.solve_primal(&mut primal, group, true, rough);
-            if !settled && !self.accepts_unconverged {
+            if !settled && !self.policy.accepts_unconverged {
                 break;
             }
             self.transfer_displacements(&primal, group);
@@ -144,7 +144,7 @@ impl ContactWorkspace {
             primal.constraints[k].is_new = false;
         }
         let settled = self.solve_primal(&mut primal, group, false, false);
-        if settled || self.accepts_unconverged {
+        if settled || self.policy.accepts_unconverged {
             self.transfer_velocity_jumps(&primal, group, h);
             self.cache_velocity_forces(&primal);
         }
@@ -191,7 +191,7 @@ impl ContactWorkspace {
     /// penetration.
     pub(crate) fn settings(&self, rough: bool, sheets: usize) -> AugmentedLagrangianTolerances {
         let sheets = if self.has_only_attachments() { 1 } else { sheets };
-        let accuracy = accuracy(rough, sheets, self.deepest_bisection_level == 0);
+        let accuracy = accuracy(rough, sheets, self.policy.is_unbisected_step);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
         let room = if sheets > 1 {
             (SETTINGS.gap_tolerance_several * deepest).min(SETTINGS.maximum_gap_tolerance)

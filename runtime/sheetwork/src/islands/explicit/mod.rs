@@ -22,6 +22,7 @@ use crate::islands::implicit_step::ContactDetector;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
+use crate::islands::step_report::StepReport;
 use crate::islands::{advance_free, finish_step, instability};
 use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
 
@@ -30,6 +31,9 @@ const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 impl IslandContext<'_> {
     /// Step the island of the sheets `all`, whose indices in the world are `ids`.
     pub fn step_explicit(&self, mut all: SteppedSheets, ids: &[u32], parallel: bool) {
+        if let Some(Some(state)) = all.states.first_mut() {
+            state.progress.report = StepReport { islands: 1, ..StepReport::default() };
+        }
         if all.sheets.len() != 1 {
             self.advance_all_free(&mut all, parallel);
             self.resolve_contacts(&mut all, ids, parallel);
@@ -95,7 +99,8 @@ impl IslandContext<'_> {
             sheet.work.touched_colliders.clear();
             sheet.begin_contact_stage(dt);
         }
-        let IslandState { contact: scratch, detection: work, body_updates } = &mut **state.get_or_insert_default();
+        let IslandState { contact: scratch, progress, detection: work, body_updates } =
+            &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.solver_bodies);
         scratch.profiler.clone_from(self.stage.watch);
         let mut group =
@@ -135,6 +140,7 @@ impl IslandContext<'_> {
         }
         if idle || put_back {
             scratch.reset();
+            progress.reset_contact();
         } else {
             self.record_contacts(sheets, scratch, work);
             self.update_bodies(&movers, work, scratch, body_updates);

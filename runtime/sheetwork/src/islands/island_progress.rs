@@ -1,0 +1,80 @@
+//! Progress of an island through its steps: what an implicit step takes from the step before.
+
+use crate::islands::step_report::StepReport;
+use crate::serialize::{ReadResult, StateReader, StateWriter};
+
+/// Report of the present step, and the memory of earlier steps of an island.
+#[derive(Default)]
+pub(crate) struct IslandProgress {
+    /// Present step.
+    pub report: StepReport,
+    /// Previous step in which contact was possible.
+    pub previous: StepReport,
+    /// Consecutive steps that were rolled back after divergence.
+    pub consecutive_rollbacks: u32,
+    /// Consecutive steps with a fallback.
+    pub consecutive_fallbacks: u32,
+    /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
+    /// steps.
+    pub energy_error: f64,
+    /// Solver bodies that move together with a sheet in the rigid-motion fallback.
+    pub moves_rigidly: Vec<bool>,
+}
+
+impl IslandProgress {
+    /// Begin a step.
+    pub fn begin_step(&mut self) {
+        self.report = StepReport { islands: 1, ..StepReport::default() };
+        if self.previous.rollbacks == 0 {
+            self.consecutive_rollbacks = 0;
+        }
+    }
+
+    /// Forget contact: none is possible in the present step.
+    pub fn reset_contact(&mut self) {
+        self.previous.fallbacks = 0;
+        self.energy_error = 0.0;
+    }
+
+    /// Bisection level at which the step of `sheets` sheets starts. After an impact of several it
+    /// is one less than the deepest level of the previous step.
+    pub fn initial_bisection_level(&self, sheets: usize) -> u32 {
+        if sheets > 1 { self.previous.deepest_bisection.saturating_sub(1) } else { 0 }
+    }
+
+    /// Whether an episode of steps with fallbacks begins with this one.
+    pub fn begins_fallbacks(&self) -> bool {
+        self.report.fallbacks > 0 && self.previous.fallbacks == 0
+    }
+
+    /// Count a step with a fallback at its end. Returns whether `most` such steps have followed
+    /// one another.
+    pub fn count_fallback_step(&mut self, most: u32) -> bool {
+        self.consecutive_fallbacks = if self.report.fallbacks > 0 { self.consecutive_fallbacks + 1 } else { 0 };
+        let reached = self.consecutive_fallbacks >= most;
+        if reached {
+            self.consecutive_fallbacks = 0;
+        }
+        reached
+    }
+
+    /// Serialise the state that persists between steps.
+    pub fn serialise(&self, to: &mut StateWriter) {
+        let Self { report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error, moves_rigidly: _ } =
+            self;
+        report.serialise(to);
+        previous.serialise(to);
+        to.count(u64::from(*consecutive_rollbacks));
+        to.count(u64::from(*consecutive_fallbacks));
+        to.number(*energy_error);
+    }
+
+    /// Deserialise the output of [`IslandProgress::serialise`].
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.report = StepReport::deserialise(from)?;
+        self.previous = StepReport::deserialise(from)?;
+        (self.consecutive_rollbacks, self.consecutive_fallbacks) = (from.count_u32()?, from.count_u32()?);
+        self.energy_error = from.number()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! Report of a step: how the islands were solved, and what replaced a solution that was not found.
+
+use crate::serialize::{CorruptState, StateReader, StateWriter};
+
+/// How a step was solved, from best to worst.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum StepOutcome {
+    /// Every island converged in one step.
+    #[default]
+    Converged,
+    /// An island was stepped in shorter substeps.
+    Bisected,
+    /// The contact solution of several sheets was accepted at the shortest substep before it
+    /// converged.
+    Unconverged,
+    /// Sheets moved rigidly or were frozen for a substep.
+    Fallback,
+    /// A diverged substep was rolled back.
+    RolledBack,
+    /// Sheets were stopped for the rest of the step, and are unstable or frozen from now on.
+    Stopped,
+}
+
+/// Counts of a step of a world, or of one island.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct StepReport {
+    /// Islands with an awake sheet.
+    pub islands: u32,
+    /// Bisections that lead to the shortest substep: 2 for a quarter of the step.
+    pub deepest_bisection: u32,
+    /// Substeps of several sheets accepted before the contact solution converged.
+    pub unconverged: u32,
+    /// Substeps in which sheets moved rigidly or were frozen.
+    pub fallbacks: u32,
+    /// Diverged substeps that were rolled back.
+    pub rollbacks: u32,
+    /// Islands that were stopped for the rest of the step.
+    pub stopped: u32,
+}
+
+impl StepReport {
+    /// The worst that happened in the step.
+    pub fn outcome(&self) -> StepOutcome {
+        match self {
+            Self { stopped: 1.., .. } => StepOutcome::Stopped,
+            Self { rollbacks: 1.., .. } => StepOutcome::RolledBack,
+            Self { fallbacks: 1.., .. } => StepOutcome::Fallback,
+            Self { unconverged: 1.., .. } => StepOutcome::Unconverged,
+            Self { deepest_bisection: 1.., .. } => StepOutcome::Bisected,
+            _ => StepOutcome::Converged,
+        }
+    }
+
+    /// Add the counts of another island.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.islands += other.islands;
+        self.deepest_bisection = self.deepest_bisection.max(other.deepest_bisection);
+        self.unconverged += other.unconverged;
+        self.fallbacks += other.fallbacks;
+        self.rollbacks += other.rollbacks;
+        self.stopped += other.stopped;
+    }
+
+    pub(crate) fn serialise(&self, to: &mut StateWriter) {
+        let Self { islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped } = *self;
+        for count in [islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped] {
+            to.count(u64::from(count));
+        }
+    }
+
+    pub(crate) fn deserialise(from: &mut StateReader) -> Result<Self, CorruptState> {
+        Ok(Self {
+            islands: from.count_u32()?,
+            deepest_bisection: from.count_u32()?,
+            unconverged: from.count_u32()?,
+            fallbacks: from.count_u32()?,
+            rollbacks: from.count_u32()?,
+            stopped: from.count_u32()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_outcome_of_a_world_is_that_of_its_worst_island() {
+        let mut world = StepReport::default();
+        assert_eq!(world.outcome(), StepOutcome::Converged);
+        world.add(&StepReport { islands: 1, deepest_bisection: 2, ..StepReport::default() });
+        assert_eq!(world.outcome(), StepOutcome::Bisected);
+        world.add(&StepReport { islands: 1, rollbacks: 1, fallbacks: 1, ..StepReport::default() });
+        world.add(&StepReport { islands: 1, deepest_bisection: 1, ..StepReport::default() });
+        assert_eq!((world.outcome(), world.islands, world.deepest_bisection), (StepOutcome::RolledBack, 3, 2));
+    }
+}
