@@ -38,7 +38,7 @@ pub fn with_value(scene: &Scene, path: &str, value: &str) -> Result<Scene, Input
                 "0" if switch => "false",
                 other => other,
             };
-            scene.with_override(&path, value)
+            Ok(scene.with_override(&path, value)?)
         }
     }
 }

@@ -35,7 +35,7 @@ impl CommandHandler {
         match command {
             Command::Status => Ok(object(serde_json::to_value(game_status(host)).unwrap_or_default())),
             Command::Params { from } => Ok(parameters(&host.world().parameters(), *from)),
-            Command::Get { path } => host.world().get(path).map(|p| object(parameter(&p))),
+            Command::Get { path } => Ok(object(parameter(&host.world().get(path)?))),
             Command::Set { path, value } => host.set(path, value).map(|old| object(json!({ "old": old }))),
             Command::Play => host.play(true).map(|()| Body::new()),
             Command::Pause => host.play(false).map(|()| Body::new()),
@@ -58,7 +58,8 @@ impl CommandHandler {
                 let kept = self.snapshots.iter().find(|s| s.0 == *name);
                 let (_, snapshot) =
                     kept.ok_or_else(|| InputError::new("snapshot", format!("there is no \"{name}\"")))?;
-                host.world_mut().restore(snapshot).map(|()| Body::new())
+                host.world_mut().restore(snapshot)?;
+                Ok(Body::new())
             }
             Command::Scene { from } => scene(host, *from),
             Command::Grab { .. } | Command::Pull { .. } | Command::Release { .. } => self.handle(host, command),

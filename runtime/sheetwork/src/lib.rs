@@ -71,7 +71,7 @@ pub mod world;
 pub use glam;
 pub use rapier3d;
 
-pub use crate::error::{InputError, check_range};
+pub use crate::error::{BuildError, InputError, ParameterError, SceneError, SnapshotError, check_range};
 pub use crate::islands::event::{Event, EventKind};
 pub use crate::islands::step_report::{StepOutcome, StepReport};
 pub use crate::math::Vectors;

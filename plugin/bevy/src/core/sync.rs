@@ -276,7 +276,7 @@ fn add_body(
                 ids.into_iter().for_each(|id| {
                     world.remove_body(id);
                 });
-                return Err(problem);
+                return Err(problem.into());
             }
         }
     }

@@ -236,5 +236,5 @@ impl SheetWorld {
 }
 
 fn make(scene: &Scene, borrowed: bool) -> Result<Sheets, InputError> {
-    if borrowed { Sheets::without_bodies(scene) } else { Sheets::new(scene) }
+    Ok(if borrowed { Sheets::without_bodies(scene) } else { Sheets::new(scene) }?)
 }

@@ -494,7 +494,7 @@ mod tests {
 
     /// Field and problem of the first error in `text`.
     fn refused(text: &str) -> (String, String) {
-        let error = Scene::parse(text).expect_err("bad");
+        let error = InputError::from(Scene::parse(text).expect_err("bad"));
         (error.field, error.problem)
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::error::InputError;
+use crate::error::{BuildError, InputError};
 use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
@@ -38,12 +38,10 @@ impl World {
     ///
     /// # Errors
     /// When the world has no bodies of its own, or the description, or a file it names, is invalid.
-    pub fn add_body(&mut self, spec: &BodySpec) -> Result<BodyId, InputError> {
+    pub fn add_body(&mut self, spec: &BodySpec) -> Result<BodyId, BuildError> {
         let Some(rigid) = &mut self.rigid else {
-            return Err(InputError::new(
-                "bodies",
-                "this world meets bodies that are lent to it and has none of its own",
-            ));
+            let problem = "this world meets bodies that are lent to it and has none of its own";
+            return Err(BuildError::Refused(InputError::new("bodies", problem)));
         };
         let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
         let name = unique_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));

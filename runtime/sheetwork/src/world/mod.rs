@@ -33,7 +33,7 @@ pub use crate::world::snapshot::Snapshot;
 use crate::contact::ContactCounters;
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
-use crate::error::InputError;
+use crate::error::{BuildError, InputError};
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
 use crate::islands::island_manager::IslandManager;
@@ -91,10 +91,10 @@ impl World {
     ///
     /// # Errors
     /// When the scene, or a file it names, is invalid.
-    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
-        built.map_err(|e| scene.located(e))
+        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 
     /// Build a world without bodies of its own: sheets meet the bodies passed to
@@ -102,8 +102,9 @@ impl World {
     ///
     /// # Errors
     /// When the scene, or a file it names, is invalid.
-    pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        validate::built(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
+    pub fn without_bodies(scene: &Scene) -> Result<Self, BuildError> {
+        let built = validate::built(scene).and_then(|()| Self::build(scene, None));
+        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
@@ -172,7 +173,7 @@ impl World {
     ///
     /// # Errors
     /// When a file that the scene names cannot be read; the world is then unchanged.
-    pub fn reset(&mut self) -> Result<(), InputError> {
+    pub fn reset(&mut self) -> Result<(), BuildError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
@@ -438,7 +439,7 @@ impl World {
     ///
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, InputError> {
+    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, BuildError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
         let name = unique_name(base, |name| names.contains(name));
@@ -458,7 +459,7 @@ impl World {
             }
             Err(error) => {
                 self.scene.sheets.truncate(index);
-                return Err(error);
+                return Err(error.into());
             }
         }
         self.heat.iter_mut().for_each(|heat| heat.discard_views());

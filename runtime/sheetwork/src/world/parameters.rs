@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::error::InputError;
+use crate::error::{InputError, ParameterError};
 use crate::scene::{Air, Material};
 use crate::sheet::Sheet;
 use crate::units::DisplayUnit;
@@ -141,11 +141,7 @@ const ACCESSORS: &[(Id, Accessor)] = &[
         Id::FlexionLimit,
         SheetText(
             |s| (!s.flexion.triples.is_empty()).then(|| optional_text(s.flexion_angle_limit())),
-            |w, i, path, v| {
-                let limit = optional(path, v)?;
-                Id::FlexionLimit.check_option(path, limit)?;
-                w.sheets[i].set_flexion_limit(limit)
-            },
+            |w, i, path, v| w.sheets[i].set_flexion_limit(optional(path, v)?),
         ),
     ),
     (
@@ -198,7 +194,7 @@ impl World {
     ///
     /// # Errors
     /// When the world has no such parameter; the message names similar ones.
-    pub fn get(&self, path: &str) -> Result<Parameter, InputError> {
+    pub fn get(&self, path: &str) -> Result<Parameter, ParameterError> {
         let found = self.resolve(path).filter(|(id, _)| id.row().scope == ParameterScope::Live);
         let value = found.and_then(|(id, owner)| Some((id, owner, self.value_of(id, owner)?)));
         let (id, owner, value) = value.ok_or_else(|| self.no_such_parameter(path))?;
@@ -216,7 +212,7 @@ impl World {
     ///
     /// # Errors
     /// When the unit does not fit the parameter; the message names the units that do.
-    pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, InputError> {
+    pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, ParameterError> {
         let value = value.trim();
         let begins = value.trim_start_matches(['+', '-', '−', '.', ',']).starts_with(|c: char| c.is_ascii_digit());
         if !begins || value.parse::<f64>().is_ok() {
@@ -227,7 +223,7 @@ impl World {
         let Some(row) = row.filter(is_number) else { return Ok(value.into()) };
         let Some(quantity) = row.quantity() else { return Ok(value.into()) };
         let shown = DisplayUnit::fixed(quantity, row.unit, 1.0);
-        let number = shown.parse(value).map_err(|e| InputError::new(path, e.to_string()))?;
+        let number = shown.parse(value).map_err(|e| ParameterError::WrongUnit(InputError::new(path, e.to_string())))?;
         Ok(number.to_string().into())
     }
 
@@ -237,27 +233,29 @@ impl World {
     /// # Errors
     /// When there is no such parameter, or the value has another kind or is out of range; nothing
     /// changes then.
-    pub fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+    pub fn set(&mut self, path: &str, value: &str) -> Result<String, ParameterError> {
         let value = &*self.in_own_unit(path, value)?;
         let Some((id, owner)) = self.resolve(path) else { return Err(self.no_such_parameter(path)) };
         let before = self.value_of(id, owner).unwrap_or_default();
-        let named = |e: InputError| InputError::new(path, e.problem);
-        match (owner, accessor(id)) {
-            (Owner::Source(name), _) => self.set_source(id, name, path, value)?,
-            (Owner::World, Some(Global(_, set))) => set(self, path, value).map_err(named)?,
-            (Owner::Sheet(index), Some(SheetText(_, set))) => set(self, index, path, value).map_err(named)?,
+        check(id, path, value)?;
+        if before.is_empty() && matches!(id, Id::Damping | Id::DampingRatio) {
+            let other = if id == Id::Damping { "damping_ratio" } else { "damping" };
+            let problem = format!("does nothing to this sheet, which has {other}");
+            return Err(ParameterError::Refused(InputError::new(path, problem)));
+        }
+        let set = match (owner, accessor(id)) {
+            (Owner::Source(name), _) => self.set_source(id, name, path, value),
+            (Owner::World, Some(Global(_, set))) => set(self, path, value),
+            (Owner::Sheet(index), Some(SheetText(_, set))) => set(self, index, path, value),
             (Owner::Sheet(index), Some(Accessor::Sheet(_, set))) => {
-                let value = number(path, value)?;
-                id.check(path, value)?;
-                if before.is_empty() && matches!(id, Id::Damping | Id::DampingRatio) {
-                    let other = if id == Id::Damping { "damping_ratio" } else { "damping" };
-                    return Err(InputError::new(path, format!("does nothing to this sheet, which has {other}")));
-                }
-                set(&mut self.sheets[index], value).map_err(named)?;
+                number(path, value).and_then(|value| set(&mut self.sheets[index], value))
             }
             _ => return Err(self.no_such_parameter(path)),
-        }
-        Ok(before)
+        };
+        // The setter names its field; the caller knows the path.
+        let kind =
+            if id.row().kind == ParameterKind::Name { ParameterError::WrongKind } else { ParameterError::Refused };
+        set.map(|()| before).map_err(|e| kind(InputError::new(path, e.problem)))
     }
 
     /// Parameter and object at `path`; `None` when the world has no such object or parameter.
@@ -300,13 +298,26 @@ impl World {
         } else {
             number(path, value)?
         };
-        id.check(path, value)?;
         if let Some(heat) = &mut self.heat {
             heat.set_parameter(id, name, value);
         }
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(())
     }
+}
+
+/// Check kind and range of the text of a value; the setter checks a name.
+fn check(id: Id, path: &str, value: &str) -> Result<(), ParameterError> {
+    let numbers = match id.row().kind {
+        ParameterKind::Number => number(path, value).map(|v| vec![v]),
+        ParameterKind::Optional => optional(path, value).map(|v| v.into_iter().collect()),
+        ParameterKind::Vector => vector(path, value).map(|v| v.to_array().to_vec()),
+        ParameterKind::OptionalVector if value != "none" => vector(path, value).map(|v| v.to_array().to_vec()),
+        ParameterKind::Boolean => boolean(path, value).map(|_| Vec::new()),
+        _ => Ok(Vec::new()),
+    };
+    let mut numbers = numbers.map_err(ParameterError::WrongKind)?.into_iter();
+    numbers.try_for_each(|v| id.check(path, v)).map_err(ParameterError::OutOfRange)
 }
 
 /// Value and setter of a parameter; `None` for one of a heat source.
@@ -395,6 +406,19 @@ mod tests {
             world.set(path, value).expect(path);
             let now: f64 = world.get(path).expect("known").value.parse().expect("a number");
             assert!((now / wanted - 1.0).abs() < 1e-12, "{path}: {now}");
+        }
+        for (path, value, kind) in [
+            ("no.such", "1", "UnknownPath"),
+            ("dt", "3 GPa", "WrongUnit"),
+            ("dt", "soon", "WrongKind"),
+            ("engine", "steam", "WrongKind"),
+            ("gravity", "(0, 1)", "WrongKind"),
+            ("dt", "2", "OutOfRange"),
+            ("gravity", "(0, 1e9, 0)", "OutOfRange"),
+            ("sheets.card.damping", "0.1", "Refused"),
+        ] {
+            let error = world.set(path, value).expect_err(path);
+            assert!(format!("{error:?}").starts_with(kind), "{path} = {value}: {error:?}");
         }
         let refused = |world: &mut World, path: &str, value: &str| world.set(path, value).expect_err(value).to_string();
         let told = refused(&mut world, "sheets.card.material.young", "3 furlongs");

@@ -6,7 +6,7 @@
 //! velocities, temperatures, the state of heat, creep and plasticity, and sleeping; its integrators
 //! restart, as after a change of integrator.
 
-use crate::error::InputError;
+use crate::error::{InputError, SnapshotError};
 use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
 use crate::sheet::SavedSheetState;
@@ -57,7 +57,7 @@ impl World {
     ///
     /// # Errors
     /// When sheets or bodies have been added, removed or replaced after it; nothing changes then.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         if self.roll_back(&snapshot.whole) {
             return Ok(());
         }
@@ -69,7 +69,8 @@ impl World {
         let free = (0..self.rigid.as_ref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
         let bodies = free == snapshot.bodies.len() && snapshot.bodies.iter().all(|b| gives(b.0));
         if !(sheets && bodies) {
-            return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
+            let problem = "is of other sheets or bodies than there are now";
+            return Err(SnapshotError::OtherWorld(InputError::new("snapshot", problem)));
         }
         for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
             sheet.restore(state);
@@ -176,6 +177,7 @@ mod tests {
         let mut world = world();
         let snapshot = world.snapshot();
         world.remove_sheet(world.sheet_id("leaf").expect("there"));
-        assert!(world.restore(&snapshot).expect_err("refused").problem.contains("other sheets"));
+        let error = world.restore(&snapshot).expect_err("refused");
+        assert!(matches!(error, SnapshotError::OtherWorld(_)) && error.problem.contains("other sheets"));
     }
 }

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::error::InputError;
+use crate::error::{BuildError, InputError};
 use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
@@ -47,7 +47,7 @@ impl World {
     ///
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<HeaterId, InputError> {
+    pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<HeaterId, BuildError> {
         let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
         let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
         let spec = HeaterSpec { name: unique_name(base, taken), ..spec.clone() };

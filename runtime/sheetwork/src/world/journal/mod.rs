@@ -104,7 +104,7 @@ impl JournalInput {
             found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
         };
         match self {
-            Self::Set { path, value } => world.set(path, value).map(|_| ()),
+            Self::Set { path, value } => Ok(world.set(path, value).map(|_| ())?),
             Self::Grab { sheet, uv, stiffness } => {
                 let index = of(world, sheet)?;
                 world.sheets_mut()[index].grab(*uv, *stiffness).map(|_| ())
