@@ -11,6 +11,7 @@ use crate::scene::{PathKey, Placement, Polyhedron};
 
 /// Thermal model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum HeatMode {
     /// Temperatures, conduction, exact radiation, E(T).
     #[default]

@@ -12,6 +12,7 @@ use std::fmt;
 
 /// Physical quantity, which determines the admissible units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// Dimensionless number; "%" is 0.01.
     Number,
@@ -45,6 +46,7 @@ pub enum Quantity {
 
 /// Reason why a text is not a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UnitError {
     /// The text is empty.
     Empty,
