@@ -61,7 +61,7 @@ pub const ALL: &[Page] = &[
 ];
 
 fn shipped(name: &str) -> Result<Scene, InputError> {
-    Scene::load(&scenes::find(Path::new(name)))
+    Ok(Scene::load(&scenes::find(Path::new(name)))?)
 }
 
 fn template(name: &str) -> Result<Scene, InputError> {

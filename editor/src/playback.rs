@@ -49,14 +49,14 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
 /// Scene of a recording. Its files are looked for beside the recording and among the shipped
 /// scenes.
 fn scene_of(header: &RecordingHeader, file: &Path) -> Result<Scene, InputError> {
-    let mut scene = Scene::parse(&header.source).map_err(|e| e.in_file(file))?;
+    let mut scene = Scene::parse(&header.source).map_err(|e| InputError::from(e).in_file(file))?;
     let beside = file.parent().map(Path::to_path_buf).unwrap_or_default();
     let mut refused = None;
     for folder in [Some(beside), Some(PathBuf::new()), scenes::folder()].into_iter().flatten() {
         scene.base = folder;
         match World::new(&scene) {
             Ok(_) => return Ok(scene),
-            Err(error) => refused = refused.or(Some(error)),
+            Err(error) => refused = refused.or(Some(InputError::from(error))),
         }
     }
     Err(refused.unwrap_or_else(|| InputError::new("", "holds no scene").in_file(file)))

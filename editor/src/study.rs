@@ -131,13 +131,13 @@ pub fn scene(trial: Trial, title: &str) -> Result<Scene, InputError> {
             )
         }
     };
-    Scene::parse(&format!(
+    Ok(Scene::parse(&format!(
         r#"(name: "{title}", engine: "{engine}", dt: {dt}, gravity: (0, -0.981, 0), duration: 6,
             room: (x: (-0.065, 0.065), y: (-0.0281, 0.03), z: (-0.0299, 0.0333), grid: 0.005),
             contact: (friction: 0.3, restitution: 0.1), air: (factor: 0.97, per: 0.015),
             sheets: [({sheet}, size: (0.025, 0.025), placement: (position: (-0.0015, 0.0025, -0.0015)))],
             bodies: [{body}], camera: (eye: (0.036, 0.03, 0.066), target: (-0.0015, -0.0185, -0.002)))"#
-    ))
+    ))?)
 }
 
 impl Study {

@@ -38,7 +38,7 @@ fn folder(name: &str) -> PathBuf {
 #[test]
 fn every_parameter_is_undone_and_redone_in_the_world() {
     let mut session = wedge();
-    let paths: Vec<_> = session.world().parameters().into_iter().filter(|p| p.kind() == "number").collect();
+    let paths: Vec<_> = session.world().parameters().into_iter().filter(|p| p.kind.name() == "number").collect();
     assert!(paths.len() > 8);
     for parameter in paths {
         let Some((low, high)) = parameter.range else { continue };

@@ -29,6 +29,6 @@ pub fn rejection(change: &dyn Fn(&mut SheetSpec)) -> (String, String) {
     change(&mut scene.sheets[0]);
     match World::new(&scene) {
         Ok(_) => panic!("the card was accepted"),
-        Err(error) => (error.field, error.problem),
+        Err(error) => (error.field.clone(), error.problem.clone()),
     }
 }

@@ -42,8 +42,8 @@ pub fn shipped_scene(name: &str) -> Scene {
 /// # Panics
 /// An invalid scene.
 pub fn world_of(text: &str) -> World {
-    let world = Scene::parse(text).and_then(|scene| World::new(&scene));
-    world.unwrap_or_else(|e| panic!("{e}"))
+    let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}"));
+    World::new(&scene).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Changes the first sheet of `world` to another grid.

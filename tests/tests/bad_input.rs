@@ -113,7 +113,7 @@ proptest! {
 
     #[test]
     fn random_text_never_panics(text in ".{0,200}") {
-        for error in [Scene::parse(&text).err(), sht::read_sht(&text).err(), pol::read_pol(&text).err(),
+        for error in [Scene::parse(&text).err().map(InputError::from), sht::read_sht(&text).err(), pol::read_pol(&text).err(),
             heater_file::read_heaters(&text).err()].into_iter().flatten() {
             prop_assert!(is_useful(&error), "{error:?}");
         }

@@ -292,7 +292,8 @@ fn an_added_hot_body_heats_the_sheet_on_it() {
         temperature: Some(90.0),
         ..body("plate", Shape::Box(DVec3::new(1.0, 0.1, 1.0)), Placement::default(), vec![])
     };
-    let name = world.add_body(&plate).expect("valid");
+    let plate = world.add_body(&plate).expect("valid");
+    let name = world.body_name(plate).expect("there").to_owned();
     world.advance(1.0);
     let warm = world.sheets()[0].temperatures().expect("warm")[0];
     assert!(warm > 40.0, "{warm}");

@@ -121,12 +121,12 @@ fn a_snapshot_restores_parameters_grabs_and_moved_bodies() {
     }
     // An oven whose temperature was changed, and a body whose motion was changed.
     let mut world = self::world(&warm);
-    let body = world.rigid().expect("its own").bodies()[0].name.clone();
+    let body = world.body_ids().next().expect("its own");
     run(&mut world, 10);
     let before = world.serialise();
     let plain = run(&mut world, 10);
     world.set("oven.temperature", "60").expect("in range");
-    assert!(world.move_body(&body, DVec3::new(0.0, 0.01, 0.0), glam::DQuat::IDENTITY));
+    assert!(world.move_body(body, DVec3::new(0.0, 0.01, 0.0), glam::DQuat::IDENTITY));
     run(&mut world, 10);
     let sent = world.serialise();
     let on = run(&mut world, 10);

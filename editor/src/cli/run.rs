@@ -27,7 +27,7 @@ impl Arguments {
     /// Scene in `file`, or scene of the recording in `file`.
     fn described(&self, file: &std::path::Path) -> Result<Scene, InputError> {
         if !playback::is_recording(file) {
-            return Scene::load(file);
+            return Ok(Scene::load(file)?);
         }
         if !self.set.is_empty() {
             return Err(InputError::new("--set", "changes nothing in a recording").in_file(file));
@@ -121,7 +121,7 @@ impl Arguments {
 fn assigned(flag: &str, scene: &Scene, assignment: &str) -> Result<Scene, InputError> {
     let wrong = || InputError::new(flag, format!("\"{assignment}\" is not PATH=VALUE"));
     let (path, value) = assignment.split_once('=').ok_or_else(wrong)?;
-    scene.with_override(path.trim(), value)
+    Ok(scene.with_override(path.trim(), value)?)
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ pub fn save(scene: &Scene, file: &Path) -> Result<Scene, InputError> {
     let mut scene = moved(scene, &folder);
     let text = scene.to_text()?;
     // Checked before the old file is replaced.
-    let back = Scene::parse(&text).map_err(|e| e.in_file(file))?;
+    let back = Scene::parse(&text).map_err(|e| InputError::from(e).in_file(file))?;
     scene.base = folder.clone();
     scene.file = Some(file.to_path_buf());
     if back != (Scene { base: PathBuf::new(), file: None, ..scene.clone() }) {

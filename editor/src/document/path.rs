@@ -4,10 +4,9 @@
 //! world; the pressure on a sheet is a list of times in the scene; the temperature of a heater is
 //! that of its hot faces.
 
-use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
 use sheetwork::sheet::Sheet;
-use sheetwork::units::temperature::ZERO_CELSIUS;
+use sheetwork::{InputError, ParameterId};
 
 /// Path with the index of a sheet in place of its name.
 pub fn numbered(sheets: &[Sheet], path: &str) -> String {
@@ -39,7 +38,7 @@ pub fn with_value(scene: &Scene, path: &str, value: &str) -> Result<Scene, Input
                 "0" if switch => "false",
                 other => other,
             };
-            scene.with_override(&path, value)
+            Ok(scene.with_override(&path, value)?)
         }
     }
 }
@@ -51,7 +50,7 @@ fn number(path: &str, value: &str) -> Result<f64, InputError> {
 
 fn with_pressure(scene: &Scene, path: &str, index: &str, value: &str) -> Result<Scene, InputError> {
     let (mut scene, pressure) = (scene.clone(), number(path, value)?);
-    sheetwork::check_range(path, pressure, -1e6, 1e6, "Pa")?;
+    ParameterId::Pressure.check(path, pressure)?;
     let sheet = index.parse().ok().and_then(|i: usize| scene.sheets.get_mut(i));
     let sheet = sheet.ok_or_else(|| InputError::new(path, "there is no such sheet"))?;
     sheet.pressure = if pressure == 0.0 { Vec::new() } else { vec![PressureKey { time: 0.0, pressure }] };
@@ -66,7 +65,7 @@ pub fn heater_index(scene: &Scene, name: &str) -> Option<usize> {
 
 fn with_heater(scene: &Scene, path: &str, name: &str, value: &str) -> Result<Scene, InputError> {
     let (mut scene, celsius) = (scene.clone(), number(path, value)?);
-    sheetwork::check_range(path, celsius, -ZERO_CELSIUS, 5000.0, "°C")?;
+    ParameterId::HeaterTemperature.check(path, celsius)?;
     let index = heater_index(&scene, name).ok_or_else(|| InputError::new(path, "there is no such heater"))?;
     let heater = opened(&scene.heaters[index], &scene)?;
     let hot = heater.hot.iter().map(|face| HotFaceSpec { temperature: celsius, ..*face }).collect();

@@ -2,6 +2,7 @@
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
+use sheetwork::ParameterId;
 use sheetwork::scene::{BodySpec, Placement, Shape};
 
 use super::EditorState;
@@ -90,7 +91,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
 /// Friction and restitution; a double click restores the scene's defaults.
 fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let all = session.scene().contact.clone();
-    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
+    let how = ControlOptions { late: true, ..ControlOptions::usual(ParameterId::BodyFriction) };
     let label = name(ui, "Friction", "Coulomb friction coefficient of this body");
     let done = input(ui, &label, spec.friction.unwrap_or(all.friction), PLAIN, &how);
     tell(session, "friction", done.error);

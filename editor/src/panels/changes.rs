@@ -1,10 +1,10 @@
 //! Menu of edits: undo, redo, and the differences from the file, each with names and unit.
 
 use bevy_egui::egui::{Button, Grid, RichText, Ui};
+use sheetwork::ParameterId;
 use sheetwork::scene::Scene;
 
 use super::style::quiet;
-use crate::document::path::numbered;
 use crate::session::{Item, Session};
 use crate::units::format_si;
 
@@ -66,7 +66,7 @@ fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String
                 });
                 (format!("{}: {list}", thing(session, "sheets", i)), now.to_string(), parts[..3].join("."))
             }
-            _ => (in_words(session, path), with_unit(session, path, value), path.clone()),
+            _ => (in_words(session, path), with_unit(path, value), path.clone()),
         };
         if lines.iter().all(|line| line.2 != path) {
             lines.push((what, value, path));
@@ -116,19 +116,8 @@ fn in_words(session: &Session, path: &str) -> String {
 }
 
 /// Value with the unit of its parameter; text is shortened.
-fn with_unit(session: &Session, path: &str, value: &str) -> String {
-    let sheets = session.world().sheets();
-    // Each component of a vector is listed by itself.
-    let whole =
-        path.rsplit_once('.').filter(|(_, last)| last.parse::<usize>().is_ok()).map_or(path, |(whole, _)| whole);
-    let is_known = |p: &str| p == path || p == whole;
-    let known = session.world().parameters().into_iter().find(|p| is_known(&numbered(sheets, &p.path)));
-    let unit = match known {
-        Some(known) => known.unit,
-        None if path.contains("position") => "m",
-        None if path.contains("rotation") => "°",
-        None => "",
-    };
+fn with_unit(path: &str, value: &str) -> String {
+    let unit = ParameterId::from_path(path).map_or("", |id| id.row().unit);
     match (value.parse::<f64>(), unit) {
         (Ok(number), "Pa" | "m" | "s" | "N") => format_si(number, unit),
         (Ok(number), _) => format!("{} {unit}", (number * 1e6).round() / 1e6).trim_end().to_owned(),

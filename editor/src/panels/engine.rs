@@ -3,6 +3,7 @@
 use bevy_egui::egui::{Grid, Ui};
 use bevy_sheetwork::inspector::controls::{ControlOptions, PLAIN, parameter_row};
 use bevy_sheetwork::inspector::{cost, engine as rows};
+use sheetwork::ParameterId;
 
 use crate::session::Session;
 
@@ -21,7 +22,7 @@ pub fn engine(ui: &mut Ui, session: &mut Session) {
 fn surfaces(ui: &mut Ui, session: &mut Session) {
     let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
     let about = "Coulomb friction coefficient of sheets and bodies without their own";
-    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
+    let how = ControlOptions { late: true, ..ControlOptions::usual(ParameterId::ContactFriction) };
     parameter_row(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
     let about = "Coefficient of restitution of sheets and bodies without their own";
     parameter_row(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);

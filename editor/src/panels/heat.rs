@@ -3,6 +3,7 @@
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
+use sheetwork::ParameterId as Id;
 use sheetwork::scene::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenSpec, Placement};
 
 use super::style::quiet;
@@ -59,7 +60,7 @@ fn oven(ui: &mut Ui, session: &mut Session) {
                         "oven.temperature",
                         spec.temperature,
                         CELSIUS,
-                        &ControlOptions::slider(20.0..=300.0),
+                        &ControlOptions::usual(Id::OvenTemperature),
                     );
                 });
             } else {
@@ -90,7 +91,7 @@ fn room(ui: &mut Ui, session: &mut Session) {
         ("Ambient", about, "ambient_temperature"),
         ambient,
         CELSIUS,
-        &ControlOptions::slider(-20.0..=60.0),
+        &ControlOptions::usual(Id::AmbientTemperature),
     );
     let about = "Convection coefficient of both sides of a sheet together in still air, W/(m² K)";
     parameter_row(
@@ -99,10 +100,17 @@ fn room(ui: &mut Ui, session: &mut Session) {
         ("Convection", about, "convection"),
         convection,
         CONVECTION,
-        &ControlOptions::slider(0.0..=100.0),
+        &ControlOptions::usual(Id::Convection),
     );
     let about = "Factor of thermal time over mechanical time";
-    parameter_row(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &ControlOptions::log(0.1..=100.0));
+    parameter_row(
+        ui,
+        session,
+        ("Time-lapse", about, "time_lapse"),
+        lapse,
+        PLAIN,
+        &ControlOptions::usual(Id::TimeLapse),
+    );
 }
 
 fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
@@ -232,7 +240,7 @@ fn gun(ui: &mut Ui, session: &mut Session) {
                 ("Jet", about, "heat_gun.temperature"),
                 spec.temperature,
                 CELSIUS,
-                &ControlOptions::slider(50.0..=600.0),
+                &ControlOptions::usual(Id::HeatGunTemperature),
             );
             name(ui, "Direction", "Direction of the jet, of any length but 0");
             let (new, _) = vector(

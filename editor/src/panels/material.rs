@@ -5,6 +5,7 @@ use bevy_egui::egui::{self, Grid, Sense, Ui, vec2};
 use bevy_sheetwork::inspector::controls::{ControlOptions, name, parameter_row};
 use bevy_sheetwork::inspector::hang::gamma;
 use bevy_sheetwork::inspector::{constants, cost, delivered, droop, strip_shape};
+use sheetwork::ParameterId as Id;
 use sheetwork::scene::MaterialChoice;
 use sheetwork::scene::material::{LIBRARY, by_name};
 
@@ -27,7 +28,7 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     Grid::new("material").num_columns(2).show(ui, |ui| {
         constants(ui, session, index);
         let about = "Mass per volume. Type 1.05 g/cm³";
-        let how = ControlOptions { late: true, ..ControlOptions::log(10.0..=2e4) };
+        let how = ControlOptions { late: true, ..ControlOptions::usual(Id::MaterialDensity) };
         let path = format!("sheets.{index}.material.density");
         parameter_row(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
     });

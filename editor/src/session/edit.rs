@@ -74,7 +74,7 @@ impl Session {
             (true, _) => self.world.set(path, value)?,
             (_, Some(known)) => known.value,
             // The world reports the error.
-            _ if scene.is_err() => return self.world.set(path, value),
+            _ if scene.is_err() => return Ok(self.world.set(path, value)?),
             _ => value::at(self.scene(), &field).unwrap_or_default(),
         };
         let scene = scene?;

@@ -71,9 +71,10 @@ impl Session {
         let Some(spec) = self.scene().bodies.get(index) else { return };
         if self.playing && !spec.is_dynamic() && spec.path.is_empty() {
             let there = shifted(&spec.placement, by);
-            self.body_name(index).iter().for_each(|name| {
-                _ = self.world.move_body(name, there.position, there.quaternion());
-            });
+            let body = self.world.body_ids().nth(index);
+            if let Some(body) = body {
+                _ = self.world.move_body(body, there.position, there.quaternion());
+            }
         }
     }
 
@@ -114,12 +115,13 @@ impl Session {
         let rotation = self.world.rigid().and_then(|r| r.pose(index)).map(|pose| pose.1);
         let (Some(name), Some(rotation)) = (self.body_name(index), rotation) else { return false };
         let before = self.world.snapshot();
-        if !self.world.place_body(&name, position, rotation) {
+        let Some(body) = self.world.body_id(&name) else { return false };
+        if !self.world.place_body(body, position, rotation) {
             return false;
         }
         for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
             // A variant without this body is unchanged.
-            _ = other.world.place_body(&name, position, rotation);
+            other.world.body_id(&name).map(|body| other.world.place_body(body, position, rotation));
             other.show_present();
         }
         self.document.seal();

@@ -1,8 +1,8 @@
 //! Variant of a scene: a field with another value.
 
-use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::Scene;
+use sheetwork::{InputError, ParameterId};
 
 use crate::document::path::{numbered, with_value};
 use crate::units::format_si;
@@ -20,14 +20,14 @@ impl Variant {
     /// Name beside the other variants: last part of the path, and value with unit.
     pub fn label(&self) -> String {
         let field = self.path.rsplit('.').next().unwrap_or_default();
-        let (field, unit) = match field {
-            "dt" => ("step", "s"),
-            "young" => ("Young", "Pa"),
-            "thickness" => ("thickness", "m"),
-            other => (other, ""),
+        let field = match field {
+            "dt" => "step",
+            "young" => "Young",
+            other => other,
         };
+        let unit = ParameterId::from_path(&self.path).map_or("", |id| id.row().unit);
         match self.value.parse::<f64>() {
-            Ok(number) if !unit.is_empty() => format!("{field} {}", format_si(number, unit)),
+            Ok(number) if matches!(unit, "Pa" | "m" | "s") => format!("{field} {}", format_si(number, unit)),
             _ => format!("{field} {}", self.value),
         }
     }

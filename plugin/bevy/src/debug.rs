@@ -58,7 +58,7 @@ fn draw(
     }
     let time = world.shown_time();
     for motion in &sheets {
-        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let Some(sheet) = motion.sheet(&world) else { continue };
         let at = |i: usize| motion.at(i, time);
         if settings.springs {
             draw_springs(&mut gizmos, sheet, at, settings.full_strain.max(1e-9));

@@ -9,7 +9,7 @@ use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::card_scenes::CardScene;
 use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
-use sheetwork::{InputError, check_range};
+use sheetwork::{InputError, ParameterId};
 
 use sheetwork_rigs::output::{parse_counts, print_json, print_line};
 use sheetwork_rigs::quantities::{length, mass};
@@ -92,8 +92,8 @@ impl Generate {
     }
 
     fn sheet(&self, structure: StructureKind, [nx, layers, nz]: [u32; 3]) -> Result<ExitCode, InputError> {
-        check_range("width", self.width, 1e-6, 1e3, "m")?;
-        check_range("depth", self.depth, 1e-6, 1e3, "m")?;
+        ParameterId::Size.check("width", self.width)?;
+        ParameterId::Size.check("depth", self.depth)?;
         let spec = SheetSpec {
             name: "sheet".into(),
             structure,

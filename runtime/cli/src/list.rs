@@ -1,14 +1,14 @@
-//! `sheetwork list`: names of structures, integrators, materials, rigs and scenes.
+//! `sheetwork list`: names of structures, integrators, materials, rigs, scenes and parameters.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use sheetwork::InputError;
 use sheetwork::integrators;
 use sheetwork::mesh::structure;
 use sheetwork::scene::{Scene, material};
+use sheetwork::{InputError, ParameterRow, ParameterScope};
 use sheetwork_rigs::measure;
 
 use sheetwork_rigs::output::{print_json, print_line};
@@ -32,6 +32,7 @@ enum ListKind {
     Materials,
     Cases,
     Scenes,
+    Parameters,
 }
 
 impl List {
@@ -42,6 +43,7 @@ impl List {
             ListKind::Materials => materials(),
             ListKind::Cases => measure::TABLE.iter().map(|c| json!({ "name": c.name, "about": c.about })).collect(),
             ListKind::Scenes => scenes(&self.folder)?,
+            ListKind::Parameters => ParameterRow::all().iter().map(parameter).collect(),
         };
         if self.json {
             print_json(&rows)?;
@@ -87,6 +89,19 @@ fn cell(row: &Value, (key, _, factor): (&str, &str, f64)) -> String {
         },
     );
     format!("{text:>10}")
+}
+
+/// Row of a parameter; `*` in its path stands for a name or a number.
+fn parameter(row: &ParameterRow) -> Value {
+    let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
+    let range = row.range.map_or_else(|| row.kind.name().to_owned(), |(min, max)| format!("{min} to {max}{unit}"));
+    let default = row.default_text();
+    let about = default.as_ref().map_or_else(|| range.clone(), |text| format!("{range}, default {text}"));
+    json!({
+        "name": row.path, "about": about, "unit": row.unit, "kind": row.kind.name(),
+        "min": row.range.map(|r| r.0), "max": row.range.map(|r| r.1), "default": default,
+        "live": row.scope != ParameterScope::Scene,
+    })
 }
 
 fn structures() -> Vec<Value> {

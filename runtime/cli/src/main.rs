@@ -102,6 +102,6 @@ fn apply_overrides(scene: Scene, overrides: &[String]) -> Result<Scene, InputErr
     overrides.iter().try_fold(scene, |scene, item| {
         let parts = item.split_once('=');
         let (path, value) = parts.ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
-        scene.with_override(path.trim(), value)
+        Ok(scene.with_override(path.trim(), value)?)
     })
 }

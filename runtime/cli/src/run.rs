@@ -95,7 +95,8 @@ impl Run {
         let mut scene = apply_overrides(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
             if let Some(value) = value {
-                scene = scene.with_override(path, &value.to_string()).map_err(|e| InputError::new(flag, e.problem))?;
+                let set = scene.with_override(path, &value.to_string());
+                scene = set.map_err(|e| InputError::new(flag, e.problem.as_str()))?;
             }
         }
         if let Some(engine) = self.engine {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use sheetwork::mesh::structure;
 use sheetwork::scene::{HeaterSpec, Scene, Shape, SheetSpec, heater_file, material, pol, sht};
-use sheetwork::{World, integrators};
+use sheetwork::{InputError, World, integrators};
 
 fn assets() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets")
@@ -215,7 +215,9 @@ fn every_file_is_mentioned_and_valid() {
             let name = format!("{folder}/{}", path.file_name().and_then(|n| n.to_str()).expect("a name"));
             assert!(readme.contains(&format!("`{name}`")), "{name} is not in assets/README.md");
             let valid = match folder {
-                "scenes" => Scene::load(&path).and_then(|scene| World::new(&scene)).map(drop),
+                "scenes" => {
+                    Scene::load(&path).map_err(InputError::from).and_then(|scene| Ok(drop(World::new(&scene)?)))
+                }
                 "sheets" => sht::read_sht_file(&path).and_then(|f| sheetwork::sheet::from_file(&f)).map(drop),
                 "materials" => material::read_material_file(&path).map(drop),
                 "polyhedra" => pol::read_pol_file(&path).map(drop),

@@ -185,7 +185,7 @@ pub trait Host {
     /// # Errors
     /// An unknown path or an invalid value; the world is then unchanged.
     fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        self.world_mut().set(path, value)
+        Ok(self.world_mut().set(path, value)?)
     }
 
     /// Resets the world to its scene.
@@ -193,7 +193,7 @@ pub trait Host {
     /// # Errors
     /// An unreadable file of the scene, or a game without this permission.
     fn reset(&mut self) -> Result<(), InputError> {
-        self.world_mut().reset()
+        Ok(self.world_mut().reset()?)
     }
 
     /// Opens a scene file.

@@ -35,11 +35,7 @@ impl CommandHandler {
         match command {
             Command::Status => Ok(object(serde_json::to_value(game_status(host)).unwrap_or_default())),
             Command::Params { from } => Ok(parameters(&host.world().parameters(), *from)),
-            Command::Get { path } => {
-                let all = host.world().parameters();
-                let found = all.iter().find(|p| p.path == *path);
-                found.map(|p| object(parameter(p))).ok_or_else(|| host.world().no_such_parameter(path))
-            }
+            Command::Get { path } => Ok(object(parameter(&host.world().get(path)?))),
             Command::Set { path, value } => host.set(path, value).map(|old| object(json!({ "old": old }))),
             Command::Play => host.play(true).map(|()| Body::new()),
             Command::Pause => host.play(false).map(|()| Body::new()),
@@ -62,7 +58,8 @@ impl CommandHandler {
                 let kept = self.snapshots.iter().find(|s| s.0 == *name);
                 let (_, snapshot) =
                     kept.ok_or_else(|| InputError::new("snapshot", format!("there is no \"{name}\"")))?;
-                host.world_mut().restore(snapshot).map(|()| Body::new())
+                host.world_mut().restore(snapshot)?;
+                Ok(Body::new())
             }
             Command::Scene { from } => scene(host, *from),
             Command::Grab { .. } | Command::Pull { .. } | Command::Release { .. } => self.handle(host, command),
@@ -131,7 +128,7 @@ fn game_status(host: &dyn Host) -> GameStatus {
 
 fn parameter(p: &Parameter) -> Value {
     json!({
-        "path": p.path, "value": p.value, "unit": p.unit, "kind": p.kind(),
+        "path": p.path, "value": p.value, "unit": p.unit, "kind": p.kind.name(),
         "min": p.range.map(|r| r.0), "max": p.range.map(|r| r.1),
     })
 }

@@ -47,8 +47,9 @@ pub fn main() -> Result<(), InputError> {
     println!("deepest penetration: {:.1} µm", 1e6 * world.penetration());
 
     // Bodies may be added, pushed and removed while the world runs.
-    let name = world.add_body(&BodySpec { name: "ball".into(), ..BodySpec::new(Shape::Ball(0.01)) })?;
-    println!("a second \"ball\" is called \"{name}\"; removed: {}", world.remove_body(&name));
+    let id = world.add_body(&BodySpec { name: "ball".into(), ..BodySpec::new(Shape::Ball(0.01)) })?;
+    let name = world.body_name(id).unwrap_or_default().to_owned();
+    println!("a second \"ball\" is called \"{name}\"; removed: {}", world.remove_body(id));
     Ok(())
 }
 

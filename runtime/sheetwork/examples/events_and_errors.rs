@@ -46,7 +46,7 @@ pub fn main() -> Result<(), InputError> {
     Ok(())
 }
 
-fn report_error(what: &str, error: Option<InputError>) {
+fn report_error(what: &str, error: Option<impl std::error::Error>) {
     let error = error.expect("this input is rejected");
     println!("{what}:\n    {error}");
 }

@@ -71,7 +71,7 @@ pub mod world;
 pub use glam;
 pub use rapier3d;
 
-pub use crate::error::{InputError, check_range};
+pub use crate::error::{BuildError, InputError, ParameterError, SceneError, SnapshotError, check_range};
 pub use crate::islands::event::{Event, EventKind};
 pub use crate::islands::step_report::{StepOutcome, StepReport};
 pub use crate::math::Vectors;
@@ -79,6 +79,8 @@ pub use crate::mesh::structure::StructureKind;
 pub use crate::profiler::{Phase, StepObserver};
 pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
+pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
-    BodyReport, OpeningReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World, journal, recording,
+    BodyId, BodyReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
+    World, journal, recording,
 };

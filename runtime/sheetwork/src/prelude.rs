@@ -6,6 +6,7 @@ pub use crate::scene::{
     Scene, Shape, SheetSpec, SpringLaw,
 };
 pub use crate::{
-    BodyState, Energy, Event, EventKind, InputError, Parameter, RigidView, Sheet, Snapshot, Status, StepOutcome,
-    StepReport, StructureKind, Vectors, World,
+    BodyId, BodyState, BuildError, Energy, Event, EventKind, HeaterId, InputError, Parameter, ParameterError,
+    ParameterId, RigidView, SceneError, Sheet, SheetId, Snapshot, SnapshotError, Status, StepOutcome, StepReport,
+    StructureKind, Vectors, World,
 };

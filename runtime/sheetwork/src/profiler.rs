@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 /// Phase of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Phase {
     /// Motion of sheets by internal forces: elements, integrator, linear solves, and all that
     /// belongs to no other phase.

@@ -53,11 +53,11 @@ fn an_attached_sheet_follows_a_moved_body_and_falls_after_its_removal() {
     let mut world = held("tr-bdf2", SHELL, "");
     world.step();
     let before = world.sheets()[0].state.x.get(0);
-    assert!(world.move_body("arm", DVec3::new(-0.1, 0.2001, 0.0), DQuat::IDENTITY));
+    assert!(world.move_body(world.body_id("arm").expect("there"), DVec3::new(-0.1, 0.2001, 0.0), DQuat::IDENTITY));
     world.step();
     assert!((world.sheets()[0].state.x.get(0) - before).distance(DVec3::Y * 1e-4) < 1e-15);
     // Bodies after the removed one get new indices; those before it keep theirs.
-    assert!(world.remove_body("arm"));
+    assert!(world.remove_body(world.body_id("arm").expect("there")));
     assert!((0..world.sheets()[0].node_count()).all(|i| !world.sheets()[0].is_held(i)));
     let height = world.sheets()[0].centre_of_mass().y;
     world.advance(0.6);
@@ -118,8 +118,8 @@ fn a_scene_of_bodies_is_bit_identical_on_any_number_of_threads() {
             (name: \"y\", shape: Ball(0.05), density: 300, placement: (position: (0.53, 0.4, 0.01)))])";
     let end = |threads: usize| {
         let mut world = world(text);
-        world.remove_sheet("a");
-        world.remove_sheet("b");
+        let sheets: Vec<_> = world.sheet_ids().collect();
+        assert!(sheets.into_iter().all(|id| world.remove_sheet(id)));
         world.set_threads(threads).expect("threads");
         let mut taken = 0;
         while taken < 1200 && !world.is_resting() {
@@ -140,9 +140,9 @@ fn bodies_can_be_added_during_a_run() {
     let ball =
         Scene::parse("(bodies: [(name: \"ball\", shape: Ball(0.1), mass: 1, placement: (position: (0, 0.5, 0)))])");
     let spec = ball.expect("valid").bodies.remove(0);
-    assert_eq!(world.add_body(&spec).expect("valid"), "ball");
-    assert_eq!(world.add_body(&spec).expect("valid"), "ball 2");
-    world.remove_body("ball 2");
+    let (first, second) = (world.add_body(&spec).expect("valid"), world.add_body(&spec).expect("valid"));
+    assert_eq!((world.body_name(first), world.body_name(second)), (Some("ball"), Some("ball 2")));
+    assert!(world.remove_body(second));
     world.advance(0.1);
     let fallen: f64 = 0.5 - world.body_state("ball").expect("there").centre().y;
     assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 1e-12, "{fallen}");
@@ -160,9 +160,10 @@ fn a_moved_dynamic_body_is_at_rest_and_wakes_sleeping_sheets() {
     world.advance(6.0);
     assert!(world.is_resting(), "all sleeps");
     let there = DVec3::new(0.3, 0.5, 0.2);
-    assert!(world.place_body("ball", there, DQuat::IDENTITY));
-    assert!(!world.place_body("box", there, DQuat::IDENTITY), "it does not move freely");
-    assert!(!world.place_body("nobody", there, DQuat::IDENTITY));
+    let id = |name| world.body_id(name).expect("there");
+    let (ball, fixed) = (id("ball"), id("box"));
+    assert!(world.place_body(ball, there, DQuat::IDENTITY));
+    assert!(!world.place_body(fixed, there, DQuat::IDENTITY), "it is static");
     let loaded = world.sheets()[0].centre_of_mass().y;
     world.advance(0.1);
     let ball = *world.body_state("ball").expect("there");

@@ -45,7 +45,7 @@ impl AssetLoader for SceneLoader {
         let path = context.path().path().to_owned();
         let file = self.root.join(&path);
         let text = text(reader, &file).await?;
-        let mut scene = Scene::parse(&text).map_err(|e| e.in_file(&file))?;
+        let mut scene = Scene::parse(&text).map_err(|e| InputError::from(e).in_file(&file))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
         for name in files_of(&scene) {
             // Reading a file registers it with the asset server, which reloads the scene when the
@@ -54,7 +54,7 @@ impl AssetLoader for SceneLoader {
                 let _bytes = context.read_asset_bytes(named).await;
             }
         }
-        World::new(&scene).map_err(|e| if e.file.is_none() { e.in_file(&file) } else { e })?;
+        World::new(&scene).map_err(|e| if e.file.is_none() { InputError::from(e).in_file(&file) } else { e.into() })?;
         Ok(SheetScene { scene })
     }
 

@@ -4,8 +4,8 @@ use bevy::ecs::query::Has;
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
-use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec};
+use sheetwork::{HeaterId, InputError};
 
 use super::reflect::HeaterSpecReflect;
 use super::sync::Rejected;
@@ -76,6 +76,7 @@ impl SheetHeater {
 /// removed with its [`SheetHeater`].
 #[derive(Component, Clone, Debug)]
 pub struct HeaterHandle {
+    id: HeaterId,
     name: String,
     generation: u32,
     built_from: SheetHeater,
@@ -106,12 +107,12 @@ pub(super) fn sync(
         if let Some(mut place) = place.filter(|p| p.generation == world.generation()) {
             if place.built_from == *heater {
                 if place.given != there {
-                    world.move_heater(&place.name, &placed);
+                    world.move_heater(place.id, &placed);
                     place.given = there;
                 }
                 continue;
             }
-            world.remove_heater(&place.name);
+            world.remove_heater(place.id);
         }
         let mut spec = HeaterSpec { placement: placed, ..heater.spec.clone() };
         if let (true, Some(name)) = (spec.name.is_empty(), name) {
@@ -136,8 +137,9 @@ pub(crate) fn insert(
     built_from: &SheetHeater,
     given: GlobalTransform,
 ) -> Result<HeaterHandle, InputError> {
-    let name = world.add_heater(spec)?;
-    Ok(HeaterHandle { name, generation: world.generation(), built_from: built_from.clone(), given })
+    let id = world.add_heater(spec)?;
+    let name = world.get_heater(id).map(|h| h.name.clone()).unwrap_or_default();
+    Ok(HeaterHandle { id, name, generation: world.generation(), built_from: built_from.clone(), given })
 }
 
 /// Remove the heater from the world with its component.
@@ -149,7 +151,7 @@ pub(super) fn removed(
 ) {
     if let Ok(place) = places.get(removed.entity) {
         if place.generation == world.generation() {
-            world.remove_heater(&place.name);
+            world.remove_heater(place.id);
         }
         commands.entity(removed.entity).try_remove::<HeaterHandle>();
     }

@@ -3,9 +3,11 @@
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{PathKey, Placement, path_at};
+use sheetwork::sheet::Sheet as SheetInWorld;
+use sheetwork::{BodyId, SheetId};
 
 use super::placement::Pose;
-use super::{Sheet, SheetBody};
+use super::{Sheet, SheetBody, SheetWorld};
 
 /// Link from the entity to its sheet in the [`SheetWorld`](super::SheetWorld), with the node
 /// positions after the last three ticks.
@@ -13,6 +15,7 @@ use super::{Sheet, SheetBody};
 /// Inserted when the sheet is built, removed with its [`Sheet`].
 #[derive(Component, Clone, Debug)]
 pub struct SheetMotion {
+    id: SheetId,
     name: String,
     generation: u32,
     built_from: Sheet,
@@ -26,12 +29,28 @@ pub struct SheetMotion {
 }
 
 impl SheetMotion {
-    pub(crate) fn new(name: String, generation: u32, built_from: Sheet, time: f64, x: &Vectors) -> Self {
+    pub(crate) fn new(
+        (id, name): (SheetId, String),
+        generation: u32,
+        built_from: Sheet,
+        time: f64,
+        x: &Vectors,
+    ) -> Self {
         let states = [x.clone(), x.clone(), x.clone()];
-        Self { name, generation, built_from, states, times: [time; 3], still: 2, revision: 0 }
+        Self { id, name, generation, built_from, states, times: [time; 3], still: 2, revision: 0 }
     }
 
-    /// Name of the sheet in the world: `world.sheet(motion.name())`.
+    /// Id of the sheet in the world: `world.get_sheet(motion.id())`.
+    pub fn id(&self) -> SheetId {
+        self.id
+    }
+
+    /// The sheet in the world; `None` after a restart, until the sheet is built again.
+    pub fn sheet<'w>(&self, world: &'w SheetWorld) -> Option<&'w SheetInWorld> {
+        world.get_sheet(self.id).filter(|_| self.generation == world.generation())
+    }
+
+    /// Name of the sheet in the world, as in parameter paths.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -146,6 +165,7 @@ fn copy(to: &mut Vectors, from: &Vectors) {
 /// Inserted when the body is built, removed with its [`SheetBody`].
 #[derive(Component, Clone, Debug)]
 pub struct BodyMotion {
+    pub(super) ids: Vec<BodyId>,
     pub(super) names: Vec<String>,
     pub(super) generation: u32,
     pub(super) built_from: SheetBody,
@@ -231,6 +251,12 @@ impl BodyMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Id of a sheet.
+    fn id() -> SheetId {
+        let mut world = sheetwork::World::new(&Default::default()).expect("valid");
+        world.add_sheet(&Default::default()).expect("valid")
+    }
     use bevy::math::{DQuat, DVec3};
 
     fn x_of(x: f64) -> Vectors {
@@ -241,7 +267,7 @@ mod tests {
 
     #[test]
     fn displayed_motion_is_interpolated_between_the_neighbouring_states() {
-        let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
+        let mut motion = SheetMotion::new((id(), "leaf".into()), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(!motion.is_moving());
         motion.record(1.0, &x_of(1.0), &x_of(0.0));
         motion.record(2.0, &x_of(3.0), &x_of(0.0));
@@ -271,7 +297,7 @@ mod tests {
 
     #[test]
     fn a_resting_sheet_reports_no_change_from_its_third_state_on() {
-        let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
+        let mut motion = SheetMotion::new((id(), "leaf".into()), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(motion.record(1.0, &x_of(1.0), &x_of(0.0)));
         assert!(motion.record(2.0, &x_of(1.0), &x_of(0.0)) && motion.record(3.0, &x_of(1.0), &x_of(0.0)));
         assert!(!motion.is_moving() && !motion.record(4.0, &x_of(1.0), &x_of(0.0)));

@@ -1,18 +1,21 @@
 //! Reflection of the scene description, whose types do not depend on Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; a difference fails to
-//! compile. Not reflected: lists of regions (pins, probes, applied velocities and forces), creases,
-//! the recovery policy, levels of detail, Burgers' model, adhesion, the stiffness of woven sheets,
-//! and the shape and hot faces of heaters.
+//! compile. The range of a number in the table of parameters is an attribute of its field. Not
+//! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the recovery
+//! policy, levels of detail, Burgers' model, adhesion, the stiffness of woven sheets, and the shape
+//! and hot faces of heaters.
 
 #![allow(missing_docs)]
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
+use sheetwork::ParameterId as Id;
 use sheetwork::material::calibration::Orthotropic;
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
@@ -22,6 +25,12 @@ use sheetwork::scene::{
     PinSpec, Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
 };
 
+/// Range of a parameter, the attribute of its reflected field.
+fn range(id: Id) -> RangeInclusive<f64> {
+    let (min, max) = id.row().range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    min..=max
+}
+
 #[reflect_remote(SheetSpec)]
 #[derive(Clone, Debug, Default)]
 #[reflect(Default)]
@@ -30,7 +39,9 @@ pub(super) struct SheetSpecReflect {
     #[reflect(remote = StructureKindReflect)]
     structure: StructureKind,
     grid: (u32, u32, u32),
+    #[reflect(@range(Id::Size))]
     size: (f64, f64),
+    #[reflect(@range(Id::Gap))]
     gap: f64,
     file: Option<PathBuf>,
     #[reflect(ignore)]
@@ -43,17 +54,25 @@ pub(super) struct SheetSpecReflect {
     material: MaterialChoice,
     #[reflect(remote = SpringLawReflect)]
     springs: SpringLaw,
+    #[reflect(@range(Id::NodeMass))]
     node_mass: Option<f64>,
+    #[reflect(@range(Id::Damping))]
     damping: f64,
+    #[reflect(@range(Id::DampingRatio))]
     damping_ratio: Option<f64>,
     drag: (f64, f64),
     cross_over: bool,
+    #[reflect(@range(Id::FlexionStiffness))]
     flexion_stiffness: f64,
+    #[reflect(@range(Id::FlexionLimit))]
     flexion_limit: Option<f64>,
+    #[reflect(@range(Id::ThicknessLimit))]
     thickness_limit: f64,
     #[reflect(remote = PlacementReflect)]
     placement: Placement,
+    #[reflect(@range(Id::SheetVelocity))]
     velocity: DVec3,
+    #[reflect(@range(Id::SheetSpin))]
     spin: DVec3,
     #[reflect(ignore)]
     velocities: Vec<RegionVector>,
@@ -63,8 +82,11 @@ pub(super) struct SheetSpecReflect {
     pins: Vec<PinSpec>,
     #[reflect(ignore)]
     probes: BTreeMap<String, (f64, f64)>,
+    #[reflect(@range(Id::Friction))]
     friction: Option<f64>,
+    #[reflect(@range(Id::Restitution))]
     restitution: Option<f64>,
+    #[reflect(@range(Id::Temperature))]
     temperature: Option<f64>,
     temperature_gradient: bool,
     plastic: bool,
@@ -79,6 +101,7 @@ pub(super) struct SheetSpecReflect {
     creases: Vec<CreaseSpec>,
     #[reflect(ignore)]
     pressure: Vec<PressureKey>,
+    #[reflect(@range(Id::Curl))]
     curl: (f64, f64),
     #[reflect(ignore)]
     when_unstable: WhenUnstable,
@@ -119,25 +142,39 @@ pub(super) enum MaterialChoiceReflect {
 #[reflect(Default)]
 pub(super) struct MaterialReflect {
     name: String,
+    #[reflect(@range(Id::MaterialYoung))]
     young: f64,
+    #[reflect(@range(Id::MaterialPoisson))]
     poisson: f64,
+    #[reflect(@range(Id::MaterialDensity))]
     density: f64,
+    #[reflect(@range(Id::MaterialThickness))]
     thickness: f64,
+    #[reflect(@range(Id::MaterialDampingRatio))]
     damping_ratio: f64,
+    #[reflect(@range(Id::MaterialYieldStress))]
     yield_stress: Option<f64>,
+    #[reflect(@range(Id::MaterialHardening))]
     hardening: f64,
     #[reflect(ignore)]
     burgers: Option<BurgersCreep>,
     #[reflect(ignore)]
     orthotropic: Option<Orthotropic>,
+    #[reflect(@range(Id::MaterialSpecificHeat))]
     specific_heat: f64,
+    #[reflect(@range(Id::MaterialConductivity))]
     conductivity: f64,
+    #[reflect(@range(Id::MaterialEmissivity))]
     emissivity: f64,
+    #[reflect(@range(Id::MaterialExpansion))]
     expansion: f64,
+    #[reflect(@range(Id::GlassTransition))]
     glass_transition: Option<f64>,
     softening: Vec<(f64, f64)>,
     wlf: (f64, f64),
+    #[reflect(@range(Id::MeltsAt))]
     melts_at: Option<f64>,
+    #[reflect(@range(Id::TearsAt))]
     tears_at: Option<f64>,
     #[reflect(ignore)]
     tack: Option<Adhesion>,
@@ -151,6 +188,7 @@ pub(super) struct HeaterSpecReflect {
     file: Option<PathBuf>,
     #[reflect(ignore)]
     polyhedron: Option<Polyhedron>,
+    #[reflect(@range(Id::HeaterSize))]
     size: Option<DVec3>,
     #[reflect(ignore)]
     hot: Vec<HotFaceSpec>,
@@ -163,7 +201,9 @@ pub(super) struct HeaterSpecReflect {
 #[derive(Clone, Debug, Default)]
 #[reflect(Default)]
 pub(super) struct PlacementReflect {
+    #[reflect(@range(Id::PlacementPosition))]
     position: DVec3,
+    #[reflect(@range(Id::PlacementRotation))]
     rotation: DVec3,
 }
 
@@ -171,7 +211,10 @@ pub(super) struct PlacementReflect {
 #[derive(Clone, Debug, Default)]
 #[reflect(Default)]
 pub(super) struct PathKeyReflect {
+    #[reflect(@range(Id::PathTime))]
     time: f64,
+    #[reflect(@range(Id::PathOffset))]
     offset: DVec3,
+    #[reflect(@range(Id::PathRotation))]
     rotation: DVec3,
 }

@@ -18,7 +18,7 @@ pub(super) fn advance(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>) {
 /// Write positions and state of every sheet to its entity.
 pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut SheetMotion, &mut SheetState)>) {
     for (mut motion, mut state) in &mut sheets {
-        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let Some(sheet) = motion.sheet(&world) else { continue };
         // A resting sheet is not marked as changed.
         if motion.bypass_change_detection().record(world.time(), &sheet.state.x, &sheet.state.v) {
             motion.set_changed();

@@ -3,8 +3,8 @@
 use bevy::ecs::query::Has;
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
-use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
+use sheetwork::{InputError, SheetId};
 
 use super::motion::PoseHistory;
 use super::world::KinematicMotion;
@@ -40,7 +40,7 @@ pub(super) fn sync_sheets(
                 motion.set_built_from(&sheet);
                 continue;
             }
-            world.remove_sheet(motion.name());
+            world.remove_sheet(motion.id());
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
@@ -70,7 +70,7 @@ fn add_sheet(
     }
     let built = insert_sheet(world, &spec, sheet)?;
     if clock.auto_step {
-        shorten_step(world, built.0.name());
+        shorten_step(world, built.0.id());
     }
     Ok(built)
 }
@@ -86,9 +86,16 @@ pub(crate) fn insert_sheet(
     for pin in &mut spec.pins {
         delay(&mut pin.path, world.time());
     }
-    let name = world.add_sheet(&spec)?;
-    let (x, state) = world.sheet(&name).map(|s| (s.state.x.clone(), SheetState::from_sheet(s))).unwrap_or_default();
-    Ok((SheetMotion::new(name, world.generation(), built_from.clone(), world.time(), &x), state))
+    let id = world.add_sheet(&spec)?;
+    let added = world.get_sheet(id).ok_or_else(|| InputError::new("sheets", "the added sheet is gone"))?;
+    let motion = SheetMotion::new(
+        (id, added.name.clone()),
+        world.generation(),
+        built_from.clone(),
+        world.time(),
+        &added.state.x,
+    );
+    Ok((motion, SheetState::from_sheet(added)))
 }
 
 /// Shift a path to start at `time`, s: paths are in the world's time.
@@ -97,9 +104,10 @@ fn delay(path: &mut [PathKey], time: f64) {
 }
 
 /// Reduce the world's time step to the stability limit of a sheet.
-fn shorten_step(world: &mut SheetWorld, name: &str) {
+fn shorten_step(world: &mut SheetWorld, id: SheetId) {
     let engine = world.engine().info();
-    let Some(sheet) = world.sheet(name) else { return };
+    let Some(sheet) = world.get_sheet(id) else { return };
+    let name = sheet.name.clone();
     let frequency = sheet.largest_frequency(40);
     // hω = 1 is stable for every explicit scheme with damping; implicit schemes have no limit.
     if engine.adaptive || !engine.stability_limit.is_finite() || frequency <= 0.0 {
@@ -135,7 +143,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     }
     let defaults = world.scene().contact.clone();
     let material = new.material.resolve(&world.scene().base);
-    let Some(running) = world.sheet_mut(motion.name()) else { return false };
+    let Some(running) = world.get_sheet_mut(motion.id()) else { return false };
     let changed = material.and_then(|material| {
         let ratio = new.damping_ratio.unwrap_or(material.damping_ratio);
         running.set_material(material)?;
@@ -245,7 +253,7 @@ fn add_body(
     let entity_name = name.map(|n| n.as_str().to_owned()).unwrap_or_default();
     let name = if body.name.is_empty() { entity_name } else { body.name.clone() };
     let placement = placement::placement_of(placement::pose_of(&there));
-    let mut names = Vec::new();
+    let (mut ids, mut names) = (Vec::new(), Vec::new());
     for shape in shapes {
         let spec = BodySpec {
             name: name.clone(),
@@ -262,17 +270,20 @@ fn add_body(
             ..BodySpec::new(shape)
         };
         match world.add_body(&spec) {
-            Ok(name) => names.push(name),
+            Ok(id) => {
+                ids.push(id);
+                names.extend(world.body_name(id).map(str::to_owned));
+            }
             Err(problem) => {
-                names.iter().for_each(|name| {
-                    world.remove_body(name);
+                ids.into_iter().for_each(|id| {
+                    world.remove_body(id);
                 });
-                return Err(problem);
+                return Err(problem.into());
             }
         }
     }
     let history = pose_history_of(world, body, names.first());
-    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, history })
+    Ok(BodyMotion { ids, names, generation: world.generation(), built_from: body.clone(), given: there, path, history })
 }
 
 /// Present pose of a dynamic body of that name; `None` for other bodies.
@@ -292,16 +303,17 @@ pub(crate) fn insert_body(
 ) -> Result<BodyMotion, InputError> {
     let mut spec = spec.clone();
     delay(&mut spec.path, world.time());
-    let name = world.add_body(&spec)?;
+    let id = world.add_body(&spec)?;
+    let name = world.body_name(id).unwrap_or_default().to_owned();
     let (generation, built_from) = (world.generation(), built_from.clone());
     let history = pose_history_of(world, &built_from, Some(&name));
-    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, history })
+    Ok(BodyMotion { ids: vec![id], names: vec![name], generation, built_from, given: there, path: spec.path, history })
 }
 
 fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
     let Some(motion) = motion.filter(|m| m.generation == world.generation()) else { return };
-    for name in &motion.names {
-        world.remove_body(name);
+    for id in &motion.ids {
+        world.remove_body(*id);
     }
 }
 
@@ -327,11 +339,11 @@ pub(super) fn move_bodies(
             continue;
         }
         let (from, to) = (placement::pose_of(&motion.given), placement::pose_of(&there));
-        for name in &motion.names {
+        for id in &motion.ids {
             // A motion that no step has begun yet keeps its start.
-            match world.moves.iter_mut().find(|m| m.name == *name) {
+            match world.moves.iter_mut().find(|m| m.body == *id) {
                 Some(waiting) => waiting.to = to,
-                None => world.moves.push(KinematicMotion { name: name.clone(), from, to }),
+                None => world.moves.push(KinematicMotion { body: *id, from, to }),
             }
         }
         motion.given = there;
@@ -347,7 +359,7 @@ pub(super) fn sheet_removed(
 ) {
     if let Ok(motion) = motions.get(removed.entity) {
         if motion.generation() == world.generation() {
-            world.remove_sheet(motion.name());
+            world.remove_sheet(motion.id());
         }
         commands.entity(removed.entity).try_remove::<SheetMotion>();
     }

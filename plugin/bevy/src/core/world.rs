@@ -6,12 +6,12 @@ use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::{Air, Scene};
-use sheetwork::{InputError, World as Sheets};
+use sheetwork::{BodyId, InputError, World as Sheets};
 
 /// Prescribed motion of a kinematic body during this tick.
 #[derive(Clone, Debug)]
 pub(super) struct KinematicMotion {
-    pub name: String,
+    pub body: BodyId,
     pub from: (DVec3, DQuat),
     pub to: (DVec3, DQuat),
 }
@@ -160,8 +160,8 @@ impl SheetWorld {
         for step in 1..=steps {
             // Constant velocity over the tick.
             let s = step as f64 / steps as f64;
-            for KinematicMotion { name, from, to } in &moves {
-                self.world.move_body(name, from.0.lerp(to.0, s), from.1.slerp(to.1, s));
+            for KinematicMotion { body, from, to } in &moves {
+                self.world.move_body(*body, from.0.lerp(to.0, s), from.1.slerp(to.1, s));
             }
             self.world.step();
         }
@@ -230,5 +230,5 @@ impl SheetWorld {
 }
 
 fn make(scene: &Scene, borrowed: bool) -> Result<Sheets, InputError> {
-    if borrowed { Sheets::without_bodies(scene) } else { Sheets::new(scene) }
+    Ok(if borrowed { Sheets::without_bodies(scene) } else { Sheets::new(scene) }?)
 }

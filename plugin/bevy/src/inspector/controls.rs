@@ -10,6 +10,8 @@ use std::ops::RangeInclusive;
 use bevy::math::DVec3;
 use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
 
+use sheetwork::ParameterId;
+
 use super::ParameterAccess;
 use super::units::{DisplayUnit, Quantity, UnitError};
 
@@ -38,14 +40,14 @@ pub struct ControlOptions {
 }
 
 impl ControlOptions {
-    /// Linear slider.
-    pub fn slider(range: RangeInclusive<f64>) -> Self {
-        Self { range: Some(range), ..Self::default() }
-    }
-
-    /// Logarithmic slider.
-    pub fn log(range: RangeInclusive<f64>) -> Self {
-        Self { range: Some(range), logarithmic: true, ..Self::default() }
+    /// Slider over the usual values of a parameter.
+    pub fn usual(id: ParameterId) -> Self {
+        let usual = id.row().usual;
+        Self {
+            range: usual.map(|usual| usual.min..=usual.max),
+            logarithmic: usual.is_some_and(|usual| usual.logarithmic),
+            ..Self::default()
+        }
     }
 
     /// Number that is applied on release.

@@ -2,6 +2,7 @@
 
 use bevy::math::DVec3;
 use bevy_egui::egui::{ComboBox, RichText, Ui};
+use sheetwork::ParameterId as Id;
 use sheetwork::integrators::TABLE;
 
 use super::ParameterAccess;
@@ -116,7 +117,14 @@ fn gravity(ui: &mut Ui, access: &mut dyn ParameterAccess) {
 fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
     let air = access.world().air();
     let about = "Density of the air for pressure drag; 1.2 kg/m³ in a room";
-    parameter_row(ui, access, ("Air", about, "air.density"), air.density, DENSITY, &ControlOptions::slider(0.0..=2.0));
+    parameter_row(
+        ui,
+        access,
+        ("Air", about, "air.density"),
+        air.density,
+        DENSITY,
+        &ControlOptions::usual(Id::AirDensity),
+    );
     if air.density > 0.0 {
         vector_row(ui, access, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
     }
@@ -133,7 +141,7 @@ fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
         ("Linear damping", &about, "air.factor"),
         air.factor,
         PLAIN,
-        &ControlOptions::slider(0.8..=1.0),
+        &ControlOptions::usual(Id::AirFactor),
     );
     let about = "Time of that fraction, ms";
     parameter_row(ui, access, ("… in every", about, "air.per"), air.per, MS, &ControlOptions::default());

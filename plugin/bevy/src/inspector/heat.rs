@@ -2,9 +2,10 @@
 //! heat gun, hot bodies; and the temperatures of the sheets.
 
 use bevy_egui::egui::{Grid, RichText, Ui};
+use sheetwork::Parameter;
 
 use super::ParameterAccess;
-use super::controls::{ControlOptions, name, parameter_row};
+use super::controls::{ControlOptions, PLAIN, name, parameter_row};
 use super::style::quiet;
 use super::units::{DisplayUnit, Quantity};
 
@@ -24,7 +25,7 @@ pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
             let about = format!("Parameter {}, {}", parameter.path, parameter.unit);
             match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
                 (Ok(now), _) => {
-                    let shown = shown(parameter.unit);
+                    let shown = shown(parameter);
                     parameter_row(
                         ui,
                         access,
@@ -57,11 +58,7 @@ pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
     some
 }
 
-/// Display unit of a parameter's unit.
-fn shown(unit: &str) -> DisplayUnit {
-    match unit {
-        "°C" => DisplayUnit::fixed(Quantity::Temperature, "°C", 1.0),
-        "W/(m² K)" => DisplayUnit::fixed(Quantity::Convection, "W/(m² K)", 1.0),
-        _ => DisplayUnit::fixed(Quantity::Number, "", 1.0),
-    }
+/// Display unit of a parameter.
+fn shown(parameter: &Parameter) -> DisplayUnit {
+    Quantity::from_unit(parameter.unit).map_or(PLAIN, |quantity| DisplayUnit::fixed(quantity, parameter.unit, 1.0))
 }

@@ -1,6 +1,7 @@
 //! Controls of a sheet's material: constants, droop of a strip, delivered stiffness, cost.
 
 use bevy_egui::egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
+use sheetwork::ParameterId as Id;
 use sheetwork::scene::Material;
 
 use super::ParameterAccess;
@@ -44,9 +45,16 @@ pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         ui.end_row();
     }
     let about = "Young's modulus: stress per strain. Type 2.1 GPa, or 3G for 3 GPa";
-    parameter_row(ui, access, ("Young", about, &path("young")), now.young, PASCAL, &ControlOptions::log(1.0..=1e11));
+    parameter_row(
+        ui,
+        access,
+        ("Young", about, &path("young")),
+        now.young,
+        PASCAL,
+        &ControlOptions::usual(Id::MaterialYoung),
+    );
     let about = "Thickness; bending stiffness grows with its cube. Type 0.3 mm, 16 µm";
-    let how = ControlOptions { logarithmic: true, late: true, ..ControlOptions::slider(1e-5..=5e-3) };
+    let how = ControlOptions { late: true, ..ControlOptions::usual(Id::MaterialThickness) };
     parameter_row(ui, access, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
     if follows {
         let about = "Poisson's ratio: transverse contraction per extension";
@@ -56,7 +64,7 @@ pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
             ("Poisson", about, &path("poisson")),
             now.poisson,
             PLAIN,
-            &ControlOptions::slider(0.0..=0.49),
+            &ControlOptions::usual(Id::MaterialPoisson),
         );
     }
 }

@@ -1,6 +1,7 @@
 //! Controls of a sheet's behaviour: damping, drag, friction, restitution, pressure, bending limit.
 
 use bevy_egui::egui::Ui;
+use sheetwork::ParameterId as Id;
 
 use super::ParameterAccess;
 use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row};
@@ -29,7 +30,7 @@ fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
             ("Damping", about, &path("damping_ratio")),
             ratio,
             PLAIN,
-            &ControlOptions::slider(0.0..=0.5),
+            &ControlOptions::usual(Id::DampingRatio),
         );
     } else {
         let about = "Dashpots along the springs, as a fraction of critical damping";
@@ -39,12 +40,19 @@ fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
             ("Damping", about, &path("damping")),
             damping,
             PLAIN,
-            &ControlOptions::slider(0.0..=1.0),
+            &ControlOptions::usual(Id::Damping),
         );
     }
     if access.world().air().density > 0.0 {
         let about = "Drag coefficient for air across the sheet";
-        parameter_row(ui, access, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &ControlOptions::slider(0.0..=2.0));
+        parameter_row(
+            ui,
+            access,
+            ("Drag", about, &path("drag.0")),
+            drag.0,
+            PLAIN,
+            &ControlOptions::usual(Id::DragAcross),
+        );
         let about = "Drag coefficient for air along the sheet";
         parameter_row(
             ui,
@@ -52,7 +60,7 @@ fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
             ("… along", about, &path("drag.1")),
             drag.1,
             PLAIN,
-            &ControlOptions::slider(0.0..=0.2),
+            &ControlOptions::usual(Id::DragAlong),
         );
     }
 }
@@ -68,7 +76,7 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         ("Friction", about, &path("friction")),
         friction,
         PLAIN,
-        &ControlOptions::slider(0.0..=1.0),
+        &ControlOptions::usual(Id::Friction),
     );
     let about = "Ratio of separation to approach speed";
     parameter_row(
@@ -77,7 +85,7 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         ("Restitution", about, &path("restitution")),
         restitution,
         PLAIN,
-        &ControlOptions::slider(0.0..=1.0),
+        &ControlOptions::usual(Id::Restitution),
     );
     let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
     let shown = DisplayUnit::fixed(Quantity::Pressure, "Pa", 1.0);
@@ -106,7 +114,7 @@ fn flexion_limit(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         Some(now) => {
             ui.horizontal(|ui| {
                 let label = ui.weak("at");
-                parameter_control(ui, access, &label, &path, now, DEGREES, &ControlOptions::slider(1.0..=180.0));
+                parameter_control(ui, access, &label, &path, now, DEGREES, &ControlOptions::usual(Id::FlexionLimit));
             });
         }
         None => {

@@ -138,7 +138,7 @@ pub(super) fn insert_meshes(
     )>,
 ) {
     for (entity, motion, display, drawn, mesh, material) in &sheets {
-        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let nodes = motion.positions().len();
         if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || nodes != sheet.node_count() {
@@ -246,7 +246,7 @@ pub(super) fn update(
                 *bounds = new;
             }
         });
-        if let (Some(scale), Some(sheet)) = (scale, world.sheet(motion.name())) {
+        if let (Some(scale), Some(sheet)) = (scale, motion.sheet(&world)) {
             let DisplayedSheet { surface, values, .. } = &mut *drawn;
             let upper = display.layer == SheetLayer::Top;
             update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));

@@ -136,8 +136,8 @@ impl Scenes {
 
     fn run(&self, scene: &Scene) -> SceneOutcome {
         // Round trip through text, as from a file.
-        let again = scene.to_text().and_then(|text| Scene::parse(&text));
-        let mut world = match again.and_then(|scene| World::new(&scene)) {
+        let again = scene.to_text().and_then(|text| Ok(Scene::parse(&text)?));
+        let mut world = match again.and_then(|scene| Ok(World::new(&scene)?)) {
             Ok(world) => world,
             Err(e) => return SceneOutcome::Refused(e.to_string()),
         };

@@ -12,7 +12,7 @@ use sheetwork::scene::{
     Air, BurgersCreep, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
 };
 use sheetwork::sheet::Sheet;
-use sheetwork::{InputError, check_range};
+use sheetwork::{InputError, ParameterId as Id, check_range};
 
 /// Minimum gravity of rigs in which a sheet falls, lies or slides, m/s². Without gravity the sheet
 /// never arrives.
@@ -197,21 +197,21 @@ impl Setup {
     /// # Errors
     /// The first value out of range, named as its flag.
     pub fn check(&self) -> Result<(), InputError> {
-        check_range("grid", self.grid.0.into(), 2.0, 2000.0, "masses")?;
-        check_range("grid", self.grid.1.into(), 2.0, 2000.0, "masses")?;
+        Id::GridLength.check("grid", self.grid.0.into())?;
+        Id::GridWidth.check("grid", self.grid.1.into())?;
         let (fewest, most) = self.structure.info().layers;
         check_range("layers", self.layers.into(), fewest.into(), most.into(), "layers")?;
         if let Some(dt) = self.dt {
-            check_range("dt", dt, 1e-7, 1.0, "s")?;
+            Id::TimeStep.check("dt", dt)?;
         }
         sheetwork::scene::validate::material("material", &self.material)?;
         check_range("length", self.length, 1e-4, 100.0, "m")?;
         check_range("width", self.width, 1e-4, 100.0, "m")?;
         check_range("gravity", self.gravity, 0.0, 1e3, "m/s²")?;
-        check_range("damping-ratio", self.damping_ratio, 0.0, 10.0, "of critical")?;
+        Id::DampingRatio.check("damping-ratio", self.damping_ratio)?;
         check_range("angle", self.angle, 0.0, 170.0, "degrees")?;
-        check_range("friction", self.friction, 0.0, 10.0, "")?;
-        check_range("restitution", self.restitution, 0.0, 1.0, "")?;
+        Id::Friction.check("friction", self.friction)?;
+        Id::Restitution.check("restitution", self.restitution)?;
         check_range("height", self.height, 1e-3, 1e3, "m")?;
         check_range("speed", self.speed, 1e-3, 100.0, "m/s")?;
         check_range("throw", self.throw, 0.1, 3.0, "times the scene's speed")?;
@@ -225,7 +225,7 @@ impl Setup {
         check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
         check_range("seconds", self.seconds, 1e-3, 1e9, "s")?;
         if let Some(celsius) = self.celsius {
-            check_range("celsius", celsius, -273.15, 5000.0, "°C")?;
+            Id::Temperature.check("celsius", celsius)?;
         }
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.thermal.check()?;

@@ -9,8 +9,7 @@ use sheetwork::sheet::Sheet;
 use sheetwork::sheet::temperature;
 use sheetwork::thermal::ThermalModel;
 use sheetwork::thermal::source::HeatSource;
-use sheetwork::units::temperature::{COLDEST, HOTTEST};
-use sheetwork::{InputError, check_range};
+use sheetwork::{InputError, ParameterId as Id, check_range};
 
 /// The situation of the thermal rigs. Each rig uses a part of the fields.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +67,7 @@ impl Thermal {
     /// # Errors
     /// The first value out of range, named as its flag.
     pub fn check(&self) -> Result<(), InputError> {
-        let warm = |name: &str, value: f64| check_range(name, value, COLDEST, HOTTEST, "°C");
+        let warm = |name: &str, value: f64| Id::Temperature.check(name, value);
         let places = [("point", self.point), ("normal", self.normal)];
         let corners = self.polygon.iter().map(|p| ("polygon", *p));
         for (name, p) in corners.chain(places) {
@@ -84,7 +83,7 @@ impl Thermal {
         self.from.map_or(Ok(()), |from| warm("from", from))?;
         warm("to", self.to)?;
         warm("ambient", self.ambient)?;
-        check_range("convection", self.convection, 0.0, 1e6, "W/(m² K)")?;
+        Id::Convection.check("convection", self.convection)?;
         warm("heater", self.heater)?;
         check_range("view", self.view, 0.0, 1.0, "")?;
         check_range("seconds", self.seconds, 1e-6, 1e6, "s")?;

@@ -222,10 +222,10 @@ impl RigidWorld {
         self.bodies.iter().position(|b| b.name == name)
     }
 
-    /// Remove the body called `name` and wake the others. Return false if there is none.
-    pub fn remove(&mut self, name: &str) -> bool {
-        let Some(index) = self.index_of(name) else { return false };
-        self.inner.remove_body(self.bodies.remove(index).handle);
+    /// Remove body `index`, which exists, and wake the others. Return its name.
+    pub(crate) fn remove(&mut self, index: usize) -> String {
+        let removed = self.bodies.remove(index);
+        self.inner.remove_body(removed.handle);
         self.motions.remove(index);
         self.owners.clear();
         for body in &self.bodies {
@@ -234,13 +234,13 @@ impl RigidWorld {
         self.contacts.clear();
         self.wake_all();
         self.update_broad_phase();
-        true
+        removed.name
     }
 
-    /// Set the pose (position in m) that the body called `name` reaches at the end of the next
-    /// step. The body is kinematic from then on and leaves its path. Return false if there is none.
-    pub fn set_target(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        let Some(index) = self.index_of(name) else { return false };
+    /// Set the pose (position in m) that body `index`, which exists, reaches at the end of the next
+    /// step. The body is kinematic from then on and leaves its path. Return false if Rapier has no
+    /// such body.
+    pub(crate) fn set_target(&mut self, index: usize, position: DVec3, rotation: DQuat) -> bool {
         let (body, motion) = (&mut self.bodies[index], &mut self.motions[index]);
         let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return false };
         let here = rigid.position();

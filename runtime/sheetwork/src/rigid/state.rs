@@ -55,13 +55,13 @@ impl BodyState {
     }
 
     /// State of a static or kinematic body at rest, with its origin at `origin` (m).
-    pub fn fixed_at(origin: DVec3, rotation: DQuat) -> Self {
+    pub(crate) fn fixed_at(origin: DVec3, rotation: DQuat) -> Self {
         Self::new(MassProperties::immovable(), origin, rotation, DVec3::ZERO, DVec3::ZERO)
     }
 
     /// States of a kinematic body at the start and at the end of a motion from this pose to
     /// `origin` (m) and `rotation` in `time` (s).
-    pub fn kinematic(&self, origin: DVec3, rotation: DQuat, time: f64) -> (Self, Self) {
+    pub(crate) fn kinematic(&self, origin: DVec3, rotation: DQuat, time: f64) -> (Self, Self) {
         let rotation = rotation.normalize();
         let turn = rotation * self.rotation.conjugate();
         // A rotation has two quaternions; the one with the smaller angle is used.
@@ -72,7 +72,7 @@ impl BodyState {
     }
 
     /// State with this velocity of the centre of mass (m/s) and this angular velocity (rad/s).
-    pub fn with_velocity(&self, velocity: DVec3, spin: DVec3) -> Self {
+    pub(crate) fn with_velocity(&self, velocity: DVec3, spin: DVec3) -> Self {
         let angular_momentum = if self.is_dynamic() { self.inertia() * spin } else { DVec3::ZERO };
         Self { velocity, angular_velocity: spin, angular_momentum, ..*self }
     }
@@ -99,7 +99,7 @@ impl BodyState {
     }
 
     /// State with zero velocity and angular velocity.
-    pub fn at_rest(&self) -> Self {
+    pub(crate) fn at_rest(&self) -> Self {
         Self { velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO, angular_momentum: DVec3::ZERO, ..*self }
     }
 
@@ -169,12 +169,12 @@ impl BodyState {
     }
 
     /// Inverse mass, 1/kg; 0 for a static or kinematic body.
-    pub fn inverse_mass(&self) -> f64 {
+    pub(crate) fn inverse_mass(&self) -> f64 {
         1.0 / self.mass_properties.mass
     }
 
     /// I⁻¹ about the centre of mass, world axes, 1/(kg m²); zero for a static or kinematic body.
-    pub fn inverse_inertia(&self) -> DMat3 {
+    pub(crate) fn inverse_inertia(&self) -> DMat3 {
         if !self.is_dynamic() {
             return DMat3::ZERO;
         }
@@ -193,7 +193,7 @@ impl BodyState {
     }
 
     /// Mobility: velocity change at `p` per impulse at `at`, a 3x3 matrix, 1/kg.
-    pub fn mobility(&self, p: DVec3, at: DVec3) -> DMat3 {
+    pub(crate) fn mobility(&self, p: DVec3, at: DVec3) -> DMat3 {
         let (inverse, r, s) = (self.inverse_inertia(), p - self.centre, at - self.centre);
         let column = |e: DVec3| e * self.inverse_mass() + (inverse * s.cross(e)).cross(r);
         DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
@@ -216,13 +216,13 @@ impl BodyState {
 
     /// Potential energy -m g·x in the gravity `g` (m/s²), J; zero at the origin and for a static or
     /// kinematic body.
-    pub fn gravity_energy(&self, g: DVec3) -> f64 {
+    pub(crate) fn gravity_energy(&self, g: DVec3) -> f64 {
         if self.is_dynamic() { -self.mass_properties.mass * g.dot(self.centre) } else { 0.0 }
     }
 
     /// State after `time` (s) of free flight in the gravity `g` (m/s²). A static or kinematic body
     /// continues with constant velocities.
-    pub fn free_flight(&self, time: f64, g: DVec3) -> Self {
+    pub(crate) fn free_flight(&self, time: f64, g: DVec3) -> Self {
         if !self.is_dynamic() {
             let rotation = (DQuat::from_scaled_axis(self.angular_velocity * time) * self.rotation).normalize();
             return Self { centre: self.centre + self.velocity * time, rotation, ..*self };
@@ -292,19 +292,19 @@ impl BodyState {
 
     /// State with the centre of mass displaced by `shift` (m) and the body rotated about it by
     /// `turn` (rad). Momentum and angular momentum are unchanged.
-    pub fn displaced(&self, shift: DVec3, turn: DVec3) -> Self {
+    pub(crate) fn displaced(&self, shift: DVec3, turn: DVec3) -> Self {
         let moved = Self { centre: self.centre + shift, ..*self };
         moved.with_rotation(DQuat::from_scaled_axis(turn) * self.rotation)
     }
 
     /// State after an impulse (N s) at `at` (m); unchanged for a static or kinematic body.
-    pub fn with_impulse_at(&self, impulse: DVec3, at: DVec3) -> Self {
+    pub(crate) fn with_impulse_at(&self, impulse: DVec3, at: DVec3) -> Self {
         self.with_impulse(impulse, (at - self.centre).cross(impulse))
     }
 
     /// State after an impulse (N s) at the centre of mass and an angular impulse (N m s); unchanged
     /// for a static or kinematic body.
-    pub fn with_impulse(&self, impulse: DVec3, twist: DVec3) -> Self {
+    pub(crate) fn with_impulse(&self, impulse: DVec3, twist: DVec3) -> Self {
         if !self.is_dynamic() {
             return *self;
         }

@@ -354,9 +354,8 @@ impl RigidWorld {
 
     /// Place the dynamic body called `name` at `origin` (m), at rest, and wake all bodies. Return
     /// false if there is none.
-    pub fn teleport(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
-        let free = self.index_of(name).filter(|i| self.motions[*i].is_free());
-        let Some(motion) = free.map(|i| &mut self.motions[i]) else { return false };
+    pub(crate) fn teleport(&mut self, index: usize, origin: DVec3, rotation: DQuat) -> bool {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return false };
         motion.end = BodyState::new(*motion.end.mass_properties(), origin, rotation, DVec3::ZERO, DVec3::ZERO);
         motion.start = motion.end;
         // Bodies that lay on it have lost their support.

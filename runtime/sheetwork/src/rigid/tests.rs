@@ -186,7 +186,7 @@ fn a_kinematic_body_is_exactly_on_its_path_with_the_velocity_of_its_step() {
     assert!(end.spin().distance(DVec3::Y * 90.0_f64.to_radians()) < 1e-13);
     let flown = world.start(0).expect("there").free_flight(0.25, G);
     assert!(flown.rotation().angle_between(end.rotation()) < 1e-7);
-    assert!(world.set_target("arm", DVec3::ONE, DQuat::IDENTITY));
+    assert!(world.set_target(world.index_of("arm").expect("there"), DVec3::ONE, DQuat::IDENTITY));
     world.step(0.25, 0.25, G);
     assert_eq!(state(&world, "arm").origin(), DVec3::ONE);
     world.step(0.5, 0.25, G);
@@ -201,11 +201,13 @@ fn dynamic_bodies_accept_targets_and_removal() {
     ));
     run(&mut world, 1.5, G);
     assert!(world.all_asleep());
-    assert!(world.set_target("a", DVec3::new(5.0, 0.05, 0.0), DQuat::IDENTITY));
+    assert!(world.set_target(world.index_of("a").expect("there"), DVec3::new(5.0, 0.05, 0.0), DQuat::IDENTITY));
     assert!(!state(&world, "a").is_dynamic());
     run(&mut world, 1.5, G);
     assert!((state(&world, "b").centre().y - 0.05).abs() < 5e-3, "{:?}", state(&world, "b"));
-    assert!(world.remove("floor") && !world.remove("floor"));
+    let floor = world.index_of("floor").expect("there");
+    assert_eq!(world.remove(floor), "floor");
+    assert_eq!(world.index_of("floor"), None);
     run(&mut world, 0.5, G);
     assert!(state(&world, "b").centre().y < -1.0);
 }

@@ -50,7 +50,7 @@ impl ColliderOwners {
     }
 
     /// Index of the body that owns a collider.
-    pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
+    pub(crate) fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
         let body = self.body.get(collider.into_raw_parts().0 as usize).copied();
         body.filter(|b| *b != NOBODY).map(|b| b as usize)
     }
@@ -127,14 +127,14 @@ impl<'a> RigidView<'a> {
     }
 
     /// Index of the world's body that owns a collider; `None` for a caller's sets.
-    pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
+    pub(crate) fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
         self.owners.and_then(|o| o.body_of(collider))
     }
 
     /// Friction and restitution of a sheet and a collider: those of their pair of materials if the
     /// scene has one, otherwise by the collider's combine rule, with the average as the rule of the
     /// sheet.
-    pub fn coefficients(
+    pub(crate) fn coefficients(
         &self,
         (material, friction, restitution): (&str, f64, f64),
         handle: ColliderHandle,

@@ -3,7 +3,8 @@
 use crate::error::{InputError, check_range};
 use crate::scene::IntegratorKind;
 use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::units::parameters::ParameterId as Id;
+use crate::units::temperature::COLDEST;
 
 /// Check the adhesion settings of a sheet.
 ///
@@ -22,8 +23,8 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 /// # Errors
 /// When a value is out of range.
 pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
-    check_range("strength", tack.strength, 1e-3, 1e9, "Pa")?;
-    check_range("above", tack.above, COLDEST, HOTTEST, "°C")?;
+    Id::TackStrength.check("strength", tack.strength)?;
+    Id::TackAbove.check("above", tack.above)?;
     tack.lets_go_below.map_or(Ok(()), |limit| check_range("lets_go_below", limit, COLDEST, tack.above, "°C"))
 }
 
@@ -31,7 +32,7 @@ pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it has none.
-pub fn check_material(material: &Material) -> Result<(), InputError> {
+pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
     if material.tack.is_none() {
         return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
     }
@@ -42,7 +43,7 @@ pub fn check_material(material: &Material) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it is explicit.
-pub fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
+pub(crate) fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
     if !engine.info().implicit {
         let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());
         return Err(InputError::new("sticky", problem));

@@ -46,7 +46,7 @@ pub struct PairSpec {
 
 impl PairSpec {
     /// Whether the pair is of these two materials.
-    pub fn joins(&self, a: &str, b: &str) -> bool {
+    pub(crate) fn joins(&self, a: &str, b: &str) -> bool {
         let (first, second) = (self.between.0.as_str(), self.between.1.as_str());
         (first == a && second == b) || (first == b && second == a)
     }

@@ -1,7 +1,8 @@
 //! Checks of fracture in a scene.
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::scene::{Material, MaterialChoice, SheetSpec, material};
+use crate::units::parameters::ParameterId as Id;
 
 /// Check the fracture settings of a sheet.
 ///
@@ -12,9 +13,8 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
         return Ok(());
     }
     for (i, ((u0, v0), (u1, v1))) in s.slits.iter().enumerate() {
-        for (end, value) in [("0.0", u0), ("0.1", v0), ("1.0", u1), ("1.1", v1)] {
-            check_range(&format!("slits.{i}.{end}"), *value, 0.0, 1.0, "")?;
-        }
+        Id::SlitEnd.check_each(&format!("slits.{i}.0"), [*u0, *v0])?;
+        Id::SlitEnd.check_each(&format!("slits.{i}.1"), [*u1, *v1])?;
     }
     let field = if s.tearing { "tearing" } else { "slits" };
     let refused = |problem: String| Err(InputError::new(field, problem));
@@ -42,7 +42,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it has none.
-pub fn check_material(material: &Material) -> Result<(), InputError> {
+pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
     if material.tears_at.is_none() && material.melts_at.is_none() {
         return Err(InputError::new("tearing", "asks for tears_at or melts_at, which the material does not have"));
     }

@@ -11,6 +11,7 @@ use crate::scene::{PathKey, Placement, Polyhedron};
 
 /// Thermal model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum HeatMode {
     /// Temperatures, conduction, exact radiation, E(T).
     #[default]
@@ -61,7 +62,7 @@ impl Default for OvenSpec {
 impl OvenSpec {
     /// Temperature at `time` (s), °C, in a room at `room` (°C) without the oven; `None` while it is
     /// off.
-    pub fn celsius_at(&self, time: f64, room: f64) -> Option<f64> {
+    pub(crate) fn celsius_at(&self, time: f64, room: f64) -> Option<f64> {
         if !self.on {
             return None;
         }

@@ -8,6 +8,7 @@ use crate::error::InputError;
 /// Kinds of integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub enum IntegratorKind {
     /// Constant acceleration over the step.
     Analytical,

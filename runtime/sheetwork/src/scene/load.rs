@@ -6,7 +6,7 @@ use ron::extensions::Extensions;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::error::InputError;
+use crate::error::{InputError, SceneError};
 use crate::scene::{MaterialChoice, Scene, library, literal, locate, nesting, validate};
 use crate::units::quantity;
 
@@ -18,24 +18,24 @@ fn options() -> ron::Options {
 pub(crate) fn read_ron<T: DeserializeOwned>(
     text: &str,
     check: impl Fn(&T) -> Result<(), InputError>,
-) -> Result<T, InputError> {
-    nesting::check(text)?;
+) -> Result<T, SceneError> {
+    nesting::check(text).map_err(SceneError::Syntax)?;
     let mut reader = ron::Deserializer::from_str_with_options(text, &options())
-        .map_err(|e| InputError::new("", e.code.to_string()).at_line(e.span.start.line))?;
+        .map_err(|e| SceneError::Syntax(InputError::new("", e.code.to_string()).at_line(e.span.start.line)))?;
     let value: T = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
         let field = e.path().to_string().replace('[', ".").replace(']', "");
         let field = if field == "." { String::new() } else { field };
         let at = reader.span_error(e.into_inner());
         let found = locate::value_of(text, &field).map_or_else(String::new, |v| format!(", found {v}"));
-        InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line)
+        SceneError::Syntax(InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line))
     })?;
     reader.end().map_err(|e| {
         let at = reader.span_error(e);
-        InputError::new("", at.code.to_string()).at_line(at.span.start.line)
+        SceneError::Syntax(InputError::new("", at.code.to_string()).at_line(at.span.start.line))
     })?;
     check(&value).map_err(|e| {
         let line = locate::line_of(text, &e.field);
-        e.at_line(line)
+        SceneError::Value(e.at_line(line))
     })?;
     Ok(value)
 }
@@ -46,9 +46,9 @@ impl Scene {
     /// # Errors
     /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of
     /// range: with file, line and field.
-    pub fn load(file: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(file).map_err(|e| library::unreadable(file, &e))?;
-        let mut scene = Self::parse(&text).map_err(|e| of_another_kind(file, e).in_file(file))?;
+    pub fn load(file: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(file).map_err(|e| SceneError::File(library::unreadable(file, &e)))?;
+        let mut scene = Self::parse(&text).map_err(|e| e.map(|e| of_another_kind(file, e).in_file(file)))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
         scene.file = Some(file.to_path_buf());
         Ok(scene)
@@ -58,7 +58,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::load`], without the file.
-    pub fn parse(text: &str) -> Result<Self, InputError> {
+    pub fn parse(text: &str) -> Result<Self, SceneError> {
         read_ron(text, validate::scene)
     }
 
@@ -79,19 +79,21 @@ impl Scene {
     ///
     /// # Errors
     /// When there is no such field, or the value has the wrong type or is out of range.
-    pub fn with_override(&self, path: &str, value: &str) -> Result<Self, InputError> {
+    pub fn with_override(&self, path: &str, value: &str) -> Result<Self, SceneError> {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
-            return Err(InputError::new(path, format!("{value} is not a finite number")));
+            return Err(SceneError::Value(InputError::new(path, format!("{value} is not a finite number"))));
         }
-        let with_unit = quantity::in_si(path, value.trim())?;
+        let with_unit = quantity::in_si(path, value.trim()).map_err(SceneError::Value)?;
         let parsed = typed(with_unit.as_deref().unwrap_or(value.trim()));
-        let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
-        *slot(&mut tree, path, &self.base)? = parsed;
-        let mut scene: Self = serde_path_to_error::deserialize(tree)
-            .map_err(|e| InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))?;
+        let mut tree =
+            serde_json::to_value(self).map_err(|e| SceneError::Value(InputError::new(path, e.to_string())))?;
+        *slot(&mut tree, path, &self.base).map_err(SceneError::UnknownField)? = parsed;
+        let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
+            SceneError::Value(InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))
+        })?;
         scene.base.clone_from(&self.base);
         scene.file.clone_from(&self.file);
-        validate::scene(&scene)?;
+        validate::scene(&scene).map_err(SceneError::Value)?;
         Ok(scene)
     }
 
@@ -235,6 +237,10 @@ mod tests {
         assert!(refuse("sheets.0.material.yung", "2e9").problem.contains("young"));
         assert!(refuse("sheets.7.damping", "0.1").problem.contains("1 items"));
         assert_eq!(refuse("sheets.0.damping", "-1").field, "sheets.0.damping");
+        assert!(matches!(refuse("sheets.7.damping", "0.1"), SceneError::UnknownField(_)));
+        assert!(matches!(refuse("sheets.0.damping", "-1"), SceneError::Value(_)));
+        assert!(matches!(Scene::parse("(dt: soon)"), Err(SceneError::Syntax(_))));
+        assert!(matches!(Scene::load(Path::new("no such.ron")), Err(SceneError::File(_))));
         assert!(refuse("dt", "NaN").problem.contains("finite"));
         assert!(refuse("dt", "inf").problem.contains("finite"));
         assert!(refuse("sheets.0.grid", "7").problem.contains('7'));

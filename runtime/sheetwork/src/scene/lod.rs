@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, check_range};
 use crate::scene::SheetSpec;
+use crate::units::parameters::ParameterId as Id;
 
 /// Maximum number of levels.
 const MAX_LEVELS: usize = 16;
@@ -64,15 +65,14 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     let Some(detail) = &s.detail else { return Ok(()) };
     let refused = |field: String, problem: String| Err(InputError::new(field, problem));
     check_range("detail.levels", detail.levels.len() as f64, 1.0, MAX_LEVELS as f64, "levels")?;
-    check_range("detail.hysteresis", detail.hysteresis, 0.0, 0.5, "of a distance")?;
+    Id::DetailHysteresis.check("detail.hysteresis", detail.hysteresis)?;
     let masses = |l: &DetailLevel| u64::from(l.grid.0) * u64::from(l.grid.1);
     let mut before: Option<&DetailLevel> = None;
     for (i, level) in detail.levels.iter().enumerate() {
-        check_range(&format!("detail.levels.{i}.grid.0"), level.grid.0.into(), 2.0, 2000.0, "masses")?;
-        check_range(&format!("detail.levels.{i}.grid.1"), level.grid.1.into(), 2.0, 2000.0, "masses")?;
+        Id::DetailGrid.check_each(&format!("detail.levels.{i}.grid"), [level.grid.0.into(), level.grid.1.into()])?;
         let at = format!("detail.levels.{i}.within");
         match level.within {
-            Some(within) => check_range(&at, within, 0.0, 1e6, "m")?,
+            Some(within) => Id::DetailDistance.check(&at, within)?,
             None if i + 1 < detail.levels.len() => {
                 return refused(at, "is none, which only the last level may have".into());
             }

@@ -304,7 +304,7 @@ pub fn read_material_file(file: &Path) -> Result<Material, InputError> {
 /// # Errors
 /// As [`read_material_file`], without the file.
 pub fn read_material(text: &str) -> Result<Material, InputError> {
-    read_ron(text, |m| validate::material("", m))
+    Ok(read_ron(text, |m| validate::material("", m))?)
 }
 
 /// Name of a material from its file's name.

@@ -11,6 +11,7 @@ pub(crate) mod builder;
 #[doc(hidden)]
 pub mod card_scenes;
 pub mod contact;
+mod defaults;
 pub mod fracture;
 pub(crate) mod heat_sources;
 pub mod heater_file;

@@ -20,6 +20,7 @@ const STRAIN_LIMIT_RANGE: (f64, f64) = (1e-4, 1.0);
 /// `"limit"` or `"limit 0.1"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub enum WhenUnstable {
     /// Stop the sheet when its size or speed diverges. The energy is not monitored, at no cost.
     #[default]

@@ -3,9 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::mesh::structure::StructureKind;
 use crate::scene::{MaterialChoice, SheetSpec, material};
+use crate::units::parameters::ParameterId as Id;
 
 /// Crease: line along which the rest shape of the sheet is folded by `angle`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,17 +28,14 @@ pub struct CreaseSpec {
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     for (i, crease) in s.creases.iter().enumerate() {
         let at = |name: &str| format!("creases.{i}.{name}");
-        for (name, (u, v)) in [("from", crease.from), ("to", crease.to)] {
-            check_range(&at(&format!("{name}.0")), u, 0.0, 1.0, "")?;
-            check_range(&at(&format!("{name}.1")), v, 0.0, 1.0, "")?;
-        }
-        check_range(&at("angle"), crease.angle, -175.0, 175.0, "degrees")?;
+        Id::CreaseFrom.check_each(&at("from"), [crease.from.0, crease.from.1])?;
+        Id::CreaseTo.check_each(&at("to"), [crease.to.0, crease.to.1])?;
+        Id::CreaseAngle.check(&at("angle"), crease.angle)?;
         if crease.from == crease.to {
             return Err(InputError::new(at("to"), "is where the crease begins"));
         }
     }
-    check_range("curl.0", s.curl.0, -1e5, 1e5, "1/m")?;
-    check_range("curl.1", s.curl.1, -1e5, 1e5, "1/m")?;
+    Id::Curl.check_each("curl", [s.curl.0, s.curl.1])?;
     let given = [("plastic", s.plastic), ("creases", !s.creases.is_empty()), ("curl", s.curl != (0.0, 0.0))];
     let is_shell = s.file.is_none() && s.structure == StructureKind::Shell;
     if let Some((field, _)) = given.into_iter().find(|g| g.1 && !is_shell) {
@@ -55,7 +53,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it lacks one.
-pub fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
+pub(crate) fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
     if s.plastic && material.yield_stress.is_none() {
         return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
     }

@@ -6,7 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
+use crate::units::parameters::ParameterId as Id;
 
 /// Hot or cold spot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,16 +27,9 @@ impl SpotSpec {
     /// # Errors
     /// When a value is out of its range.
     pub fn check(&self) -> Result<(), InputError> {
-        check_range("at.0", self.at.0, 0.0, 1.0, "")?;
-        check_range("at.1", self.at.1, 0.0, 1.0, "")?;
-        check_range("radius", self.radius, 1e-6, 1e3, "m")?;
-        check_range(
-            "temperature",
-            self.temperature,
-            crate::units::temperature::COLDEST,
-            crate::units::temperature::HOTTEST,
-            "°C",
-        )
+        Id::SpotCentre.check_each("at", [self.at.0, self.at.1])?;
+        Id::SpotRadius.check("radius", self.radius)?;
+        Id::SpotTemperature.check("temperature", self.temperature)
     }
 
     /// Weight of the spot's temperature at `distance` (m) from its centre, 0 to 1.

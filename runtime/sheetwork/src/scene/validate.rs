@@ -13,7 +13,7 @@ use crate::scene::{
     Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
     Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::units::parameters::ParameterId as Id;
 
 type ValidationResult = Result<(), InputError>;
 
@@ -35,14 +35,14 @@ pub(crate) fn built(scene: &Scene) -> ValidationResult {
 
 /// Check every value of a scene, without the names that its pairs and pins refer to.
 pub(crate) fn values(scene: &Scene) -> ValidationResult {
-    vector("gravity", scene.gravity, 1e3, "m/s²")?;
-    check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
-    check_range("tolerance", scene.tolerance, 1e-15, 1.0, "m")?;
-    check_range("duration", scene.duration, 0.0, 1e6, "s")?;
+    Id::Gravity.check_each("gravity", scene.gravity.to_array())?;
+    Id::TimeStep.check("dt", scene.dt)?;
+    Id::Tolerance.check("tolerance", scene.tolerance)?;
+    Id::Duration.check("duration", scene.duration)?;
     heat(scene)?;
     contact(&scene.contact)?;
     air(&scene.air)?;
-    option("detail_budget", scene.detail_budget, (1e-3, 1e6), "ms")?;
+    Id::DetailBudget.check_option("detail_budget", scene.detail_budget)?;
     if let Some(view) = &scene.camera {
         camera(view)?;
     }
@@ -117,13 +117,6 @@ fn within(outer: &str, mut error: InputError) -> InputError {
     error
 }
 
-fn vector(field: &str, v: DVec3, bound: f64, unit: &str) -> ValidationResult {
-    for (axis, value) in v.to_array().into_iter().enumerate() {
-        check_range(&format!("{field}.{axis}"), value, -bound, bound, unit)?;
-    }
-    Ok(())
-}
-
 fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationResult {
     let mut seen = std::collections::BTreeSet::new();
     for (i, name) in names.enumerate() {
@@ -149,12 +142,12 @@ fn check_name(of: &str, name: &str) -> ValidationResult {
 /// # Errors
 /// When one is out of range.
 pub fn contact(contact: &ContactDefaults) -> ValidationResult {
-    check_range("contact.friction", contact.friction, 0.0, 10.0, "")?;
-    check_range("contact.restitution", contact.restitution, 0.0, 1.0, "")?;
+    Id::ContactFriction.check("contact.friction", contact.friction)?;
+    Id::ContactRestitution.check("contact.restitution", contact.restitution)?;
     for (i, pair) in contact.pairs.iter().enumerate() {
         let at = |name: &str| format!("contact.pairs.{i}.{name}");
-        option(&at("friction"), pair.friction, (0.0, 10.0), "")?;
-        option(&at("restitution"), pair.restitution, (0.0, 1.0), "")?;
+        Id::PairFriction.check_option(&at("friction"), pair.friction)?;
+        Id::PairRestitution.check_option(&at("restitution"), pair.restitution)?;
         if pair.friction.is_none() && pair.restitution.is_none() {
             return Err(InputError::new(at("friction"), "says nothing: a pair has a friction, a restitution or both"));
         }
@@ -171,15 +164,15 @@ pub fn contact(contact: &ContactDefaults) -> ValidationResult {
 /// # Errors
 /// When a value is out of range.
 pub fn air(air: &Air) -> ValidationResult {
-    check_range("air.factor", air.factor, 1e-6, 1.0, "")?;
-    check_range("air.per", air.per, 1e-6, 1e3, "s")?;
-    check_range("air.density", air.density, 0.0, 1e4, "kg/m³")?;
-    vector("air.wind", air.wind, 1e3, "m/s")
+    Id::AirFactor.check("air.factor", air.factor)?;
+    Id::AirPer.check("air.per", air.per)?;
+    Id::AirDensity.check("air.density", air.density)?;
+    Id::AirWind.check_each("air.wind", air.wind.to_array())
 }
 
 fn camera(camera: &CameraSpec) -> ValidationResult {
-    vector("camera.eye", camera.eye, 1e4, "m")?;
-    vector("camera.target", camera.target, 1e4, "m")?;
+    Id::CameraEye.check_each("camera.eye", camera.eye.to_array())?;
+    Id::CameraTarget.check_each("camera.target", camera.target.to_array())?;
     if camera.eye.distance(camera.target) < 1e-9 {
         return Err(InputError::new("camera.target", "is where the eye is"));
     }
@@ -188,13 +181,12 @@ fn camera(camera: &CameraSpec) -> ValidationResult {
 
 fn room(room: &Room) -> ValidationResult {
     for (axis, (low, high)) in [("x", room.x), ("y", room.y), ("z", room.z)] {
-        check_range(&format!("room.{axis}.0"), low, -1e4, 1e4, "m")?;
-        check_range(&format!("room.{axis}.1"), high, -1e4, 1e4, "m")?;
+        Id::RoomExtent.check_each(&format!("room.{axis}"), [low, high])?;
         if low >= high {
             return Err(InputError::new(format!("room.{axis}"), format!("{low} m to {high} m has no extent")));
         }
     }
-    check_range("room.grid", room.grid, 1e-4, 100.0, "m")
+    Id::RoomGrid.check("room.grid", room.grid)
 }
 
 /// Check the constants of a material.
@@ -203,38 +195,38 @@ fn room(room: &Room) -> ValidationResult {
 /// When one is out of range; fields are below `field`.
 pub fn material(field: &str, m: &Material) -> ValidationResult {
     let at = |name: &str| if field.is_empty() { name.to_owned() } else { format!("{field}.{name}") };
-    check_range(&at("young"), m.young, 1e-3, 2e12, "Pa")?;
-    check_range(&at("poisson"), m.poisson, -0.99, 0.499, "")?;
-    check_range(&at("density"), m.density, 1e-3, 1e6, "kg/m³")?;
-    check_range(&at("thickness"), m.thickness, 1e-7, 1.0, "m")?;
-    check_range(&at("specific_heat"), m.specific_heat, 1.0, 1e5, "J/(kg K)")?;
-    check_range(&at("conductivity"), m.conductivity, 0.0, 1e4, "W/(m K)")?;
-    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")?;
-    check_range(&at("expansion"), m.expansion, -1e-2, 1e-2, "1/K")?;
+    Id::MaterialYoung.check(&at("young"), m.young)?;
+    Id::MaterialPoisson.check(&at("poisson"), m.poisson)?;
+    Id::MaterialDensity.check(&at("density"), m.density)?;
+    Id::MaterialThickness.check(&at("thickness"), m.thickness)?;
+    Id::MaterialSpecificHeat.check(&at("specific_heat"), m.specific_heat)?;
+    Id::MaterialConductivity.check(&at("conductivity"), m.conductivity)?;
+    Id::MaterialEmissivity.check(&at("emissivity"), m.emissivity)?;
+    Id::MaterialExpansion.check(&at("expansion"), m.expansion)?;
     softening(&at("softening"), &m.softening)?;
-    check_range(&at("damping_ratio"), m.damping_ratio, 0.0, 10.0, "of critical")?;
-    option(&at("yield_stress"), m.yield_stress, (1.0, 1e11), "Pa")?;
-    check_range(&at("hardening"), m.hardening, 0.0, 1e12, "Pa")?;
+    Id::MaterialDampingRatio.check(&at("damping_ratio"), m.damping_ratio)?;
+    Id::MaterialYieldStress.check_option(&at("yield_stress"), m.yield_stress)?;
+    Id::MaterialHardening.check(&at("hardening"), m.hardening)?;
     if let Some(b) = &m.burgers {
-        check_range(&at("burgers.relaxation_time"), b.relaxation_time, 1e-6, 1e30, "s")?;
-        check_range(&at("burgers.retardation_time"), b.retardation_time, 1e-6, 1e30, "s")?;
-        check_range(&at("burgers.retarded"), b.retarded, 0.0, 1e4, "")?;
+        Id::BurgersRelaxationTime.check(&at("burgers.relaxation_time"), b.relaxation_time)?;
+        Id::BurgersRetardationTime.check(&at("burgers.retardation_time"), b.retardation_time)?;
+        Id::BurgersRetarded.check(&at("burgers.retarded"), b.retarded)?;
     }
-    option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
-    check_range(&at("wlf.0"), m.wlf.0, 1.0, 100.0, "")?;
-    check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
-    option(&at("melts_at"), m.melts_at, (COLDEST, HOTTEST), "°C")?;
+    Id::GlassTransition.check_option(&at("glass_transition"), m.glass_transition)?;
+    Id::WlfFirst.check(&at("wlf.0"), m.wlf.0)?;
+    Id::WlfSecond.check(&at("wlf.1"), m.wlf.1)?;
+    Id::MeltsAt.check_option(&at("melts_at"), m.melts_at)?;
     if let Some(tack) = &m.tack {
         crate::scene::adhesion::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
     }
-    option(&at("tears_at"), m.tears_at, (1e-3, 10.0), "of strain")?;
+    Id::TearsAt.check_option(&at("tears_at"), m.tears_at)?;
     let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| StiffnessTarget::orthotropic(measured).map(drop));
     woven.map_err(|e| within(&at("orthotropic"), e))
 }
 
 fn placement(p: &Placement) -> ValidationResult {
-    vector("placement.position", p.position, 1e4, "m")?;
-    vector("placement.rotation", p.rotation, 36000.0, "degrees")
+    Id::PlacementPosition.check_each("placement.position", p.position.to_array())?;
+    Id::PlacementRotation.check_each("placement.rotation", p.rotation.to_array())
 }
 
 fn sheet(s: &SheetSpec) -> ValidationResult {
@@ -244,29 +236,28 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
         MaterialChoice::File(_) => {}
     }
     grid(s)?;
-    check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
-    check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
+    Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;
-    check_range("gap", s.gap, 1e-7, 10.0, "m")?;
-    check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
-    option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
+    Id::Gap.check("gap", s.gap)?;
+    Id::Damping.check("damping", s.damping)?;
+    Id::DampingRatio.check_option("damping_ratio", s.damping_ratio)?;
     air_loads(s)?;
-    check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
-    check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
-    option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
-    option("flexion_limit", s.flexion_limit, (1.0, 180.0), "degrees")?;
-    option("friction", s.friction, (0.0, 10.0), "")?;
-    option("restitution", s.restitution, (0.0, 1.0), "")?;
-    option("temperature", s.temperature, (COLDEST, HOTTEST), "°C")?;
+    Id::FlexionStiffness.check("flexion_stiffness", s.flexion_stiffness)?;
+    Id::ThicknessLimit.check("thickness_limit", s.thickness_limit)?;
+    Id::NodeMass.check_option("node_mass", s.node_mass)?;
+    Id::FlexionLimit.check_option("flexion_limit", s.flexion_limit)?;
+    Id::Friction.check_option("friction", s.friction)?;
+    Id::Restitution.check_option("restitution", s.restitution)?;
+    Id::Temperature.check_option("temperature", s.temperature)?;
     if s.temperature_gradient && (s.structure != StructureKind::Shell || s.file.is_some()) {
         let problem = format!("is for the shell only, not for {}: layers have temperatures of their own", s.structure);
         return Err(InputError::new("temperature_gradient", problem));
     }
     placement(&s.placement)?;
-    vector("velocity", s.velocity, 1e4, "m/s")?;
-    vector("spin", s.spin, 1e4, "rad/s")?;
-    region_vectors("velocities", &s.velocities, "m/s")?;
-    region_vectors("forces", &s.forces, "N")?;
+    Id::SheetVelocity.check_each("velocity", s.velocity.to_array())?;
+    Id::SheetSpin.check_each("spin", s.spin.to_array())?;
+    region_vectors("velocities", &s.velocities, Id::RegionVelocity)?;
+    region_vectors("forces", &s.forces, Id::RegionForce)?;
     for (i, p) in s.pins.iter().enumerate() {
         pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
@@ -279,29 +270,28 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
         spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
     }
     for (name, (u, v)) in &s.probes {
-        check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
-        check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
+        Id::ProbePosition.check_each(&format!("probes.{name}"), [*u, *v])?;
     }
     Ok(())
 }
 
 fn grid(s: &SheetSpec) -> ValidationResult {
-    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
+    Id::GridLength.check("grid.0", s.grid.0.into())?;
     let (fewest, most) = s.structure.info().layers;
     if s.file.is_none() {
         check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
             .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
     }
-    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")
+    Id::GridWidth.check("grid.2", s.grid.2.into())
 }
 
 /// Check drag and the schedule of pressure.
 fn air_loads(s: &SheetSpec) -> ValidationResult {
-    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
-    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
+    Id::DragAcross.check("drag.0", s.drag.0)?;
+    Id::DragAlong.check("drag.1", s.drag.1)?;
     for (i, key) in s.pressure.iter().enumerate() {
-        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
-        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
+        Id::PressureTime.check(&format!("pressure.{i}.time"), key.time)?;
+        Id::PressureValue.check(&format!("pressure.{i}.pressure"), key.pressure)?;
         if i > 0 && key.time <= s.pressure[i - 1].time {
             let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
             return Err(InputError::new(format!("pressure.{i}.time"), problem));
@@ -315,7 +305,7 @@ fn pin(pin: &PinSpec) -> ValidationResult {
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);
     if let Some(until) = pin.until {
-        check_range("until", until, 0.0, 1e6, "s")?;
+        Id::PinUntil.check("until", until)?;
         if pin.clamp || pin.body.is_some() || !all {
             return Err(InputError::new("until", "is for masses that are held or led, without clamp, body or axes"));
         }
@@ -345,8 +335,8 @@ fn pin(pin: &PinSpec) -> ValidationResult {
 /// Check a table of stiffness against temperature.
 fn softening(field: &str, rows: &[(f64, f64)]) -> ValidationResult {
     for (i, (celsius, fraction)) in rows.iter().enumerate() {
-        check_range(&format!("{field}.{i}.0"), *celsius, COLDEST, HOTTEST, "°C")?;
-        check_range(&format!("{field}.{i}.1"), *fraction, 1e-9, 1e3, "of young")?;
+        Id::SofteningTemperature.check(&format!("{field}.{i}.0"), *celsius)?;
+        Id::SofteningFraction.check(&format!("{field}.{i}.1"), *fraction)?;
         if i > 0 && *celsius <= rows[i - 1].0 {
             let problem = format!("{celsius} °C does not come after {} °C", rows[i - 1].0);
             return Err(InputError::new(format!("{field}.{i}.0"), problem));
@@ -371,20 +361,16 @@ fn outline(s: &SheetSpec) -> ValidationResult {
     check_cuts(&s.cuts)
 }
 
-fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> ValidationResult {
-    value.map_or(Ok(()), |v| check_range(field, v, low, high, unit))
-}
-
-fn region_vectors(field: &str, list: &[RegionVector], unit: &str) -> ValidationResult {
+fn region_vectors(field: &str, list: &[RegionVector], value: Id) -> ValidationResult {
     for (i, item) in list.iter().enumerate() {
         region(&item.region).map_err(|e| within(&format!("{field}.{i}.region"), e))?;
-        vector(&format!("{field}.{i}.value"), item.value, 1e6, unit)?;
+        value.check_each(&format!("{field}.{i}.value"), item.value.to_array())?;
     }
     Ok(())
 }
 
 fn region(region: &Region) -> ValidationResult {
-    let unit = |value: f64| check_range("", value, 0.0, 1.0, "");
+    let unit = |value: f64| Id::RegionCoordinate.check("", value);
     match region {
         Region::Point(u, v) => unit(*u).and(unit(*v)),
         Region::Rect(u, v) => [u.0, u.1, v.0, v.1].into_iter().try_for_each(unit),
@@ -394,9 +380,9 @@ fn region(region: &Region) -> ValidationResult {
 
 fn path(path: &[PathKey]) -> ValidationResult {
     for (i, key) in path.iter().enumerate() {
-        check_range(&format!("path.{i}.time"), key.time, 0.0, 1e6, "s")?;
-        vector(&format!("path.{i}.offset"), key.offset, 1e4, "m")?;
-        vector(&format!("path.{i}.rotation"), key.rotation, 36000.0, "degrees")?;
+        Id::PathTime.check(&format!("path.{i}.time"), key.time)?;
+        Id::PathOffset.check_each(&format!("path.{i}.offset"), key.offset.to_array())?;
+        Id::PathRotation.check_each(&format!("path.{i}.rotation"), key.rotation.to_array())?;
         if i > 0 && key.time <= path[i - 1].time {
             let problem = format!("{} s does not come after {} s", key.time, path[i - 1].time);
             return Err(InputError::new(format!("path.{i}.time"), problem));
@@ -407,12 +393,8 @@ fn path(path: &[PathKey]) -> ValidationResult {
 
 fn body(b: &BodySpec) -> ValidationResult {
     match &b.shape {
-        Shape::Box(size) => {
-            for (axis, value) in size.to_array().into_iter().enumerate() {
-                check_range(&format!("shape.{axis}"), value, 1e-6, 1e4, "m")?;
-            }
-        }
-        Shape::Ball(radius) => check_range("shape", *radius, 1e-6, 1e4, "m")?,
+        Shape::Box(size) => Id::BodySize.check_each("shape", size.to_array())?,
+        Shape::Ball(radius) => Id::BodySize.check("shape", *radius)?,
         Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::HalfSpace => {}
     }
     placement(&b.placement)?;
@@ -421,27 +403,27 @@ fn body(b: &BodySpec) -> ValidationResult {
     if b.material.as_ref().is_some_and(String::is_empty) {
         return Err(InputError::new("material", "has no name"));
     }
-    option("friction", b.friction, (0.0, 10.0), "")?;
-    option("temperature", b.temperature, (COLDEST, HOTTEST), "°C")?;
-    option("restitution", b.restitution, (0.0, 1.0), "")
+    Id::BodyFriction.check_option("friction", b.friction)?;
+    Id::BodyTemperature.check_option("temperature", b.temperature)?;
+    Id::BodyRestitution.check_option("restitution", b.restitution)
 }
 
 /// Check the heat settings of a scene, without bodies.
 pub(crate) fn heat(scene: &Scene) -> ValidationResult {
-    check_range("ambient_temperature", scene.ambient_temperature, COLDEST, HOTTEST, "°C")?;
-    check_range("convection", scene.convection, 0.0, 1e6, "W/(m² K)")?;
-    check_range("contact_conductance", scene.contact_conductance, 1e-3, 1e6, "W/(m² K)")?;
-    check_range("time_lapse", scene.time_lapse, 1e-3, 1e4, "")?;
+    Id::AmbientTemperature.check("ambient_temperature", scene.ambient_temperature)?;
+    Id::Convection.check("convection", scene.convection)?;
+    Id::ContactConductance.check("contact_conductance", scene.contact_conductance)?;
+    Id::TimeLapse.check("time_lapse", scene.time_lapse)?;
     if let HeatMode::Thesis { sensitivity, conductivity } = scene.heat_mode {
-        check_range("heat_mode.sensitivity", sensitivity, 0.0, 1e6, "N/K")?;
-        check_range("heat_mode.conductivity", conductivity, 0.0, 1e3, "")?;
+        Id::ThesisSensitivity.check("heat_mode.sensitivity", sensitivity)?;
+        Id::ThesisConductivity.check("heat_mode.conductivity", conductivity)?;
     }
     if let Some(oven) = &scene.oven {
-        check_range("oven.temperature", oven.temperature, COLDEST, HOTTEST, "°C")?;
-        option("oven.convection", oven.convection, (0.0, 1e6), "W/(m² K)")?;
+        Id::OvenTemperature.check("oven.temperature", oven.temperature)?;
+        Id::OvenConvection.check_option("oven.convection", oven.convection)?;
         for (i, key) in oven.schedule.iter().enumerate() {
-            check_range(&format!("oven.schedule.{i}.time"), key.time, 0.0, 1e6, "s")?;
-            option(&format!("oven.schedule.{i}.temperature"), key.temperature, (COLDEST, HOTTEST), "°C")?;
+            Id::OvenScheduleTime.check(&format!("oven.schedule.{i}.time"), key.time)?;
+            Id::OvenScheduleTemperature.check_option(&format!("oven.schedule.{i}.temperature"), key.temperature)?;
             if i > 0 && key.time <= oven.schedule[i - 1].time {
                 let problem = format!("{} s does not come after {} s", key.time, oven.schedule[i - 1].time);
                 return Err(InputError::new(format!("oven.schedule.{i}.time"), problem));
@@ -449,12 +431,12 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         }
     }
     if let Some(gun) = &scene.heat_gun {
-        check_range("heat_gun.temperature", gun.temperature, COLDEST, HOTTEST, "°C")?;
-        check_range("heat_gun.convection", gun.convection, 0.0, 1e6, "W/(m² K)")?;
-        check_range("heat_gun.half_angle", gun.half_angle, 0.1, 90.0, "degrees")?;
-        check_range("heat_gun.reach", gun.reach, 1e-6, 1e4, "m")?;
-        vector("heat_gun.position", gun.position, 1e4, "m")?;
-        vector("heat_gun.direction", gun.direction, 1e4, "")?;
+        Id::HeatGunTemperature.check("heat_gun.temperature", gun.temperature)?;
+        Id::HeatGunConvection.check("heat_gun.convection", gun.convection)?;
+        Id::HeatGunHalfAngle.check("heat_gun.half_angle", gun.half_angle)?;
+        Id::HeatGunReach.check("heat_gun.reach", gun.reach)?;
+        Id::HeatGunPositionX.check_each("heat_gun.position", gun.position.to_array())?;
+        Id::HeatGunDirectionX.check_each("heat_gun.direction", gun.direction.to_array())?;
         if gun.direction == DVec3::ZERO {
             return Err(InputError::new("heat_gun.direction", "points nowhere"));
         }
@@ -468,12 +450,10 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
 
 /// Check a heater; its file is read when the world is built.
 fn heater(h: &HeaterSpec) -> ValidationResult {
-    for (axis, value) in h.size.iter().flat_map(|s| s.to_array()).enumerate() {
-        check_range(&format!("size.{axis}"), value, 1e-6, 1e4, "m")?;
-    }
+    Id::HeaterSize.check_each("size", h.size.iter().flat_map(|s| s.to_array()))?;
     for (i, hot) in h.hot.iter().enumerate() {
-        check_range(&format!("hot.{i}.temperature"), hot.temperature, COLDEST, HOTTEST, "°C")?;
-        check_range(&format!("hot.{i}.emissivity"), hot.emissivity, 0.0, 1.0, "")?;
+        Id::HotFaceTemperature.check(&format!("hot.{i}.temperature"), hot.temperature)?;
+        Id::HotFaceEmissivity.check(&format!("hot.{i}.emissivity"), hot.emissivity)?;
     }
     if h.file.is_none() {
         h.resolve(std::path::Path::new(""))?;
@@ -483,10 +463,10 @@ fn heater(h: &HeaterSpec) -> ValidationResult {
 
 /// Check mass, density, velocity and spin of a body.
 fn motion(b: &BodySpec) -> ValidationResult {
-    option("mass", b.mass, (1e-9, 1e9), "kg")?;
-    option("density", b.density, (1e-3, 1e6), "kg/m³")?;
-    vector("velocity", b.velocity, 1e3, "m/s")?;
-    vector("spin", b.spin, 1e4, "rad/s")?;
+    Id::BodyMass.check_option("mass", b.mass)?;
+    Id::BodyDensity.check_option("density", b.density)?;
+    Id::BodyVelocity.check_each("velocity", b.velocity.to_array())?;
+    Id::BodySpin.check_each("spin", b.spin.to_array())?;
     if b.mass.is_some() && b.density.is_some() {
         return Err(InputError::new("density", "does not go with a mass: give one of the two"));
     }
@@ -514,7 +494,7 @@ mod tests {
 
     /// Field and problem of the first error in `text`.
     fn refused(text: &str) -> (String, String) {
-        let error = Scene::parse(text).expect_err("bad");
+        let error = InputError::from(Scene::parse(text).expect_err("bad"));
         (error.field, error.problem)
     }
 

@@ -1,7 +1,8 @@
 //! Parameters of a running sheet for the air, drag and pressure, and the choice of its damping.
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::sheet::Sheet;
+use crate::units::parameters::ParameterId as Id;
 
 impl Sheet {
     /// Length and width at rest (m) to which [`Sheet::uv`] refers.
@@ -30,7 +31,7 @@ impl Sheet {
     /// # Errors
     /// When it is out of range; nothing is changed then.
     pub fn set_pressure(&mut self, pressure: f64) -> Result<(), InputError> {
-        check_range("pressure", pressure, -1e6, 1e6, "Pa")?;
+        Id::Pressure.check("pressure", pressure)?;
         self.parameters.drag.set_pressure(pressure);
         self.wake();
         Ok(())
@@ -41,8 +42,8 @@ impl Sheet {
     /// # Errors
     /// When one is out of range; nothing is changed then.
     pub fn set_drag(&mut self, across: f64, along: f64) -> Result<(), InputError> {
-        check_range("drag.0", across, 0.0, 10.0, "")?;
-        check_range("drag.1", along, 0.0, 10.0, "")?;
+        Id::DragAcross.check("drag.0", across)?;
+        Id::DragAlong.check("drag.1", along)?;
         self.parameters.drag.coefficients = (across, along);
         self.wake();
         Ok(())

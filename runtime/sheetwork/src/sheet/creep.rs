@@ -6,10 +6,11 @@
 
 use crate::elements::creep::{CreepStrain, InelasticLaw, InelasticStep};
 use crate::elements::spring::Springs;
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::math::Vectors;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
+use crate::units::parameters::ParameterId as Id;
 
 /// State of creep and plasticity of a sheet, beyond that of its elements.
 #[derive(Clone)]
@@ -175,7 +176,7 @@ impl Sheet {
     /// # Errors
     /// When out of range, or the sheet neither creeps nor yields; nothing is changed then.
     pub fn set_temperature(&mut self, celsius: f64) -> Result<(), InputError> {
-        check_range("temperature", celsius, -273.15, 5000.0, "°C")?;
+        Id::Temperature.check("temperature", celsius)?;
         let Some(flow) = &mut self.state.inelastic else {
             return Err(InputError::new("temperature", "does nothing to a sheet without creep"));
         };

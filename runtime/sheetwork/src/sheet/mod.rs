@@ -76,13 +76,14 @@ use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::grab_spring::GrabSpring;
 use crate::elements::spring::{SpringWorkspace, Springs};
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
 use crate::scene::IntegratorKind;
 use crate::scene::{Adhesion, Material};
 pub(crate) use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack};
+use crate::units::parameters::ParameterId as Id;
 
 /// Sheet of a world.
 pub struct Sheet {
@@ -200,7 +201,7 @@ impl Sheet {
     /// # Errors
     /// When out of range; nothing is changed then.
     pub fn set_damping_ratio(&mut self, ratio: f64) -> Result<(), InputError> {
-        check_range("damping_ratio", ratio, 0.0, 10.0, "of critical")?;
+        Id::DampingRatio.check("damping_ratio", ratio)?;
         self.parameters.damping_ratio = ratio;
         self.refresh();
         Ok(())
@@ -353,7 +354,7 @@ impl Sheet {
     /// # Errors
     /// When out of range; nothing is changed then.
     pub fn set_damping(&mut self, damping: f64) -> Result<(), InputError> {
-        check_range("damping", damping, 0.0, 10.0, "of critical")?;
+        Id::Damping.check("damping", damping)?;
         self.parameters.springs.damping = damping;
         self.refresh();
         Ok(())
@@ -365,7 +366,7 @@ impl Sheet {
     /// When out of range or the structure has no flexion; nothing is changed then.
     pub fn set_flexion_limit(&mut self, limit: Option<f64>) -> Result<(), InputError> {
         if let Some(limit) = limit {
-            check_range("flexion_limit", limit, 1.0, 180.0, "degrees")?;
+            Id::FlexionLimit.check("flexion_limit", limit)?;
             if self.parameters.flexion.triples.is_empty() {
                 let problem = format!("{} has no flexion triples to limit", self.model.structure);
                 return Err(InputError::new("flexion_limit", problem));

@@ -4,15 +4,16 @@
 //! with the time step of the motion or, where that is shorter than `MIN_STEP`, when that much time
 //! has accumulated. Thermal time is faster than mechanical time by `time_lapse`.
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatMode, Placement, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::temperature;
 use crate::sheet::{Sheet, Status};
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceParameter, Surroundings, TABLE, hot_body};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, Surroundings, TABLE, hot_body};
 use crate::thermal::thesis_mode::ThesisHeat;
-use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
+use crate::units::parameters::ParameterId as Id;
+use crate::units::temperature::REFERENCE;
 
 /// Minimum thermal step, s.
 const MIN_STEP: f64 = 1.0 / 240.0;
@@ -63,9 +64,8 @@ impl ThermalModel {
 
     /// Add a body at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
     pub fn add_body(&mut self, name: &str, celsius: f64, conductance: f64) {
-        let path = hot_body::path_of(name);
         // The source of a removed body is reused.
-        if !self.sources.iter_mut().any(|s| s.set_parameter(&path, celsius)) {
+        if !self.set_parameter(Id::BodyTemperature, name, celsius) {
             self.add(hot_body::of(name, celsius, conductance));
         }
     }
@@ -210,31 +210,32 @@ impl ThermalModel {
         self.sources.iter_mut().for_each(|s| s.discard_views());
     }
 
-    /// Parameters that can change while the world runs.
-    pub fn parameters(&self) -> Vec<SourceParameter> {
-        let dial = |path: &str, value, unit, range| SourceParameter { path: path.into(), value, unit, range };
-        let mut all = vec![
-            dial("ambient_temperature", self.surroundings.celsius, "°C", (COLDEST, HOTTEST)),
-            dial("convection", self.surroundings.convection, "W/(m² K)", (0.0, 1e6)),
-            dial("time_lapse", self.time_lapse, "", (1e-3, 1e4)),
+    /// Parameters that can change while the world runs: identifier, name of the source, and value.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = (Id, &str, f64)> {
+        let own = [
+            (Id::AmbientTemperature, self.surroundings.celsius),
+            (Id::Convection, self.surroundings.convection),
+            (Id::TimeLapse, self.time_lapse),
         ];
-        all.extend(self.sources.iter().flat_map(|s| s.parameters()));
-        all
+        let sources =
+            self.sources.iter().flat_map(move |s| s.parameters().iter().map(|id| (*id, s.name(), s.parameter(*id))));
+        own.into_iter().map(|(id, value)| (id, "", value)).chain(sources)
     }
 
-    /// Set the parameter at `path`. Returns `false` when there is none.
-    ///
-    /// # Errors
-    /// When it is out of range; nothing changes then.
-    pub fn set_parameter(&mut self, path: &str, value: f64) -> Result<bool, InputError> {
-        let Some(dial) = self.parameters().into_iter().find(|d| d.path == path) else { return Ok(false) };
-        check_range(path, value, dial.range.0, dial.range.1, dial.unit)?;
-        match path {
-            "ambient_temperature" => self.surroundings.celsius = value,
-            "convection" => self.surroundings.convection = value,
-            "time_lapse" => self.time_lapse = value,
-            _ => return Ok(self.sources.iter_mut().any(|s| s.set_parameter(path, value))),
+    /// Set the parameter `id` of the source `name`. Returns `false` when there is no such source.
+    pub(crate) fn set_parameter(&mut self, id: Id, name: &str, value: f64) -> bool {
+        match id {
+            Id::AmbientTemperature => self.surroundings.celsius = value,
+            Id::Convection => self.surroundings.convection = value,
+            Id::TimeLapse => self.time_lapse = value,
+            _ => {
+                let mut sources = self.sources.iter_mut();
+                let Some(source) = sources.find(|s| s.name() == name && s.parameters().contains(&id)) else {
+                    return false;
+                };
+                source.set_parameter(id, value);
+            }
         }
-        Ok(true)
+        true
     }
 }

@@ -4,6 +4,7 @@
 //! field. A decimal comma is accepted. Unit names are case-sensitive, since mPa and MPa differ;
 //! spellings without superscripts ("m/s2", "kg/m3") are accepted.
 
+pub(crate) mod parameters;
 pub(crate) mod quantity;
 pub mod temperature;
 
@@ -11,6 +12,7 @@ use std::fmt;
 
 /// Physical quantity, which determines the admissible units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// Dimensionless number; "%" is 0.01.
     Number,
@@ -44,6 +46,7 @@ pub enum Quantity {
 
 /// Reason why a text is not a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UnitError {
     /// The text is empty.
     Empty,

@@ -1,31 +1,12 @@
-//! Quantities of scene fields, for values given with units: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
+//! Values with units of scene fields: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
 
 use crate::error::InputError;
+use crate::units::parameters::ParameterId;
 use crate::units::{DisplayUnit, Quantity};
 
-/// Field names, the last part of a path, by quantity.
-const FIELDS: &[(Quantity, &[&str])] = &[
-    (
-        Quantity::Length,
-        &["thickness", "gap", "size", "position", "offset", "above", "reach", "grid", "within", "eye", "target"],
-    ),
-    (Quantity::Time, &["dt", "duration", "time", "until", "relaxation_time", "retardation_time"]),
-    (Quantity::Pressure, &["young", "yield_stress", "hardening", "pressure", "strength"]),
-    (Quantity::Mass, &["mass", "node_mass"]),
-    (Quantity::Density, &["density"]),
-    (Quantity::Speed, &["velocity", "wind"]),
-    (Quantity::Acceleration, &["gravity", "acceleration"]),
-    (Quantity::Temperature, &["temperature", "ambient_temperature", "glass_transition", "melts_at", "lets_go_below"]),
-    (Quantity::Force, &["force"]),
-    (Quantity::Angle, &["angle", "half_angle", "rotation"]),
-    (Quantity::Convection, &["convection", "contact_conductance"]),
-];
-
-/// Quantity of the field named last in `path`; a dimensionless number if it is unknown.
+/// Quantity of the field at `path`; a dimensionless number if it is unknown.
 fn quantity_of(path: &str) -> Quantity {
-    // An index, as in gravity.1, has the quantity of its list.
-    let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or(path);
-    FIELDS.iter().find(|(_, names)| names.contains(&name)).map_or(Quantity::Number, |(quantity, _)| *quantity)
+    ParameterId::from_path(path).and_then(|id| id.row().quantity()).unwrap_or(Quantity::Number)
 }
 
 /// SI text of `value` if it is a number with a unit, or a tuple of numbers at least one of which
@@ -71,7 +52,7 @@ mod tests {
         for plain in ["2e9", "(1, 2, 3)", "Ball(1)", "hips", "rk4", "\"3 mm\"", "[1, 2]", "(1.0, (2 mm))"] {
             assert_eq!(si("sheets.0.material", plain), None, "{plain}");
         }
-        let wrong = in_si("sheets.0.thickness", "3 GPa").expect_err("no length").to_string();
+        let wrong = in_si("sheets.0.material.thickness", "3 GPa").expect_err("no length").to_string();
         assert!(wrong.contains("thickness") && wrong.contains("pressure") && wrong.contains("mm"), "{wrong}");
     }
 }

@@ -2,27 +2,47 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::error::InputError;
+use crate::error::{BuildError, InputError};
 use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::Sheet;
 use crate::sheet::attachment;
 use crate::thermal::ThermalModel;
+use crate::world::ids::BodyId;
 use crate::world::serialization::StructureChecksum;
 use crate::world::{World, unique_name};
 
 impl World {
-    /// Add a rigid body and return its name: the name of the description, with a number where it is
-    /// not unique.
+    /// Id of the rigid body `name`.
+    pub fn body_id(&self, name: &str) -> Option<BodyId> {
+        self.body_ids.at(self.rigid.as_ref()?.index_of(name)?).map(BodyId)
+    }
+
+    /// Ids of the world's own rigid bodies: those of the scene, then floor and back wall, then
+    /// those added.
+    pub fn body_ids(&self) -> impl ExactSizeIterator<Item = BodyId> + '_ {
+        self.body_ids.iter().map(BodyId)
+    }
+
+    /// Name of the rigid body `id`; `None` when it was removed.
+    pub fn body_name(&self, id: BodyId) -> Option<&str> {
+        let body = self.rigid.as_ref()?.bodies().get(self.body_ids.position(id.0)?)?;
+        Some(&body.name)
+    }
+
+    /// State of the rigid body `id`; `None` when it was removed.
+    pub fn get_body(&self, id: BodyId) -> Option<&BodyState> {
+        self.rigid.as_ref()?.state(self.body_ids.position(id.0)?)
+    }
+
+    /// Add a rigid body. Its name is that of the description, with a number where it is not unique.
     ///
     /// # Errors
     /// When the world has no bodies of its own, or the description, or a file it names, is invalid.
-    pub fn add_body(&mut self, spec: &BodySpec) -> Result<String, InputError> {
+    pub fn add_body(&mut self, spec: &BodySpec) -> Result<BodyId, BuildError> {
         let Some(rigid) = &mut self.rigid else {
-            return Err(InputError::new(
-                "bodies",
-                "this world meets bodies that are lent to it and has none of its own",
-            ));
+            let problem = "this world meets bodies that are lent to it and has none of its own";
+            return Err(BuildError::Refused(InputError::new("bodies", problem)));
         };
         let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
         let name = unique_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
@@ -40,33 +60,33 @@ impl World {
         self.scene.bodies.push(spec);
         self.make.add_body(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
-        Ok(name)
+        Ok(BodyId(self.body_ids.push()))
     }
 
-    /// Remove the rigid body `name`, detach the nodes attached to it, and wake the sheets. Returns
-    /// `false` when there is no such body.
-    pub fn remove_body(&mut self, name: &str) -> bool {
-        let index = self.rigid.as_ref().and_then(|r| r.index_of(name));
-        let removed = self.rigid.as_mut().is_some_and(|r| r.remove(name));
-        if removed {
-            self.scene.bodies.retain(|b| b.name != name);
-            for sheet in &mut self.scene.sheets {
-                sheet.pins.retain(|p| p.body.as_deref() != Some(name));
-            }
-            self.make = StructureChecksum::new(&self.scene);
-            for sheet in &mut self.sheets {
-                index.into_iter().for_each(|i| attachment::detach_body(sheet, i));
-                sheet.wake();
-            }
+    /// Remove the rigid body `id`, detach the nodes attached to it, and wake the sheets. Returns
+    /// `false` when it was removed before.
+    pub fn remove_body(&mut self, id: BodyId) -> bool {
+        let (Some(index), Some(rigid)) = (self.body_ids.position(id.0), &mut self.rigid) else { return false };
+        let name = rigid.remove(index);
+        self.body_ids.remove(index);
+        self.scene.bodies.retain(|b| b.name != name);
+        for sheet in &mut self.scene.sheets {
+            sheet.pins.retain(|p| p.body.as_ref() != Some(&name));
         }
-        removed
+        self.make = StructureChecksum::new(&self.scene);
+        for sheet in &mut self.sheets {
+            attachment::detach_body(sheet, index);
+            sheet.wake();
+        }
+        true
     }
 
     /// Prescribe the pose of a rigid body at the end of the next step (m). A dynamic body becomes
-    /// kinematic. Returns `false` when there is no body `name`.
-    pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        let was_free = self.body_state(name).is_some_and(BodyState::is_dynamic);
-        let sent = self.rigid.as_mut().is_some_and(|r| r.set_target(name, position, rotation));
+    /// kinematic. Returns `false` when it was removed.
+    pub fn move_body(&mut self, id: BodyId, position: DVec3, rotation: DQuat) -> bool {
+        let (Some(index), Some(rigid)) = (self.body_ids.position(id.0), &mut self.rigid) else { return false };
+        let was_free = rigid.state(index).is_some_and(BodyState::is_dynamic);
+        let sent = rigid.set_target(index, position, rotation);
         if sent && was_free {
             // Contact with a kinematic body differs from contact with a dynamic one.
             self.sheets.iter_mut().for_each(Sheet::wake);
@@ -75,9 +95,10 @@ impl World {
     }
 
     /// Place a dynamic body at a position (m), at once and at rest, and wake the sheets. Objects on
-    /// the way are not touched. Returns `false` when there is no dynamic body `name`.
-    pub fn place_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        let placed = self.rigid.as_mut().is_some_and(|r| r.teleport(name, position, rotation));
+    /// the way are not touched. Returns `false` when it was removed or is not dynamic.
+    pub fn place_body(&mut self, id: BodyId, position: DVec3, rotation: DQuat) -> bool {
+        let (Some(index), Some(rigid)) = (self.body_ids.position(id.0), &mut self.rigid) else { return false };
+        let placed = rigid.teleport(index, position, rotation);
         if placed {
             self.sheets.iter_mut().for_each(Sheet::wake);
         }

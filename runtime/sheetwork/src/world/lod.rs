@@ -10,12 +10,13 @@
 
 use glam::DVec3;
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::mesh::structure::nodes_of;
 use crate::scene::{DetailSpec, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
 use crate::sheet::{Sheet, Status};
+use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::lod_cost::{LodCandidate, LodPlanner, cost_of};
 use crate::world::remap::{Grid, grid_of};
@@ -39,8 +40,6 @@ const MEAN_WEIGHT: f64 = 0.1;
 const DEFAULT_SOLVES: f64 = 3.0;
 /// Minimum distance in the measure of importance, m.
 const MIN_DISTANCE: f64 = 1e-3;
-/// Maximum budget, ms.
-const MAX_BUDGET: f64 = 1e6;
 
 /// Level-of-detail state of a world.
 #[derive(Default)]
@@ -186,9 +185,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_viewpoint(&mut self, eye: Option<DVec3>) -> Result<(), InputError> {
-        for (axis, value) in eye.iter().flat_map(|e| e.to_array()).enumerate() {
-            check_range(&format!("viewpoint.{axis}"), value, -1e6, 1e6, "m")?;
-        }
+        Id::Viewpoint.check_each("viewpoint", eye.iter().flat_map(|e| e.to_array()))?;
         if let Some(detail) = &mut self.detail {
             detail.viewpoint = eye;
         }
@@ -206,7 +203,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_detail_budget(&mut self, budget: Option<f64>) -> Result<(), InputError> {
-        budget.map_or(Ok(()), |b| check_range("detail_budget", b, 1e-3, MAX_BUDGET, "ms"))?;
+        Id::DetailBudget.check_option("detail_budget", budget)?;
         if let Some(detail) = &mut self.detail {
             detail.budget = budget;
         }

@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod failure_events;
+pub(crate) mod ids;
 pub mod journal;
 pub(crate) mod lod;
 pub mod lod_cost;
@@ -24,6 +25,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
@@ -31,7 +33,7 @@ pub use crate::world::snapshot::Snapshot;
 use crate::contact::ContactCounters;
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
-use crate::error::{InputError, check_range};
+use crate::error::{BuildError, InputError};
 use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, Event, EventKind};
 use crate::islands::island_manager::IslandManager;
@@ -49,12 +51,20 @@ use crate::sheet::temperature;
 use crate::sheet::temperature::spots;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::thermal::ThermalModel;
+use crate::thermal::source::heater;
+use crate::units::parameters::ParameterId as Id;
+use crate::world::ids::IdTable;
 use crate::world::serialization::StructureChecksum;
 
 /// Simulation of sheets and bodies.
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    sheet_ids: IdTable,
+    body_ids: IdTable,
+    heater_ids: IdTable,
+    /// Name of each heater in parameter paths.
+    heater_names: Vec<String>,
     contacts: Vec<SheetContact>,
     touches: Vec<ContactLog>,
     rigid: Option<RigidWorld>,
@@ -86,10 +96,10 @@ impl World {
     ///
     /// # Errors
     /// When the scene, or a file it names, is invalid.
-    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+    pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
-        built.map_err(|e| scene.located(e))
+        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 
     /// Build a world without bodies of its own: sheets meet the bodies passed to
@@ -97,8 +107,9 @@ impl World {
     ///
     /// # Errors
     /// When the scene, or a file it names, is invalid.
-    pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        validate::built(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
+    pub fn without_bodies(scene: &Scene) -> Result<Self, BuildError> {
+        let built = validate::built(scene).and_then(|()| Self::build(scene, None));
+        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
@@ -133,6 +144,10 @@ impl World {
         let own = named(scene);
         let detail = lod::LodState::of(scene, &sheets);
         Ok(Self {
+            sheet_ids: IdTable::new(sheets.len()),
+            body_ids: IdTable::new(rigid.as_ref().map_or(0, |r| r.bodies().len())),
+            heater_ids: IdTable::new(scene.heaters.len()),
+            heater_names: scene.heaters.iter().enumerate().map(|(index, h)| heater::name_of(h, index)).collect(),
             sheets,
             contacts,
             touches,
@@ -158,13 +173,15 @@ impl World {
         })
     }
 
-    /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set.
+    /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set;
+    /// ids stay valid.
     ///
     /// # Errors
     /// When a file that the scene names cannot be read; the world is then unchanged.
-    pub fn reset(&mut self) -> Result<(), InputError> {
+    pub fn reset(&mut self) -> Result<(), BuildError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
-        let fresh = Self::build(&self.scene, rigid)?;
+        let mut fresh = Self::build(&self.scene, rigid)?;
+        fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
         let watch = std::mem::take(&mut self.watch);
         *self = Self { sleep, buckling, pool, watch, ..fresh };
@@ -172,6 +189,19 @@ impl World {
             rigid.set_sleep(sleep);
         }
         Ok(())
+    }
+
+    /// Take the ids of `old`, whose objects are those of this world. Its sheets and heaters are in
+    /// the order of the scene; bodies added at run time came after the room.
+    fn take_ids(&mut self, old: &mut Self) {
+        self.sheet_ids = std::mem::take(&mut old.sheet_ids);
+        self.heater_ids = std::mem::take(&mut old.heater_ids);
+        self.body_ids = std::mem::take(&mut old.body_ids);
+        let (Some(new), Some(old)) = (&self.rigid, &old.rigid) else { return };
+        let positions: Vec<usize> = new.bodies().iter().filter_map(|body| old.index_of(&body.name)).collect();
+        if positions.len() == old.bodies().len() {
+            self.body_ids.reorder(&positions);
+        }
     }
 
     /// Set the number of threads that step islands, 1 by default: the caller's. Results do not
@@ -384,23 +414,42 @@ impl World {
 
     /// The sheet `name`, for changes between steps.
     pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
-        let sheet = self.sheets.iter_mut().find(|s| s.name == name)?;
+        self.get_sheet_mut(self.sheet_id(name)?)
+    }
+
+    /// Id of the sheet `name`.
+    pub fn sheet_id(&self, name: &str) -> Option<SheetId> {
+        self.sheet_ids.at(self.sheets.iter().position(|s| s.name == name)?).map(SheetId)
+    }
+
+    /// Ids of all sheets, in the order of [`World::sheets`].
+    pub fn sheet_ids(&self) -> impl ExactSizeIterator<Item = SheetId> + '_ {
+        self.sheet_ids.iter().map(SheetId)
+    }
+
+    /// The sheet `id`; `None` when it was removed.
+    pub fn get_sheet(&self, id: SheetId) -> Option<&Sheet> {
+        self.sheets.get(self.sheet_ids.position(id.0)?)
+    }
+
+    /// The sheet `id`, for changes between steps; `None` when it was removed.
+    pub fn get_sheet_mut(&mut self, id: SheetId) -> Option<&mut Sheet> {
+        let sheet = self.sheets.get_mut(self.sheet_ids.position(id.0)?)?;
         // The caller may place it so that it intersects another sheet.
         sheet.invalidate_interpenetration();
         Some(sheet)
     }
 
-    /// Add a sheet and return its name: the name of the description, with a number where it is not
-    /// unique.
+    /// Add a sheet. Its name is that of the description, with a number where it is not unique.
     ///
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<String, InputError> {
+    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, BuildError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
         let name = unique_name(base, |name| names.contains(name));
         let index = self.scene.sheets.len();
-        let spec = SheetSpec { name: name.clone(), ..spec.clone() };
+        let spec = SheetSpec { name, ..spec.clone() };
         validate::added_sheet(&spec, index)?;
         self.scene.sheets.push(spec);
         // The sheet gets the present integrator; the scene keeps its own, for a reset.
@@ -415,7 +464,7 @@ impl World {
             }
             Err(error) => {
                 self.scene.sheets.truncate(index);
-                return Err(error);
+                return Err(error.into());
             }
         }
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
@@ -426,7 +475,7 @@ impl World {
         self.contacts.push(SheetContact::default());
         self.touches.push(ContactLog::default());
         self.make.add_sheet(&self.scene);
-        Ok(name)
+        Ok(SheetId(self.sheet_ids.push()))
     }
 
     /// Build the last sheet of the scene, and the thermal model if the sheet is the first with
@@ -444,9 +493,10 @@ impl World {
         Ok((sheet, heat))
     }
 
-    /// Remove the sheet `name`. Returns `false` when there is no such sheet.
-    pub fn remove_sheet(&mut self, name: &str) -> bool {
-        let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
+    /// Remove the sheet `id`. Returns `false` when it was removed before.
+    pub fn remove_sheet(&mut self, id: SheetId) -> bool {
+        let Some(index) = self.sheet_ids.position(id.0) else { return false };
+        self.sheet_ids.remove(index);
         self.sheets.remove(index);
         self.detail.iter_mut().for_each(|detail| detail.remove(index));
         self.contacts.remove(index);
@@ -544,7 +594,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_dt(&mut self, dt: f64) -> Result<(), InputError> {
-        check_range("dt", dt, 1e-7, 1.0, "s")?;
+        Id::TimeStep.check("dt", dt)?;
         self.dt = dt;
         Ok(())
     }
@@ -554,9 +604,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<(), InputError> {
-        for (axis, value) in gravity.to_array().into_iter().enumerate() {
-            check_range(&format!("gravity.{axis}"), value, -1e3, 1e3, "m/s²")?;
-        }
+        Id::Gravity.check_each("gravity", gravity.to_array())?;
         self.gravity = gravity;
         self.sheets.iter_mut().for_each(Sheet::wake);
         if let Some(rigid) = &mut self.rigid {
@@ -608,7 +656,7 @@ impl World {
     /// # Errors
     /// When it is out of range; nothing changes then.
     pub fn set_tolerance(&mut self, tolerance: f64) -> Result<(), InputError> {
-        check_range("tolerance", tolerance, 1e-15, 1.0, "m")?;
+        Id::Tolerance.check("tolerance", tolerance)?;
         self.tolerance = tolerance;
         self.set_engine(self.engine);
         Ok(())

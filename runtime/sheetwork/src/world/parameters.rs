@@ -1,18 +1,24 @@
-//! Parameters that can be changed while a world runs, by path.
+//! Parameters of a running world: values and setters of the rows of
+//! [`ParameterRow`](crate::ParameterRow), by path.
 
 use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::error::InputError;
-use crate::scene::Air;
+use crate::error::{InputError, ParameterError};
+use crate::scene::{Air, Material};
 use crate::sheet::Sheet;
-use crate::units::{DisplayUnit, Quantity};
+use crate::units::DisplayUnit;
+use crate::units::parameters::{ParameterId as Id, ParameterKind, ParameterRow, ParameterScope};
 use crate::world::World;
+use crate::world::remap::Grid;
 
 /// A parameter with its present value.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Parameter {
+    /// Row of the table of parameters.
+    pub id: Id,
     /// Path, as in `sheets.strip.material.young`.
     pub path: String,
     /// Value as text that [`World::set`] accepts.
@@ -21,77 +27,183 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Smallest and largest value of a number.
     pub range: Option<(f64, f64)>,
+    /// Kind of the value.
+    pub kind: ParameterKind,
 }
 
 impl Parameter {
-    /// Kind of the value: "number" (or "none" for an optional one), "vector" of three numbers,
-    /// "boolean" (true or false), or "name".
-    pub fn kind(&self) -> &'static str {
-        if self.value.starts_with('(') {
-            "vector"
-        } else if self.range.is_some() {
-            "number"
-        } else if ["true", "false"].contains(&self.value.as_str()) {
-            "boolean"
-        } else {
-            "name"
-        }
+    fn new(id: Id, object: &str, value: String) -> Self {
+        let row = id.row();
+        Self { id, path: row.path_of(object), value, unit: row.unit, range: row.range, kind: row.kind }
     }
 }
 
-/// Parameters of each sheet: name, unit, range.
-const SHEET_PARAMETERS: &[(&str, &str, (f64, f64))] = &[
-    ("material.young", "Pa", (1e-3, 2e12)),
-    ("material.thickness", "m", (1e-7, 1.0)),
-    ("material.poisson", "", (-0.99, 0.499)),
-    ("damping", "of critical", (0.0, 10.0)),
-    ("damping_ratio", "of critical", (0.0, 10.0)),
-    ("drag.0", "", (0.0, 10.0)),
-    ("drag.1", "", (0.0, 10.0)),
-    ("pressure", "Pa", (-1e6, 1e6)),
-    ("friction", "", (0.0, 10.0)),
-    ("restitution", "", (0.0, 1.0)),
-    ("temperature", "°C", (-273.15, 5000.0)),
-    ("flexion_limit", "degrees", (1.0, 180.0)),
+/// Value and setter of a parameter.
+enum Accessor {
+    /// Parameter of the world, with the setter of a text at a path. `None`: the world has none.
+    World(fn(&World) -> Option<String>, fn(&mut World, &str, &str) -> Result<(), InputError>),
+    /// Number of a sheet. `None`: the sheet has none.
+    Sheet(fn(&Sheet) -> Option<f64>, fn(&mut Sheet, f64) -> Result<(), InputError>),
+    /// Text of a sheet, given by its index.
+    SheetText(fn(&Sheet) -> Option<String>, fn(&mut World, usize, &str, &str) -> Result<(), InputError>),
+}
+
+use Accessor::{SheetText, World as Global};
+
+/// Values and setters, in the order of the listing. Those of heat sources are in `thermal/source`.
+const ACCESSORS: &[(Id, Accessor)] = &[
+    (Id::Gravity, Global(|w| Some(vector_text(w.gravity)), |w, path, v| w.set_gravity(vector(path, v)?))),
+    (Id::Engine, Global(|w| Some(w.engine.to_string()), |w, _, v| v.parse().map(|engine| w.set_engine(engine)))),
+    (Id::TimeStep, Global(|w| Some(w.dt.to_string()), |w, path, v| w.set_dt(number(path, v)?))),
+    (Id::Tolerance, Global(|w| Some(w.tolerance.to_string()), |w, path, v| w.set_tolerance(number(path, v)?))),
+    (
+        Id::AirFactor,
+        Global(|w| Some(w.air.factor.to_string()), |w, path, v| w.set_air(Air { factor: number(path, v)?, ..w.air })),
+    ),
+    (
+        Id::AirPer,
+        Global(|w| Some(w.air.per.to_string()), |w, path, v| w.set_air(Air { per: number(path, v)?, ..w.air })),
+    ),
+    (
+        Id::AirDensity,
+        Global(|w| Some(w.air.density.to_string()), |w, path, v| w.set_air(Air { density: number(path, v)?, ..w.air })),
+    ),
+    (
+        Id::AirWind,
+        Global(|w| Some(vector_text(w.air.wind)), |w, path, v| w.set_air(Air { wind: vector(path, v)?, ..w.air })),
+    ),
+    (
+        Id::DetailBudget,
+        Global(
+            |w| w.has_detail().then(|| optional_text(w.detail_budget())),
+            |w, path, v| w.set_detail_budget(optional(path, v)?),
+        ),
+    ),
+    (
+        Id::Viewpoint,
+        Global(
+            |w| w.has_detail().then(String::new),
+            |w, path, v| w.set_viewpoint(if v == "none" { None } else { Some(vector(path, v)?) }),
+        ),
+    ),
+    (
+        Id::MaterialYoung,
+        Accessor::Sheet(
+            |s| Some(s.material().young),
+            |s, v| s.set_material(Material { young: v, ..s.material().clone() }),
+        ),
+    ),
+    (
+        Id::MaterialThickness,
+        Accessor::Sheet(
+            |s| Some(s.material().thickness),
+            |s, v| s.set_material(Material { thickness: v, ..s.material().clone() }),
+        ),
+    ),
+    (
+        Id::MaterialPoisson,
+        Accessor::Sheet(
+            |s| Some(s.material().poisson),
+            |s, v| s.set_material(Material { poisson: v, ..s.material().clone() }),
+        ),
+    ),
+    (Id::Damping, Accessor::Sheet(|s| (!s.follows_material()).then(|| s.damping()), Sheet::set_damping)),
+    (Id::DampingRatio, Accessor::Sheet(|s| s.follows_material().then(|| s.damping_ratio()), Sheet::set_damping_ratio)),
+    (Id::DragAcross, Accessor::Sheet(|s| Some(s.drag().0), |s, v| s.set_drag(v, s.drag().1))),
+    (Id::DragAlong, Accessor::Sheet(|s| Some(s.drag().1), |s, v| s.set_drag(s.drag().0, v))),
+    (Id::Pressure, Accessor::Sheet(|s| Some(s.pressure()), Sheet::set_pressure)),
+    // Contact coefficients only: setting the material again would discard the factors of its
+    // stiffness.
+    (
+        Id::Friction,
+        Accessor::Sheet(
+            |s| Some(s.parameters.friction),
+            |s, v| {
+                s.parameters.friction = v;
+                s.wake();
+                Ok(())
+            },
+        ),
+    ),
+    (
+        Id::Restitution,
+        Accessor::Sheet(
+            |s| Some(s.parameters.restitution),
+            |s, v| {
+                s.parameters.restitution = v;
+                s.wake();
+                Ok(())
+            },
+        ),
+    ),
+    (Id::Temperature, Accessor::Sheet(Sheet::temperature, Sheet::set_temperature)),
+    (
+        Id::FlexionLimit,
+        SheetText(
+            |s| (!s.parameters.flexion.triples.is_empty()).then(|| optional_text(s.flexion_angle_limit())),
+            |w, i, path, v| w.sheets[i].set_flexion_limit(optional(path, v)?),
+        ),
+    ),
+    (
+        Id::WhenUnstable,
+        SheetText(
+            |s| Some(s.when_unstable().to_string()),
+            |w, i, _, v| w.sheets[i].set_when_unstable(v.trim_matches('"').parse()?),
+        ),
+    ),
+    (
+        Id::Grid,
+        SheetText(|s| Some(format!("{}x{}", s.model.grid.0, s.model.grid.2)), |w, i, path, v| w.remap_index(i, grid(path, v)?)),
+    ),
 ];
+
+/// Object of a parameter.
+#[derive(Clone, Copy)]
+enum Owner<'a> {
+    World,
+    /// Heat source, by name.
+    Source(&'a str),
+    /// Sheet, by index.
+    Sheet(usize),
+}
 
 impl World {
     /// All parameters that [`World::set`] accepts, with their present values, except the states
     /// `sheets.NAME.grid` and `viewpoint`.
     pub fn parameters(&self) -> Vec<Parameter> {
-        let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
-        let text = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
-        let mut all = vec![
-            new("gravity", text(self.gravity), "m/s²", Some((-1e3, 1e3))),
-            new("engine", self.engine.to_string(), "", None),
-            new("dt", self.dt.to_string(), "s", Some((1e-7, 1.0))),
-            new("tolerance", self.tolerance.to_string(), "m", Some((1e-15, 1.0))),
-            new("air.factor", self.air.factor.to_string(), "", Some((1e-6, 1.0))),
-            new("air.per", self.air.per.to_string(), "s", Some((1e-6, 1e3))),
-            new("air.density", self.air.density.to_string(), "kg/m³", Some((0.0, 1e4))),
-            new("air.wind", text(self.air.wind), "m/s", Some((-1e3, 1e3))),
-        ];
-        for dial in self.heat.iter().flat_map(|h| h.parameters()) {
-            all.push(if is_switch(&dial.path) {
-                new(&dial.path, (dial.value >= 0.5).to_string(), "", None)
-            } else {
-                new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range))
-            });
-        }
-        if self.has_detail() {
-            let budget = self.detail_budget().map_or_else(|| "none".to_owned(), |b| b.to_string());
-            all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
-        }
+        let live = || ACCESSORS.iter().filter(|(id, _)| id.row().scope == ParameterScope::Live);
+        let of_world = |(id, accessor): &(Id, Accessor)| match accessor {
+            Global(get, _) => Some(Parameter::new(*id, "", get(self)?)),
+            _ => None,
+        };
+        let of_heat = |(id, name, value): (Id, &str, f64)| Parameter::new(id, name, source_text(id, value));
+        let is_budget = |(id, _): &&(Id, Accessor)| *id == Id::DetailBudget;
+        let mut all: Vec<Parameter> = live().filter(|row| !is_budget(row)).filter_map(of_world).collect();
+        all.extend(self.heat.iter().flat_map(|heat| heat.parameters()).map(of_heat));
+        all.extend(live().filter(is_budget).filter_map(of_world));
         for sheet in &self.sheets {
-            for (name, unit, range) in SHEET_PARAMETERS {
-                if let Some(value) = value_of(sheet, name) {
-                    all.push(new(&format!("sheets.{}.{name}", sheet.name), value, unit, Some(*range)));
-                }
-            }
-            let policy = sheet.when_unstable().to_string();
-            all.push(new(&format!("sheets.{}.when_unstable", sheet.name), policy, "", None));
+            all.extend(
+                live()
+                    .filter_map(|(id, accessor)| Some(Parameter::new(*id, &sheet.name, sheet_text(sheet, accessor)?))),
+            );
         }
         all
+    }
+
+    /// The parameter at `path`, with its present value. Sheets may be given by index.
+    ///
+    /// # Errors
+    /// When the world has no such parameter; the message names similar ones.
+    pub fn get(&self, path: &str) -> Result<Parameter, ParameterError> {
+        let found = self.resolve(path).filter(|(id, _)| id.row().scope == ParameterScope::Live);
+        let value = found.and_then(|(id, owner)| Some((id, owner, self.value_of(id, owner)?)));
+        let (id, owner, value) = value.ok_or_else(|| self.no_such_parameter(path))?;
+        let object = match owner {
+            Owner::World => "",
+            Owner::Source(name) => name,
+            Owner::Sheet(index) => &self.sheets[index].name,
+        };
+        Ok(Parameter::new(id, object, value))
     }
 
     /// `value` in the unit of the parameter at `path`, as text: `2.1 GPa` of a modulus is
@@ -100,19 +212,18 @@ impl World {
     ///
     /// # Errors
     /// When the unit does not fit the parameter; the message names the units that do.
-    pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, InputError> {
+    pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, ParameterError> {
         let value = value.trim();
         let begins = value.trim_start_matches(['+', '-', '−', '.', ',']).starts_with(|c: char| c.is_ascii_digit());
         if !begins || value.parse::<f64>().is_ok() {
             return Ok(value.into());
         }
-        let parameter = self.parameters().into_iter().find(|p| p.path == canonical(&self.sheets, path));
-        let Some(parameter) = parameter.filter(|p| p.kind() == "number" || p.value == "none") else {
-            return Ok(value.into());
-        };
-        let Some(quantity) = Quantity::from_unit(parameter.unit) else { return Ok(value.into()) };
-        let shown = DisplayUnit::fixed(quantity, parameter.unit, 1.0);
-        let number = shown.parse(value).map_err(|e| InputError::new(path, e.to_string()))?;
+        let row = self.resolve(path).map(|(id, _)| id.row());
+        let is_number = |row: &&ParameterRow| matches!(row.kind, ParameterKind::Number | ParameterKind::Optional);
+        let Some(row) = row.filter(is_number) else { return Ok(value.into()) };
+        let Some(quantity) = row.quantity() else { return Ok(value.into()) };
+        let shown = DisplayUnit::fixed(quantity, row.unit, 1.0);
+        let number = shown.parse(value).map_err(|e| ParameterError::WrongUnit(InputError::new(path, e.to_string())))?;
         Ok(number.to_string().into())
     }
 
@@ -122,147 +233,125 @@ impl World {
     /// # Errors
     /// When there is no such parameter, or the value has another kind or is out of range; nothing
     /// changes then.
-    pub fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+    pub fn set(&mut self, path: &str, value: &str) -> Result<String, ParameterError> {
         let value = &*self.in_own_unit(path, value)?;
-        let old = |world: &Self| world.parameters().into_iter().find(|p| p.path == path).map(|p| p.value);
-        let before = old(self).unwrap_or_default();
-        let named = |e: InputError| InputError::new(path, e.problem);
-        match path {
-            "gravity" => self.set_gravity(vector(path, value)?).map_err(named)?,
-            "engine" => self.set_engine(value.parse().map_err(named)?),
-            "dt" => self.set_dt(number(path, value)?).map_err(named)?,
-            "tolerance" => self.set_tolerance(number(path, value)?).map_err(named)?,
-            "air.factor" => self.set_air(Air { factor: number(path, value)?, ..self.air }).map_err(named)?,
-            "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
-            "air.density" => self.set_air(Air { density: number(path, value)?, ..self.air }).map_err(named)?,
-            "air.wind" => self.set_air(Air { wind: vector(path, value)?, ..self.air }).map_err(named)?,
-            "detail_budget" if self.has_detail() => {
-                let budget = if value == "none" { None } else { Some(number(path, value)?) };
-                self.set_detail_budget(budget)?;
-            }
-            "viewpoint" if self.has_detail() => {
-                let eye = if value == "none" { None } else { Some(vector(path, value)?) };
-                self.set_viewpoint(eye)?;
-            }
-            _ if self.set_source_parameter(path, value)? => {}
-            _ => return self.set_sheet_parameter(path, value),
+        let Some((id, owner)) = self.resolve(path) else { return Err(self.no_such_parameter(path)) };
+        let before = self.value_of(id, owner).unwrap_or_default();
+        check(id, path, value)?;
+        if before.is_empty() && matches!(id, Id::Damping | Id::DampingRatio) {
+            let other = if id == Id::Damping { "damping_ratio" } else { "damping" };
+            let problem = format!("does nothing to this sheet, which has {other}");
+            return Err(ParameterError::Refused(InputError::new(path, problem)));
         }
-        Ok(before)
+        let set = match (owner, accessor(id)) {
+            (Owner::Source(name), _) => self.set_source(id, name, path, value),
+            (Owner::World, Some(Global(_, set))) => set(self, path, value),
+            (Owner::Sheet(index), Some(SheetText(_, set))) => set(self, index, path, value),
+            (Owner::Sheet(index), Some(Accessor::Sheet(_, set))) => {
+                number(path, value).and_then(|value| set(&mut self.sheets[index], value))
+            }
+            _ => return Err(self.no_such_parameter(path)),
+        };
+        // The setter names its field; the caller knows the path.
+        let kind =
+            if id.row().kind == ParameterKind::Name { ParameterError::WrongKind } else { ParameterError::Refused };
+        set.map(|()| before).map_err(|e| kind(InputError::new(path, e.problem)))
     }
 
-    /// Set a parameter of the thermal model. Returns `false` when the path is not one of these.
-    fn set_source_parameter(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
-        let Some(heat) = &mut self.heat else { return Ok(false) };
-        if !heat.parameters().iter().any(|d| d.path == path) {
-            return Ok(false);
+    /// Parameter and object at `path`; `None` when the world has no such object or parameter.
+    fn resolve<'a>(&self, path: &'a str) -> Option<(Id, Owner<'a>)> {
+        let id = Id::from_whole_path(path).filter(|id| id.row().scope != ParameterScope::Scene)?;
+        let object = if id.row().path.contains('*') { path.split('.').nth(1)? } else { "" };
+        match accessor(id) {
+            Some(Global(get, _)) => get(self).map(|_| (id, Owner::World)),
+            Some(_) => {
+                let by_name = self.sheets.iter().position(|s| s.name == object);
+                let index = by_name.or_else(|| object.parse().ok()).filter(|i| *i < self.sheets.len())?;
+                Some((id, Owner::Sheet(index)))
+            }
+            None => {
+                let heat = self.heat.as_ref()?;
+                heat.parameters().any(|p| (p.0, p.1) == (id, object)).then_some((id, Owner::Source(object)))
+            }
         }
-        let value = if is_switch(path) { f64::from(u8::from(boolean(path, value)?)) } else { number(path, value)? };
-        let turned = heat.set_parameter(path, value)?;
+    }
+
+    /// Present value of a parameter; `None` where the object has none.
+    fn value_of(&self, id: Id, owner: Owner) -> Option<String> {
+        match owner {
+            Owner::World => match accessor(id)? {
+                Global(get, _) => get(self),
+                _ => None,
+            },
+            Owner::Sheet(index) => sheet_text(&self.sheets[index], accessor(id)?),
+            Owner::Source(name) => {
+                let mut all = self.heat.as_ref()?.parameters();
+                all.find(|p| (p.0, p.1) == (id, name)).map(|p| source_text(id, p.2))
+            }
+        }
+    }
+
+    /// Set a parameter of a heat source.
+    fn set_source(&mut self, id: Id, name: &str, path: &str, value: &str) -> Result<(), InputError> {
+        let value = if id.row().kind == ParameterKind::Boolean {
+            f64::from(u8::from(boolean(path, value)?))
+        } else {
+            number(path, value)?
+        };
+        if let Some(heat) = &mut self.heat {
+            heat.set_parameter(id, name, value);
+        }
         self.sheets.iter_mut().for_each(Sheet::wake);
-        Ok(turned)
-    }
-
-    fn set_sheet_parameter(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        let unknown = || self.no_such_parameter(path);
-        let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
-        let Some((which, name)) = rest else { return Err(unknown()) };
-        let by_name = self.sheets.iter().position(|s| s.name == which);
-        let index = by_name.or_else(|| which.parse().ok()).filter(|i| *i < self.sheets.len());
-        if let (Some(index), "when_unstable") = (index, name) {
-            let before = self.sheets[index].when_unstable().to_string();
-            let set = value.trim_matches('"').parse().and_then(|policy| self.sheets[index].set_when_unstable(policy));
-            return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
-        }
-        if let (Some(index), "grid") = (index, name) {
-            let before = grid_text(&self.sheets[index]);
-            let set = grid(path, value).and_then(|grid| self.remap_index(index, grid));
-            return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
-        }
-        let row = SHEET_PARAMETERS.iter().find(|(n, _, _)| *n == name);
-        let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
-        let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };
-        if let Some(value) = value {
-            crate::error::check_range(path, value, range.0, range.1, unit)?;
-        }
-        let sheet = &mut self.sheets[index];
-        let before = value_of(sheet, name).unwrap_or_default();
-        if before.is_empty() && name.starts_with("damping") {
-            let other = if *name == "damping" { "damping_ratio" } else { "damping" };
-            return Err(InputError::new(path, format!("does nothing to this sheet, which has {other}")));
-        }
-        set_value(sheet, name, value).map_err(|e| InputError::new(path, e.problem))?;
-        Ok(before)
+        Ok(())
     }
 }
 
-/// The path with the sheet's name in place of its number.
-fn canonical(sheets: &[Sheet], path: &str) -> String {
-    let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
-    let named = rest.and_then(|(which, name)| Some((sheets.get(which.parse::<usize>().ok()?)?, name)));
-    named.map_or_else(|| path.to_owned(), |(sheet, name)| format!("sheets.{}.{name}", sheet.name))
+/// Check kind and range of the text of a value; the setter checks a name.
+fn check(id: Id, path: &str, value: &str) -> Result<(), ParameterError> {
+    let numbers = match id.row().kind {
+        ParameterKind::Number => number(path, value).map(|v| vec![v]),
+        ParameterKind::Optional => optional(path, value).map(|v| v.into_iter().collect()),
+        ParameterKind::Vector => vector(path, value).map(|v| v.to_array().to_vec()),
+        ParameterKind::OptionalVector if value != "none" => vector(path, value).map(|v| v.to_array().to_vec()),
+        ParameterKind::Boolean => boolean(path, value).map(|_| Vec::new()),
+        _ => Ok(Vec::new()),
+    };
+    let mut numbers = numbers.map_err(ParameterError::WrongKind)?.into_iter();
+    numbers.try_for_each(|v| id.check(path, v)).map_err(ParameterError::OutOfRange)
 }
 
-/// Numbers of nodes along length and width, as `21x11`.
-fn grid_text(sheet: &Sheet) -> String {
-    format!("{}x{}", sheet.model.grid.0, sheet.model.grid.2)
+/// Value and setter of a parameter; `None` for one of a heat source.
+fn accessor(id: Id) -> Option<&'static Accessor> {
+    ACCESSORS.iter().find(|row| row.0 == id).map(|row| &row.1)
 }
 
-fn grid(path: &str, value: &str) -> Result<(u32, u32), InputError> {
+/// Value of a parameter of a sheet as text.
+fn sheet_text(sheet: &Sheet, accessor: &Accessor) -> Option<String> {
+    match accessor {
+        Accessor::Sheet(get, _) => get(sheet).map(|value| value.to_string()),
+        SheetText(get, _) => get(sheet),
+        Global(..) => None,
+    }
+}
+
+/// Value of a parameter of a heat source as text.
+fn source_text(id: Id, value: f64) -> String {
+    if id.row().kind == ParameterKind::Boolean { (value >= 0.5).to_string() } else { value.to_string() }
+}
+
+fn vector_text(v: DVec3) -> String {
+    format!("({}, {}, {})", v.x, v.y, v.z)
+}
+
+fn optional_text(value: Option<f64>) -> String {
+    value.map_or_else(|| "none".to_owned(), |value| value.to_string())
+}
+
+/// Parse a grid, as `21x11`.
+fn grid(path: &str, value: &str) -> Result<Grid, InputError> {
     let text = value.trim_matches('"');
     let two = text.split_once('x').and_then(|(u, v)| Some((u.trim().parse().ok()?, v.trim().parse().ok()?)));
     two.ok_or_else(|| InputError::new(path, format!("\"{text}\" is no grid: masses along length and width, as 21x11")))
-}
-
-fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
-    Some(match name {
-        "material.young" => sheet.material().young.to_string(),
-        "material.thickness" => sheet.material().thickness.to_string(),
-        "material.poisson" => sheet.material().poisson.to_string(),
-        "damping" if sheet.follows_material() => return None,
-        "damping" => sheet.damping().to_string(),
-        "damping_ratio" if !sheet.follows_material() => return None,
-        "damping_ratio" => sheet.damping_ratio().to_string(),
-        "drag.0" => sheet.drag().0.to_string(),
-        "drag.1" => sheet.drag().1.to_string(),
-        "pressure" => sheet.pressure().to_string(),
-        "friction" => sheet.parameters.friction.to_string(),
-        "restitution" => sheet.parameters.restitution.to_string(),
-        "temperature" => sheet.temperature()?.to_string(),
-        "flexion_limit" if sheet.parameters.flexion.triples.is_empty() => return None,
-        "flexion_limit" => sheet.flexion_angle_limit().map_or_else(|| "none".to_owned(), |l| l.to_string()),
-        _ => return None,
-    })
-}
-
-fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), InputError> {
-    let Some(value) = value else { return sheet.set_flexion_limit(None) };
-    let mut material = sheet.material().clone();
-    match name {
-        "material.young" => material.young = value,
-        "material.thickness" => material.thickness = value,
-        "material.poisson" => material.poisson = value,
-        "damping" => return sheet.set_damping(value),
-        "damping_ratio" => return sheet.set_damping_ratio(value),
-        "drag.0" => return sheet.set_drag(value, sheet.drag().1),
-        "drag.1" => return sheet.set_drag(sheet.drag().0, value),
-        "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
-        "pressure" => return sheet.set_pressure(value),
-        "temperature" => return sheet.set_temperature(value),
-        // Contact coefficients only: setting the material again would discard the factors of its
-        // stiffness.
-        _ => {
-            *(if name == "friction" { &mut sheet.parameters.friction } else { &mut sheet.parameters.restitution }) =
-                value;
-            sheet.wake();
-            return Ok(());
-        }
-    }
-    sheet.set_material(material)
-}
-
-/// Whether the parameter switches a heat source on and off.
-fn is_switch(path: &str) -> bool {
-    path.ends_with(".on")
 }
 
 /// Parse `true` or `false`, or 1 or 0.
@@ -279,6 +368,11 @@ fn number(path: &str, value: &str) -> Result<f64, InputError> {
         Ok(v) if v.is_finite() => Ok(v),
         _ => Err(InputError::new(path, format!("\"{value}\" is not a finite number"))),
     }
+}
+
+/// Parse a number or `none`.
+fn optional(path: &str, value: &str) -> Result<Option<f64>, InputError> {
+    if value == "none" { Ok(None) } else { number(path, value).map(Some) }
 }
 
 fn vector(path: &str, value: &str) -> Result<DVec3, InputError> {
@@ -310,16 +404,21 @@ mod tests {
             ("air.density", "1.2e-3 g/cm3", 1.2),
         ] {
             world.set(path, value).expect(path);
-            let path = canonical(&world.sheets, path);
-            let now: f64 = world
-                .parameters()
-                .into_iter()
-                .find(|p| p.path == path)
-                .expect("known")
-                .value
-                .parse()
-                .expect("a number");
+            let now: f64 = world.get(path).expect("known").value.parse().expect("a number");
             assert!((now / wanted - 1.0).abs() < 1e-12, "{path}: {now}");
+        }
+        for (path, value, kind) in [
+            ("no.such", "1", "UnknownPath"),
+            ("dt", "3 GPa", "WrongUnit"),
+            ("dt", "soon", "WrongKind"),
+            ("engine", "steam", "WrongKind"),
+            ("gravity", "(0, 1)", "WrongKind"),
+            ("dt", "2", "OutOfRange"),
+            ("gravity", "(0, 1e9, 0)", "OutOfRange"),
+            ("sheets.card.damping", "0.1", "Refused"),
+        ] {
+            let error = world.set(path, value).expect_err(path);
+            assert!(format!("{error:?}").starts_with(kind), "{path} = {value}: {error:?}");
         }
         let refused = |world: &mut World, path: &str, value: &str| world.set(path, value).expect_err(value).to_string();
         let told = refused(&mut world, "sheets.card.material.young", "3 furlongs");

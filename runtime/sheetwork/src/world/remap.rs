@@ -11,13 +11,11 @@ use crate::sheet::Sheet;
 use crate::sheet::buckling;
 use crate::sheet::remap;
 use crate::sheet::remap::outline;
+use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 
 /// Numbers of nodes along length and width.
 pub(crate) type Grid = (u32, u32);
-
-/// Maximum number of nodes along a side.
-const MAX_NODES_PER_SIDE: u32 = 2000;
 
 /// Grid of a sheet.
 pub(crate) fn grid_of(sheet: &Sheet) -> Grid {
@@ -36,8 +34,9 @@ pub(crate) fn serialise_grids(sheets: &[Sheet], to: &mut StateWriter) {
 /// Deserialise the grids.
 pub(crate) fn deserialise_grids(from: &mut StateReader) -> ReadResult<Vec<Grid>> {
     let mut all = Vec::new();
+    let bound = Id::GridLength.range().1 as usize + 1;
     for _ in 0..from.length(2)? {
-        all.push((from.index(MAX_NODES_PER_SIDE as usize + 1)?, from.index(MAX_NODES_PER_SIDE as usize + 1)?));
+        all.push((from.index(bound)?, from.index(bound)?));
     }
     Ok(all)
 }
@@ -62,8 +61,9 @@ impl World {
 
     /// Change the sheet `index` to another grid.
     pub(crate) fn remap_index(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
-        check_range("grid", grid.0.into(), 2.0, MAX_NODES_PER_SIDE.into(), "masses along the length")?;
-        check_range("grid", grid.1.into(), 2.0, MAX_NODES_PER_SIDE.into(), "masses along the width")?;
+        let (min, max) = Id::GridLength.range();
+        check_range("grid", grid.0.into(), min, max, "masses along the length")?;
+        check_range("grid", grid.1.into(), min, max, "masses along the width")?;
         let old = &self.sheets[index];
         if grid_of(old) == grid {
             return Ok(());

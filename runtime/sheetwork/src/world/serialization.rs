@@ -9,7 +9,7 @@
 use crc32fast::Hasher;
 
 use crate::contact::SheetContact;
-use crate::error::InputError;
+use crate::error::{InputError, SnapshotError};
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
@@ -65,12 +65,11 @@ impl World {
     /// # Errors
     /// When `bytes` are no snapshot, truncated, damaged, of another version, or of other sheets or
     /// bodies than this world's; nothing changes then.
-    pub fn deserialise(&mut self, bytes: &[u8]) -> Result<(), InputError> {
+    pub fn deserialise(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let body = body_of(bytes)?;
         let grids = self.grids_of(body)?;
         let back = self.serialise();
-        let before =
-            self.exchange_grids(&grids).map_err(|CorruptState| InputError::new("snapshot", OTHER_STRUCTURE))?;
+        let before = self.exchange_grids(&grids).map_err(other_structure)?;
         if let Err(other) = self.check_make(body) {
             self.restore_sheets(before);
             return Err(other);
@@ -79,34 +78,32 @@ impl World {
             self.restore_sheets(before);
             // The world's own state is always accepted.
             let _ = self.read_state(&back[HEADER_LENGTH..]);
-            return Err(InputError::new(
-                "snapshot",
-                "is of sheets that lay otherwise when they were first stepped, or was not written by this program",
-            ));
+            let problem =
+                "is of sheets that lay otherwise when they were first stepped, or was not written by this program";
+            return Err(SnapshotError::OtherWorld(InputError::new("snapshot", problem)));
         }
         Ok(())
     }
 
-    fn check_make(&self, body: &[u8]) -> Result<(), InputError> {
+    fn check_make(&self, body: &[u8]) -> Result<(), SnapshotError> {
         let make = body.first_chunk().map(|make| u32::from_le_bytes(*make));
         if make == Some(self.structure_checksum()) {
             return Ok(());
         }
-        Err(InputError::new("snapshot", OTHER_STRUCTURE))
+        Err(other_structure(CorruptState))
     }
 
     /// Grids of the sheets in a snapshot of this world's scene.
-    fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, InputError> {
-        let other = |CorruptState| InputError::new("snapshot", OTHER_STRUCTURE);
+    fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, SnapshotError> {
         let mut from = StateReader::new(body);
-        let scene = from.checksum().and_then(|_| from.checksum()).map_err(other)?;
-        let grids = deserialise_grids(&mut from).map_err(other)?;
+        let scene = from.checksum().and_then(|_| from.checksum()).map_err(other_structure)?;
+        let grids = deserialise_grids(&mut from).map_err(other_structure)?;
         let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
         let masses: u64 = elsewhere.map(|(grid, sheet)| min_nodes(sheet, *grid)).sum();
         // Sheets are built only when the snapshot is long enough for their nodes.
         let there = masses.saturating_mul(BYTES_PER_NODE) <= body.len() as u64;
         let ours = scene == self.make.value() && grids.len() == self.sheets.len();
-        if ours && there { Ok(grids) } else { Err(other(CorruptState)) }
+        if ours && there { Ok(grids) } else { Err(other_structure(CorruptState)) }
     }
 
     /// Checksum of the structure of the world.
@@ -265,9 +262,13 @@ impl World {
     }
 }
 
+fn other_structure(_: CorruptState) -> SnapshotError {
+    SnapshotError::OtherWorld(InputError::new("snapshot", OTHER_STRUCTURE))
+}
+
 /// Body of a snapshot, after a check of magic, version, length and checksum.
-fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
-    let bad = |problem: String| InputError::new("snapshot", problem);
+fn body_of(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
+    let bad = |problem: String| SnapshotError::Damaged(InputError::new("snapshot", problem));
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return Err(bad("does not begin with \"SHEETWRK\": not a snapshot".into()));
     };
@@ -275,7 +276,8 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
     let (version, rest) = rest.split_first_chunk().ok_or_else(ended)?;
     let version = u32::from_le_bytes(*version);
     if version != VERSION {
-        return Err(bad(format!("is a snapshot of version {version}; this program reads version {VERSION}")));
+        let problem = format!("is a snapshot of version {version}; this program reads version {VERSION}");
+        return Err(SnapshotError::Version(InputError::new("snapshot", problem)));
     }
     let (length, rest) = rest.split_first_chunk().ok_or_else(ended)?;
     let (sum, body) = rest.split_first_chunk().ok_or_else(ended)?;
@@ -376,9 +378,10 @@ mod tests {
         check(&world);
         let ball = world.add_body(&body).expect("valid");
         check(&world);
-        assert!(world.remove_sheet(&second) && world.remove_sheet("a"));
+        let first = world.sheet_id("a").expect("there");
+        assert!(world.remove_sheet(second) && world.remove_sheet(first));
         check(&world);
-        assert!(world.remove_body(&ball) && world.remove_sheet(&third));
+        assert!(world.remove_body(ball) && world.remove_sheet(third));
         check(&world);
         assert!(world.sheets().is_empty());
     }

@@ -6,7 +6,7 @@
 //! velocities, temperatures, the state of heat, creep and plasticity, and sleeping; its integrators
 //! restart, as after a change of integrator.
 
-use crate::error::InputError;
+use crate::error::{InputError, SnapshotError};
 use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
 use crate::serialize::CorruptState;
@@ -59,7 +59,7 @@ impl World {
     ///
     /// # Errors
     /// When sheets or bodies have been added, removed or replaced after it; nothing changes then.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         if self.roll_back(&snapshot.whole) {
             return Ok(());
         }
@@ -71,10 +71,12 @@ impl World {
         let free = (0..self.rigid.as_ref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
         let bodies = free == snapshot.bodies.len() && snapshot.bodies.iter().all(|b| gives(b.0));
         if !(sheets && bodies) {
-            return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
+            let problem = "is of other sheets or bodies than there are now";
+            return Err(SnapshotError::OtherWorld(InputError::new("snapshot", problem)));
         }
         for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
-            snapshot::restore(sheet, state).map_err(|CorruptState| InputError::new("snapshot", "cannot be read"))?;
+            let unreadable = |CorruptState| SnapshotError::Damaged(InputError::new("snapshot", "cannot be read"));
+            snapshot::restore(sheet, state).map_err(unreadable)?;
         }
         if let Some(rigid) = &mut self.rigid {
             for (index, state, asleep) in &snapshot.bodies {
@@ -177,7 +179,8 @@ mod tests {
     fn a_snapshot_of_another_world_is_refused() {
         let mut world = world();
         let snapshot = world.snapshot();
-        world.remove_sheet("leaf");
-        assert!(world.restore(&snapshot).expect_err("refused").problem.contains("other sheets"));
+        world.remove_sheet(world.sheet_id("leaf").expect("there"));
+        let error = world.restore(&snapshot).expect_err("refused");
+        assert!(matches!(error, SnapshotError::OtherWorld(_)) && error.problem.contains("other sheets"));
     }
 }

@@ -1,18 +1,18 @@
 //! Suggestions for an unknown parameter path.
 
-use crate::error::{InputError, did_you_mean, most_similar, similarity};
+use crate::error::{InputError, ParameterError, did_you_mean, most_similar, similarity};
 use crate::world::World;
 
 impl World {
     /// Error for a path that is not in [`World::parameters`], with the most similar paths.
-    #[doc(hidden)]
-    pub fn no_such_parameter(&self, path: &str) -> InputError {
+    pub(crate) fn no_such_parameter(&self, path: &str) -> ParameterError {
         let all = self.parameters();
         let near = nearest(path, all.iter().map(|p| p.path.as_str()));
         let meant = did_you_mean(&near).map_or_else(|| ".".to_owned(), |question| format!("; {question}"));
         let count = all.len();
         let problem = "cannot be set or read while the world runs: there is no such parameter";
-        InputError::new(path, format!("{problem}{meant} There are {count}: `sheetwork params` lists them"))
+        let problem = format!("{problem}{meant} There are {count}: `sheetwork params` lists them");
+        ParameterError::UnknownPath(InputError::new(path, problem))
     }
 }
 

@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::error::InputError;
+use crate::error::{BuildError, InputError};
 use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
@@ -13,6 +13,7 @@ use crate::sheet::temperature;
 use crate::sheet::temperature::spots;
 use crate::thermal::ThermalModel;
 use crate::thermal::source::{HeatSource, heat_gun, heater, oven};
+use crate::world::ids::HeaterId;
 use crate::world::{World, unique_name};
 
 impl World {
@@ -29,12 +30,26 @@ impl World {
         self.heat.as_ref().map_or(self.scene.ambient_temperature, |h| h.surroundings(self.time).celsius)
     }
 
-    /// Add a heater and return its name: the name of the description, with a number where it is not
-    /// unique.
+    /// Id of the heater `name`. A heater without a name has its number in the scene for a name.
+    pub fn heater_id(&self, name: &str) -> Option<HeaterId> {
+        self.heater_ids.at(self.heater_names.iter().position(|n| n == name)?).map(HeaterId)
+    }
+
+    /// Ids of all heaters, in the order of the scene.
+    pub fn heater_ids(&self) -> impl ExactSizeIterator<Item = HeaterId> + '_ {
+        self.heater_ids.iter().map(HeaterId)
+    }
+
+    /// Description of the heater `id`; `None` when it was removed.
+    pub fn get_heater(&self, id: HeaterId) -> Option<&HeaterSpec> {
+        self.scene.heaters.get(self.heater_ids.position(id.0)?)
+    }
+
+    /// Add a heater. Its name is that of the description, with a number where it is not unique.
     ///
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<String, InputError> {
+    pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<HeaterId, BuildError> {
         let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
         let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
         let spec = HeaterSpec { name: unique_name(base, taken), ..spec.clone() };
@@ -48,18 +63,21 @@ impl World {
         if let Some(heat) = &mut self.heat {
             heat.add(source);
         }
-        Ok(spec.name)
+        self.heater_names.push(spec.name);
+        Ok(HeaterId(self.heater_ids.push()))
     }
 
-    /// Remove the heater `name`. Returns `false` when there is none, or when its name is its
-    /// number.
-    pub fn remove_heater(&mut self, name: &str) -> bool {
-        let Some(heat) = self.heat.as_mut().filter(|_| !name.is_empty()) else { return false };
+    /// Remove the heater `id`. Returns `false` when it was removed before, or when it has no name
+    /// of its own.
+    pub fn remove_heater(&mut self, id: HeaterId) -> bool {
+        let (Some(index), Some(heat)) = (self.heater_ids.position(id.0), &mut self.heat) else { return false };
         // A heater without a name is known by its number, which would pass to another.
-        let known = self.scene.heaters.iter().any(|h| h.name == name);
-        let removed = known && heat.remove(&heater::path_of(name));
+        let named = !self.scene.heaters[index].name.is_empty();
+        let removed = named && heat.remove(&heater::path_of(&self.heater_names[index]));
         if removed {
-            self.scene.heaters.retain(|h| h.name != name);
+            self.heater_ids.remove(index);
+            self.heater_names.remove(index);
+            self.scene.heaters.remove(index);
             // Files that were readable with this heater are readable without it.
             let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
@@ -67,13 +85,13 @@ impl World {
         removed
     }
 
-    /// Place the heater `name` at `placement` from the next thermal step on. Returns `false` when
-    /// there is no such heater.
-    pub fn move_heater(&mut self, name: &str, placement: &Placement) -> bool {
-        let Some(heat) = &mut self.heat else { return false };
-        let moved = heat.place(&heater::path_of(name), placement);
+    /// Place the heater `id` at `placement` from the next thermal step on. Returns `false` when it
+    /// was removed before.
+    pub fn move_heater(&mut self, id: HeaterId, placement: &Placement) -> bool {
+        let (Some(index), Some(heat)) = (self.heater_ids.position(id.0), &mut self.heat) else { return false };
+        let moved = heat.place(&heater::path_of(&self.heater_names[index]), placement);
         if moved {
-            self.scene.heaters.iter_mut().filter(|h| h.name == name).for_each(|h| h.placement = *placement);
+            self.scene.heaters[index].placement = *placement;
             let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }

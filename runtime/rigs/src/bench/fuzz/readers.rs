@@ -6,7 +6,7 @@ use sheetwork::scene::{Scene, heater_file, material, pol, sht};
 use sheetwork::world::journal::{Journal, JournalInput, JournalWriter};
 use sheetwork::world::recording;
 use sheetwork::world::recording::RecordingWriter;
-use sheetwork::{InputError, World};
+use sheetwork::{InputError, SceneError, World};
 use sheetwork_link::Command;
 use sheetwork_link::layout::FrameView;
 use sheetwork_link::topology::Meshes;
@@ -223,7 +223,7 @@ fn material_file() -> Result<Try, InputError> {
 
 /// A small world with each kind of state: heat, creep, fracture, contact. It has no dynamic body,
 /// because Rapier's own state is verified by its checksum only.
-fn small_scene() -> Result<Scene, InputError> {
+fn small_scene() -> Result<Scene, SceneError> {
     Scene::parse(
         r#"(engine: "tr-bdf2", dt: 0.01, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
             oven: (convection: 20, temperature: 150),

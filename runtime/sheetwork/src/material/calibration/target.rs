@@ -11,6 +11,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, check_range};
+use crate::units::parameters::ParameterId as Id;
 
 /// A symmetric 3 by 3 matrix over (11, 22, 12).
 pub type Voigt = [[f64; 3]; 3];
@@ -54,9 +55,9 @@ impl StiffnessTarget {
     /// # Errors
     /// When a value is out of range.
     pub fn isotropic(young: f64, poisson: f64, thickness: f64) -> Result<Self, InputError> {
-        check_range("young", young, 1e-3, 2e12, "Pa")?;
-        check_range("poisson", poisson, -0.99, 0.499, "")?;
-        check_range("thickness", thickness, 1e-7, 1.0, "m")?;
+        Id::MaterialYoung.check("young", young)?;
+        Id::MaterialPoisson.check("poisson", poisson)?;
+        Id::MaterialThickness.check("thickness", thickness)?;
         Ok(Self::of_plate(young, poisson, thickness))
     }
 
@@ -73,12 +74,12 @@ impl StiffnessTarget {
     /// # Errors
     /// When a value is out of range, or the values together have no positive energy.
     pub fn orthotropic(data: &Orthotropic) -> Result<Self, InputError> {
-        check_range("young_warp", data.young_warp, 1e-6, 1e12, "N/m")?;
-        check_range("young_weft", data.young_weft, 1e-6, 1e12, "N/m")?;
-        check_range("shear", data.shear, 0.0, 1e12, "N/m")?;
-        check_range("bending_warp", data.bending_warp, 1e-15, 1e9, "N m")?;
-        check_range("bending_weft", data.bending_weft, 1e-15, 1e9, "N m")?;
-        check_range("twist", data.twist, 0.0, 1e9, "N m")?;
+        Id::YoungWarp.check("young_warp", data.young_warp)?;
+        Id::YoungWeft.check("young_weft", data.young_weft)?;
+        Id::Shear.check("shear", data.shear)?;
+        Id::BendingWarp.check("bending_warp", data.bending_warp)?;
+        Id::BendingWeft.check("bending_weft", data.bending_weft)?;
+        Id::Twist.check("twist", data.twist)?;
         // ν12 ν21 below 1 keeps the energy positive.
         let most = 0.999 * (data.young_warp / data.young_weft).sqrt();
         check_range("poisson", data.poisson, -most, most, "")?;

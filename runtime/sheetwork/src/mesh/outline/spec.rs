@@ -12,6 +12,7 @@ use crate::error::{InputError, check_range};
 /// Outer boundary of a sheet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum OutlineSpec {
     /// Corners (x, z) in order, m, each within ±1000; 3 or more. Turns of less than 20° count as
     /// parts of a curve.
@@ -43,6 +44,7 @@ pub enum OutlineSpec {
 /// Hole in a sheet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub enum HoleSpec {
     /// Corners (x, z) in order, m; 3 or more.
     Polygon(Vec<(f64, f64)>),

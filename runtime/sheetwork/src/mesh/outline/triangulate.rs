@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::mesh::outline::boundary_nodes;
 use crate::mesh::outline::boundary_nodes::BoundaryNodes;
 use crate::mesh::outline::inner_row;
@@ -21,6 +21,7 @@ use crate::mesh::outline::line::CellScale;
 use crate::mesh::outline::mesh::TriangleMesh;
 use crate::mesh::outline::ring::distance;
 use crate::mesh::outline::{Outline, split};
+use crate::units::parameters::ParameterId as Id;
 
 /// Minimum distance of a grid point from boundaries and cuts, cells.
 const CLEARANCE: f64 = 0.6;
@@ -51,8 +52,8 @@ type Interior = BTreeMap<(u32, u32), u32>;
 /// # Errors
 /// When the grid is out of range or too coarse for the outline, or a cut lies outside.
 pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<TriangleMesh, InputError> {
-    check_range("grid.0", grid.0.into(), 2.0, 2000.0, "masses")?;
-    check_range("grid.2", grid.1.into(), 2.0, 2000.0, "masses")?;
+    Id::GridLength.check("grid.0", grid.0.into())?;
+    Id::GridWidth.check("grid.2", grid.1.into())?;
     let (low, high) = outline.bounds();
     let size = (high - low) / DVec2::new(f64::from(grid.0 - 1), f64::from(grid.1 - 1));
     let cells = CellScale { low, size };

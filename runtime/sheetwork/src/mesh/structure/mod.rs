@@ -23,6 +23,7 @@ pub use crate::mesh::grid::{LatticeBuilder, LatticeLayer};
 
 use crate::error::InputError;
 use crate::mesh::spring_class::SpringClass;
+use crate::units::parameters::ParameterId as Id;
 
 /// Structures by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -213,11 +214,10 @@ pub(crate) fn assemble(spec: &LatticeSpec) -> Lattice {
 }
 
 fn check(spec: &LatticeSpec) -> Result<(), InputError> {
-    use crate::error::check_range;
     let (nx, layers, nz) = spec.grid;
     let info = spec.structure.info();
-    check_range("grid.0", nx.into(), 2.0, 2000.0, "masses")?;
-    check_range("grid.2", nz.into(), 2.0, 2000.0, "masses")?;
+    Id::GridLength.check("grid.0", nx.into())?;
+    Id::GridWidth.check("grid.2", nz.into())?;
     if layers < info.layers.0 || layers > info.layers.1 {
         let problem = format!("{layers} layers, but {} has {} to {}", info.name, info.layers.0, info.layers.1);
         return Err(InputError::new("grid.1", problem));
@@ -226,9 +226,8 @@ fn check(spec: &LatticeSpec) -> Result<(), InputError> {
     if masses > MAX_NODES {
         return Err(InputError::new("grid", format!("about {masses} masses, more than {MAX_NODES}")));
     }
-    check_range("size.0", spec.size.0, 1e-6, 1e3, "m")?;
-    check_range("size.1", spec.size.1, 1e-6, 1e3, "m")?;
-    check_range("gap", spec.gap, 1e-7, 10.0, "m")?;
+    Id::Size.check_each("size", [spec.size.0, spec.size.1])?;
+    Id::Gap.check("gap", spec.gap)?;
     if spec.cross_over && !info.cross_over {
         return Err(InputError::new("cross_over", format!("{} has no cross-over springs", info.name)));
     }

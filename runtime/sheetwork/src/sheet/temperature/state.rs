@@ -11,7 +11,7 @@
 //! stiffen ([`crate::elements::Element::apply_temperature`]).
 
 use crate::elements::{ThermalFields, rest_strain_after_softening};
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::scene::Material;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
@@ -19,6 +19,7 @@ use crate::sheet::creep;
 use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
 use crate::sheet::temperature::patches::SheetPatches;
 use crate::sheet::temperature::softening::Softening;
+use crate::units::parameters::ParameterId as Id;
 
 /// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by
 /// 7e-6 with it.
@@ -318,15 +319,7 @@ impl Sheet {
     /// When a temperature is out of range; nothing changes then.
     pub fn set_temperatures(&mut self, celsius: impl Fn(usize) -> f64) -> Result<(), InputError> {
         let n = self.node_count();
-        (0..n).try_for_each(|i| {
-            check_range(
-                "temperature",
-                celsius(i),
-                crate::units::temperature::COLDEST,
-                crate::units::temperature::HOTTEST,
-                "°C",
-            )
-        })?;
+        (0..n).try_for_each(|i| Id::Temperature.check("temperature", celsius(i)))?;
         start_temperatures(self, crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.state.heat {
             let count = heat.nodes.len();

@@ -14,8 +14,8 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter};
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind};
+use crate::units::parameters::ParameterId as Id;
 
 /// Angle from the axis, in half angles, beyond which the jet ends.
 const MAX_HALF_ANGLES: f64 = 3.0;
@@ -94,21 +94,44 @@ impl HeatSource for HeatGun {
         true
     }
 
-    fn parameters(&self) -> Vec<SourceParameter> {
-        let dial =
-            |name: &str, value, unit, range| SourceParameter { path: format!("heat_gun.{name}"), value, unit, range };
-        let (p, d) = (self.spec.position, self.spec.direction);
-        let place = (-1e4, 1e4);
-        vec![
-            dial("on", if self.spec.on { 1.0 } else { 0.0 }, "", (0.0, 1.0)),
-            dial("temperature", self.spec.temperature, "°C", (COLDEST, HOTTEST)),
-            dial("position.0", p.x, "m", place),
-            dial("position.1", p.y, "m", place),
-            dial("position.2", p.z, "m", place),
-            dial("direction.0", d.x, "", place),
-            dial("direction.1", d.y, "", place),
-            dial("direction.2", d.z, "", place),
-        ]
+    fn parameters(&self) -> &'static [Id] {
+        const ALL: &[Id] = &[
+            Id::HeatGunOn,
+            Id::HeatGunTemperature,
+            Id::HeatGunPositionX,
+            Id::HeatGunPositionY,
+            Id::HeatGunPositionZ,
+            Id::HeatGunDirectionX,
+            Id::HeatGunDirectionY,
+            Id::HeatGunDirectionZ,
+        ];
+        ALL
+    }
+
+    fn parameter(&self, id: Id) -> f64 {
+        match id {
+            Id::HeatGunOn => f64::from(u8::from(self.spec.on)),
+            Id::HeatGunPositionX => self.spec.position.x,
+            Id::HeatGunPositionY => self.spec.position.y,
+            Id::HeatGunPositionZ => self.spec.position.z,
+            Id::HeatGunDirectionX => self.spec.direction.x,
+            Id::HeatGunDirectionY => self.spec.direction.y,
+            Id::HeatGunDirectionZ => self.spec.direction.z,
+            _ => self.spec.temperature,
+        }
+    }
+
+    fn set_parameter(&mut self, id: Id, value: f64) {
+        match id {
+            Id::HeatGunOn => self.spec.on = value >= 0.5,
+            Id::HeatGunPositionX => self.spec.position.x = value,
+            Id::HeatGunPositionY => self.spec.position.y = value,
+            Id::HeatGunPositionZ => self.spec.position.z = value,
+            Id::HeatGunDirectionX => self.spec.direction.x = value,
+            Id::HeatGunDirectionY => self.spec.direction.y = value,
+            Id::HeatGunDirectionZ => self.spec.direction.z = value,
+            _ => self.spec.temperature = value,
+        }
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
@@ -122,22 +145,6 @@ impl HeatSource for HeatGun {
         (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
         (self.spec.position, self.spec.direction) = (from.vector()?, from.vector()?);
         Ok(())
-    }
-
-    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
-        let Some(name) = path.strip_prefix("heat_gun.") else { return false };
-        match name {
-            "on" => self.spec.on = value >= 0.5,
-            "temperature" => self.spec.temperature = value,
-            "position.0" => self.spec.position.x = value,
-            "position.1" => self.spec.position.y = value,
-            "position.2" => self.spec.position.z = value,
-            "direction.0" => self.spec.direction.x = value,
-            "direction.1" => self.spec.direction.y = value,
-            "direction.2" => self.spec.direction.z = value,
-            _ => return false,
-        }
-        true
     }
 }
 

@@ -29,9 +29,10 @@ use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::sheet::temperature;
 use crate::thermal::shadow::SelfShadow;
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter, fourth_power};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, fourth_power};
 use crate::thermal::view_factor::contour;
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::units::parameters::ParameterId as Id;
+use crate::units::temperature::COLDEST;
 
 /// Motion of a patch that requires a new view factor: as a fraction of its distance from the middle
 /// of the nearest hot face, and as a rotation, rad. The view factor is then wrong by some
@@ -52,8 +53,7 @@ pub(crate) const KIND: SourceKind =
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let each = |(index, spec): (usize, &HeaterSpec)| {
-        let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
-        of(&name, spec, &scene.base).map_err(|mut e| {
+        of(&name_of(spec, index), spec, &scene.base).map_err(|mut e| {
             if e.file.is_none() {
                 e.field = format!("heaters.{index}.{}", e.field);
             }
@@ -69,6 +69,11 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
 /// When its file is invalid.
 pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn HeatSource>, InputError> {
     Ok(Box::new(HeaterSource::new(name.to_owned(), spec, &spec.resolve(base)?)))
+}
+
+/// Name of the heater `index` of a scene: its number where it has none.
+pub(crate) fn name_of(spec: &HeaterSpec, index: usize) -> String {
+    if spec.name.is_empty() { index.to_string() } else { spec.name.clone() }
 }
 
 /// Parameter path of the heater `name`.
@@ -307,16 +312,26 @@ impl HeatSource for HeaterSource {
         true
     }
 
-    fn parameters(&self) -> Vec<SourceParameter> {
-        let dial = |name: &str, value, unit, range| SourceParameter {
-            path: format!("{}.{name}", self.path()),
-            value,
-            unit,
-            range,
-        };
-        let on = if self.on { 1.0 } else { 0.0 };
-        let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
-        vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn parameters(&self) -> &'static [Id] {
+        &[Id::HeaterOn, Id::HeaterTemperature]
+    }
+
+    fn parameter(&self, id: Id) -> f64 {
+        match id {
+            Id::HeaterOn => f64::from(u8::from(self.on)),
+            _ => self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max),
+        }
+    }
+
+    fn set_parameter(&mut self, id: Id, value: f64) {
+        match id {
+            Id::HeaterOn => self.on = value >= 0.5,
+            _ => self.faces.iter_mut().for_each(|f| f.celsius = value),
+        }
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
@@ -353,16 +368,6 @@ impl HeatSource for HeaterSource {
         self.seen.resize_with(count, PatchViews::default);
         let faces = self.faces.len();
         self.seen.iter_mut().zip(sheets).try_for_each(|(seen, sheet)| seen.deserialise(from, sheet, faces))
-    }
-
-    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
-        let own = path.strip_prefix("heaters.").and_then(|p| p.strip_prefix(self.name.as_str()));
-        match own {
-            Some(".on") => self.on = value >= 0.5,
-            Some(".temperature") => self.faces.iter_mut().for_each(|f| f.celsius = value),
-            _ => return false,
-        }
-        true
     }
 
     fn discard_views(&mut self) {

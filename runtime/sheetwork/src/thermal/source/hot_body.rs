@@ -14,8 +14,8 @@ use crate::error::InputError;
 use crate::scene::{Scene, body_name};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter};
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind};
+use crate::units::parameters::ParameterId as Id;
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;
@@ -33,11 +33,6 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
 /// Body `name` at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
 pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn HeatSource> {
     Box::new(HotBody { name: name.to_owned(), celsius, conductance })
-}
-
-/// Parameter path of the temperature of the body `name`.
-pub(crate) fn path_of(name: &str) -> String {
-    format!("bodies.{name}.temperature")
 }
 
 struct HotBody {
@@ -86,8 +81,20 @@ impl HeatSource for HotBody {
         format!("bodies.{}", self.name)
     }
 
-    fn parameters(&self) -> Vec<SourceParameter> {
-        vec![SourceParameter { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn parameters(&self) -> &'static [Id] {
+        &[Id::BodyTemperature]
+    }
+
+    fn parameter(&self, _id: Id) -> f64 {
+        self.celsius
+    }
+
+    fn set_parameter(&mut self, _id: Id, value: f64) {
+        self.celsius = value;
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
@@ -97,13 +104,5 @@ impl HeatSource for HotBody {
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.celsius = from.number()?;
         Ok(())
-    }
-
-    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
-        let own = path == path_of(&self.name);
-        if own {
-            self.celsius = value;
-        }
-        own
     }
 }

@@ -19,6 +19,7 @@ use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::sheet::temperature::conduction::Exchange;
 use crate::sheet::temperature::patches::{Patch, SheetPatches};
+use crate::units::parameters::ParameterId;
 use crate::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
 /// Kind of source.
@@ -105,18 +106,6 @@ impl HeatedSheet<'_> {
     }
 }
 
-/// Parameter of a source that can change while the world runs.
-pub struct SourceParameter {
-    /// Path in the world, as `oven.temperature`.
-    pub path: String,
-    /// Present value.
-    pub value: f64,
-    /// Unit of the value.
-    pub unit: &'static str,
-    /// Smallest and largest value.
-    pub range: (f64, f64),
-}
-
 /// Heat source.
 pub trait HeatSource: Send + Sync {
     /// Change the surroundings, as an oven does.
@@ -140,16 +129,24 @@ pub trait HeatSource: Send + Sync {
         false
     }
 
-    /// Parameters of the source.
-    fn parameters(&self) -> Vec<SourceParameter> {
-        Vec::new()
+    /// Name that stands for `*` in the paths of the source's parameters; empty where there is only
+    /// one source of the kind.
+    fn name(&self) -> &str {
+        ""
     }
 
-    /// Set the parameter at `path` to `value`, which has been checked. Returns `false` when the
-    /// source has no such parameter.
-    fn set_parameter(&mut self, _path: &str, _value: f64) -> bool {
-        false
+    /// Parameters that can change while the world runs.
+    fn parameters(&self) -> &'static [ParameterId] {
+        &[]
     }
+
+    /// Value of one of these parameters; a switch is 0 or 1.
+    fn parameter(&self, _id: ParameterId) -> f64 {
+        0.0
+    }
+
+    /// Set one of these parameters to `value`, which has been checked.
+    fn set_parameter(&mut self, _id: ParameterId, _value: f64) {}
 
     /// Serialise the settings for a snapshot.
     fn serialise_settings(&self, _to: &mut StateWriter) {}

@@ -4,8 +4,8 @@
 use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, SourceParameter, Surroundings};
-use crate::units::temperature::{COLDEST, HOTTEST};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, Surroundings};
+use crate::units::parameters::ParameterId as Id;
 
 pub(crate) const KIND: SourceKind = SourceKind { name: "oven", about: "the whole room at a temperature", build };
 
@@ -43,17 +43,25 @@ impl HeatSource for Oven {
         PATH.into()
     }
 
-    fn parameters(&self) -> Vec<SourceParameter> {
-        let on = if self.spec.on { 1.0 } else { 0.0 };
-        vec![
-            SourceParameter {
-                path: "oven.temperature".into(),
-                value: self.spec.temperature,
-                unit: "°C",
-                range: (COLDEST, HOTTEST),
-            },
-            SourceParameter { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
-        ]
+    fn parameters(&self) -> &'static [Id] {
+        &[Id::OvenTemperature, Id::OvenOn]
+    }
+
+    fn parameter(&self, id: Id) -> f64 {
+        match id {
+            Id::OvenOn => f64::from(u8::from(self.spec.on)),
+            _ => self.spec.temperature,
+        }
+    }
+
+    fn set_parameter(&mut self, id: Id, value: f64) {
+        if id == Id::OvenOn {
+            self.spec.on = value >= 0.5;
+        } else {
+            // A set temperature replaces the schedule.
+            self.spec.schedule.clear();
+            self.spec.temperature = value;
+        }
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
@@ -74,18 +82,5 @@ impl HeatSource for Oven {
             self.spec.schedule.push(OvenKey { time: from.number()?, temperature: from.optional()? });
         }
         Ok(())
-    }
-
-    fn set_parameter(&mut self, path: &str, value: f64) -> bool {
-        match path {
-            "oven.temperature" => {
-                // A set temperature replaces the schedule.
-                self.spec.schedule.clear();
-                self.spec.temperature = value;
-            }
-            "oven.on" => self.spec.on = value >= 0.5,
-            _ => return false,
-        }
-        true
     }
 }

@@ -104,7 +104,7 @@ impl JournalInput {
             found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
         };
         match self {
-            Self::Set { path, value } => world.set(path, value).map(|_| ()),
+            Self::Set { path, value } => Ok(world.set(path, value).map(|_| ())?),
             Self::Grab { sheet, uv, stiffness } => {
                 let index = of(world, sheet)?;
                 world.sheets_mut()[index].grab(*uv, *stiffness).map(|_| ())
@@ -119,11 +119,13 @@ impl JournalInput {
                 if gone { Ok(()) } else { Err(InputError::new("pull", "nobody pulls there")) }
             }
             Self::MoveBody { name, position, rotation } => {
-                let done = is_valid_pose(*position, *rotation) && world.move_body(name, *position, *rotation);
+                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
+                let done = id.is_some_and(|id| world.move_body(id, *position, *rotation));
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
             Self::PlaceBody { name, position, rotation } => {
-                let done = is_valid_pose(*position, *rotation) && world.place_body(name, *position, *rotation);
+                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
+                let done = id.is_some_and(|id| world.place_body(id, *position, *rotation));
                 done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
         }

@@ -3,6 +3,10 @@
 //! Every reader and every setter of the crate rejects invalid input with an [`InputError`]: file,
 //! line, field, value, and accepted values with their unit. Rejected input changes nothing.
 
+mod operation;
+
+pub use crate::error::operation::{BuildError, ParameterError, SceneError, SnapshotError};
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 

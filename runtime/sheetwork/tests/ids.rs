@@ -1,0 +1,72 @@
+//! Ids of sheets, bodies and heaters while objects are added and removed, and over a reset.
+
+use glam::{DQuat, DVec3};
+use sheetwork::prelude::*;
+use sheetwork::scene::HeaterSpec;
+
+fn world() -> World {
+    let scene = Scene::parse(
+        r#"(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+            sheets: [(name: "a"), (name: "b"), ()],
+            bodies: [(name: "ball", shape: Ball(0.1), mass: 1), (shape: Ball(0.2))],
+            heaters: [(name: "lamp", size: (0.1, 0.1, 0.1), hot: [(face: 2, temperature: 300)]),
+                (size: (0.1, 0.1, 0.1), hot: [(face: 2, temperature: 200)])])"#,
+    );
+    World::new(&scene.expect("valid")).expect("valid")
+}
+
+#[test]
+fn the_id_of_a_sheet_outlives_the_removal_of_others_and_not_its_own() {
+    let mut world = world();
+    let ids: Vec<SheetId> = world.sheet_ids().collect();
+    assert_eq!((ids.len(), world.sheet_id("b"), world.sheet_id("none")), (3, Some(ids[1]), None));
+    assert!(world.remove_sheet(ids[0]) && !world.remove_sheet(ids[0]));
+    assert!(world.get_sheet(ids[0]).is_none() && world.get_sheet_mut(ids[0]).is_none());
+    assert_eq!(world.get_sheet(ids[1]).expect("there").name, "b");
+    let added = world.add_sheet(&SheetSpec::new("card").named("b")).expect("valid");
+    assert_eq!(world.get_sheet(added).expect("there").name, "b 2");
+    assert!(added != ids[0] && world.get_sheet(ids[0]).is_none(), "the slot is used again, the id is not");
+    world.advance(0.01);
+    world.reset().expect("valid");
+    assert_eq!(world.get_sheet(ids[1]).expect("there").name, "b");
+    assert_eq!(world.get_sheet(added).expect("there").name, "b 2");
+    assert_eq!(world.sheet_ids().collect::<Vec<_>>(), [ids[1], ids[2], added]);
+    world.get_sheet_mut(added).expect("there").parameters.friction = 0.9;
+    assert_eq!(world.sheet("b 2").expect("there").parameters.friction, 0.9);
+}
+
+#[test]
+fn the_id_of_a_body_keeps_its_body_over_a_reset_that_reorders_bodies() {
+    let mut world = world();
+    let ball = world.body_id("ball").expect("there");
+    let added = world.add_body(&BodySpec::new(Shape::Ball(0.05))).expect("valid");
+    let (name, floor) = (world.body_name(added).expect("there").to_owned(), world.body_id("floor").expect("there"));
+    assert!(world.remove_body(ball) && !world.remove_body(ball));
+    assert!(world.get_body(ball).is_none() && world.body_name(ball).is_none());
+    assert!(
+        !world.move_body(ball, DVec3::ZERO, DQuat::IDENTITY) && !world.place_body(ball, DVec3::ZERO, DQuat::IDENTITY)
+    );
+    world.reset().expect("valid");
+    // The added body is now before floor and back wall.
+    assert_eq!(world.body_name(added), Some(name.as_str()));
+    assert_eq!(world.body_name(floor), Some("floor"));
+    assert!(world.move_body(added, DVec3::Y, DQuat::IDENTITY));
+    world.step();
+    assert_eq!(world.get_body(added).expect("there").origin(), DVec3::Y);
+}
+
+#[test]
+fn heaters_have_ids_and_those_without_a_name_have_their_number() {
+    let mut world = world();
+    let (lamp, second) = (world.heater_id("lamp").expect("there"), world.heater_id("1").expect("there"));
+    let spec = HeaterSpec { name: "lamp".into(), ..world.get_heater(lamp).expect("there").clone() };
+    let added = world.add_heater(&spec).expect("valid");
+    assert_eq!(world.get_heater(added).expect("there").name, "lamp 2");
+    assert!(world.remove_heater(lamp) && !world.remove_heater(lamp));
+    assert!(!world.remove_heater(second), "its number would pass to another");
+    assert!(world.get_heater(lamp).is_none() && world.get_heater(second).is_some());
+    let there = Placement { position: DVec3::X, ..Placement::default() };
+    assert!(world.move_heater(second, &there) && !world.move_heater(lamp, &there));
+    assert_eq!(world.get_heater(second).expect("there").placement, there);
+    assert_eq!(world.heater_ids().collect::<Vec<_>>(), [second, added]);
+}
