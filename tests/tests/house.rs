@@ -18,15 +18,15 @@ const SNAPSHOT: &str = "tests/tests/public_api.txt";
 const MAXIMA: [(&str, usize); 12] = [
     ("`pub fn` reachable from outside", 349),
     ("private numeric constants", 39),
-    ("fields of `Sheet`", 60),
-    ("methods of `Sheet`", 266),
+    ("fields of `Sheet`", 19),
+    ("methods of `Sheet`", 79),
     ("`impl Sheet` blocks outside", 0),
     ("comment lines over 100 columns", 0),
     ("comment sentences that begin with", 19),
     ("lines of the library without tests", 56_500),
     ("lines of all crates without tests", 91_500),
-    ("functions over 60 lines", 17),
-    ("files over 600 lines", 4),
+    ("functions over 60 lines", 3),
+    ("files over 600 lines", 1),
     ("rooms of the library in circles", 0),
 ];
 
