@@ -13,7 +13,9 @@ pub enum Phase {
     /// Motion of sheets by internal forces: elements, integrator, linear solves, and all that
     /// belongs to no other phase.
     Motion,
-    /// Collision detection. Explicit integrators resolve node contacts with static bodies in the
+    /// Broad phase over the world, and building of islands.
+    Islands,
+    /// Collision detection within islands. Explicit integrators resolve node contacts with static bodies in the
     /// same pass, which counts here.
     Detection,
     /// Contact solver.
@@ -26,8 +28,9 @@ pub enum Phase {
 
 impl Phase {
     /// All phases with their names.
-    pub const ALL: [(Self, &'static str); 5] = [
+    pub const ALL: [(Self, &'static str); 6] = [
         (Self::Motion, "motion"),
+        (Self::Islands, "islands"),
         (Self::Detection, "detection"),
         (Self::Contact, "contact"),
         (Self::Heat, "heat"),

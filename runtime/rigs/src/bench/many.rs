@@ -2,16 +2,20 @@
 //!
 //! A thousand small shells sleep on a floor: alone, and with one more that moves. A hundred
 //! swinging clamped shells are stepped by one thread and by several, one step of each in turn, so
-//! that other load of the machine affects both equally. The results are the minimum wall-clock
-//! times over all rounds.
+//! that other load of the machine affects both equally. A thousand free shells far apart show the
+//! share of the broad phase, which is the time of the phase `islands` over that of the step. The
+//! results are the minimum wall-clock times over all rounds.
 
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::profiler::{Phase, StepObserver};
 use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
@@ -33,6 +37,9 @@ pub struct Many {
     /// Number of sheets that move.
     #[arg(long, default_value_t = 100)]
     moving: u32,
+    /// Number of free sheets far apart.
+    #[arg(long, default_value_t = 1000)]
+    free: u32,
     /// Number of threads to compare with one.
     #[arg(long, default_value_t = 2)]
     threads: u32,
@@ -48,6 +55,7 @@ impl Many {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--resting", self.resting.into(), 1.0, 1e5, "sheets")?;
         check_range("--moving", self.moving.into(), 1.0, 1e4, "sheets")?;
+        check_range("--free", self.free.into(), 1.0, 1e5, "sheets")?;
         check_range("--threads", self.threads.into(), 2.0, 256.0, "threads")?;
         check_range("--rounds", self.rounds.into(), 1.0, 1e6, "")?;
         let mut still = World::new(&resting(self.resting))?;
@@ -60,7 +68,8 @@ impl Many {
         let (mut single, mut several) = (World::new(&scene)?, World::new(&scene)?);
         several.set_threads(self.threads as usize)?;
         let both = self.least(&mut [&mut single, &mut several]);
-        self.print_report(rest_ms, (one[0], one[1]), (both[0], both[1]))?;
+        let broad = self.measure_broad_phase()?;
+        self.print_report(rest_ms, (one[0], one[1]), (both[0], both[1]), broad)?;
         Ok(ExitCode::SUCCESS)
     }
 
@@ -77,17 +86,37 @@ impl Many {
         least
     }
 
+    /// Minimum wall-clock time of a frame of free sheets far apart, ms, and the smallest share of
+    /// the broad phase.
+    fn measure_broad_phase(&self) -> Result<(f64, f64), InputError> {
+        let free = |i| shell(format!("sail {i}"), 11, 0.25, at(i, 1.0));
+        let mut world = World::new(&Scene { sheets: (0..self.free).map(free).collect(), ..empty() })?;
+        let clock = Arc::new(IslandsClock { start: Instant::now(), nanoseconds: AtomicU64::new(0) });
+        world.set_profiler(Some(clock.clone()));
+        let (mut least, mut share) = (f64::INFINITY, f64::INFINITY);
+        // Each round steps all sheets: a tenth of the rounds takes about as long as the others.
+        for _ in 0..self.rounds.div_ceil(10) {
+            let start = Instant::now();
+            world.step();
+            let (step, islands) = (start.elapsed(), clock.nanoseconds.swap(0, Ordering::Relaxed));
+            least = least.min(1e3 * step.as_secs_f64());
+            share = share.min(islands as f64 / step.as_nanos() as f64);
+        }
+        Ok((least, share))
+    }
+
     fn print_report(
         &self,
         rest: f64,
         (with, without): (f64, f64),
         (one, several): (f64, f64),
+        (free, broad): (f64, f64),
     ) -> Result<(), InputError> {
         if self.json {
             return print_json(&json!({
                 "resting": self.resting, "resting_frame_ms": rest, "resting_and_one_ms": with, "one_alone_ms": without,
                 "moving": self.moving, "threads": self.threads, "one_thread_ms": one, "threads_ms": several,
-                "scaling": one / several,
+                "scaling": one / several, "free": self.free, "free_frame_ms": free, "broad_phase_share": broad,
             }));
         }
         print_line(&format!("{} shells of 5x5 asleep: {rest:.4} ms a frame", self.resting))?;
@@ -97,7 +126,39 @@ impl Many {
             self.moving,
             self.threads,
             one / several
+        ))?;
+        print_line(&format!(
+            "{} free shells of 11x11 far apart: {free:.2} ms a frame, of which the broad phase {:.2} %",
+            self.free,
+            100.0 * broad
         ))
+    }
+}
+
+/// Clock of the phase [`Phase::Islands`].
+struct IslandsClock {
+    start: Instant,
+    /// Time spent in the phase, ns. Between `begin` and `end` it is short by the time of `begin`.
+    nanoseconds: AtomicU64,
+}
+
+impl IslandsClock {
+    fn now(&self) -> u64 {
+        self.start.elapsed().as_nanos() as u64
+    }
+}
+
+impl StepObserver for IslandsClock {
+    fn begin(&self, phase: Phase) {
+        if phase == Phase::Islands {
+            self.nanoseconds.fetch_sub(self.now(), Ordering::Relaxed);
+        }
+    }
+
+    fn end(&self, phase: Phase) {
+        if phase == Phase::Islands {
+            self.nanoseconds.fetch_add(self.now(), Ordering::Relaxed);
+        }
     }
 }
 

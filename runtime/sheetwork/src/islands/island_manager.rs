@@ -126,7 +126,7 @@ impl IslandManager {
         }
         match stage.view {
             Some(view) => {
-                stage.watch.measure(Phase::Detection, || self.surroundings.update(view, rigid, stage.dt));
+                stage.watch.measure(Phase::Islands, || self.surroundings.update(view, rigid, stage.dt));
             }
             None => {
                 self.surroundings.colliders.clear();
@@ -137,7 +137,7 @@ impl IslandManager {
         instability::update_policies(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
-        stage.watch.measure(Phase::Detection, || builder.build(sheets, touches, stage, surroundings, body_contacts));
+        stage.watch.measure(Phase::Islands, || builder.build(sheets, touches, stage, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
         bring_together(&mut all, &builder.order, exchanges);
         let context = IslandContext { stage, surroundings, body_contacts, order: &builder.order, parallel };
