@@ -26,7 +26,7 @@ const MAXIMA: [(&str, usize); 12] = [
     ("lines of the library without tests", 56_500),
     ("lines of all crates without tests", 91_500),
     ("functions over 60 lines", 3),
-    ("files over 600 lines", 1),
+    ("files over 600 lines", 0),
     ("rooms of the library in circles", 0),
 ];
 

@@ -15,12 +15,13 @@ pub mod recording;
 pub(crate) mod remap;
 pub(crate) mod report;
 pub(crate) mod serialization;
+pub(crate) mod sheets;
 pub(crate) mod snapshot;
 pub(crate) mod state_hash;
+pub(crate) mod step;
 pub(crate) mod suggestions;
 pub(crate) mod thermal;
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -34,17 +35,13 @@ use crate::contact::ContactCounters;
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
 use crate::error::{BuildError, InputError};
-use crate::islands::StepContext;
-use crate::islands::event::{ContactLog, Event, EventKind};
+use crate::islands::event::{ContactLog, Event};
 use crate::islands::island_manager::IslandManager;
-use crate::islands::step_report::StepReport;
 use crate::parallel::Pool;
-use crate::profiler::{Phase, Profiler, StepObserver};
-use crate::rigid::{BodyState, RigidView, RigidWorld};
+use crate::profiler::{Profiler, StepObserver};
+use crate::rigid::{BodyState, RigidWorld};
 use crate::scene::IntegratorKind;
-use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
-use crate::sheet::Field;
-use crate::sheet::air_parameters;
+use crate::scene::{Air, PairSpec, Scene, body_name, validate};
 use crate::sheet::attachment;
 use crate::sheet::equilibrium;
 use crate::sheet::temperature;
@@ -231,28 +228,6 @@ impl World {
         self.watch = Profiler(watch);
     }
 
-    /// Take one step of [`World::dt`] with the world's own bodies. The report says whether every
-    /// island converged, and otherwise what was done.
-    pub fn step(&mut self) -> StepReport {
-        self.step_by(self.dt);
-        self.step_report()
-    }
-
-    /// Report of the last step.
-    pub fn step_report(&self) -> StepReport {
-        self.groups.report
-    }
-
-    /// Advance by `duration` (s) in equal steps of at most [`World::dt`]. Returns the number of
-    /// steps.
-    pub fn advance(&mut self, duration: f64) -> u64 {
-        let steps = steps_in(duration, self.dt);
-        for _ in 0..steps {
-            self.step_by(duration / steps as f64);
-        }
-        steps
-    }
-
     /// Set gravity (m/s²) without the range of a scene, for rigs that search for a limit.
     #[doc(hidden)]
     pub fn set_gravity_unbounded(&mut self, gravity: DVec3) {
@@ -275,239 +250,14 @@ impl World {
         self.sheets.iter_mut().map(|s| equilibrium::creep_in_equilibrium(s, field, dt, tolerance)).collect()
     }
 
-    fn field(&self) -> Field {
-        Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
-    }
-
-    /// Take one step of `dt` (s) with the world's own bodies: the phases in their order.
-    fn step_by(&mut self, dt: f64) {
-        self.release_due_pins(dt);
-        // The bodies are taken out for the step: the view borrows them while the sheets change.
-        let mut rigid = self.rigid.take();
-        self.step_bodies(rigid.as_mut(), dt);
-        let view = rigid.as_ref().map(RigidWorld::view);
-        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
-        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
-        self.update_bodies(rigid.as_mut());
-        self.rigid = rigid;
-        self.finish_step(dt, |world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
-    }
-
-    /// Release the pins whose time has come; a sheet without them may wake.
-    fn release_due_pins(&mut self, dt: f64) {
-        let now = self.time + 1e-9 * dt;
-        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
-            let slept = sheet.state.status == Status::Asleep;
-            attachment::release_pins(sheet, now);
-            if slept && sheet.state.status != Status::Asleep {
-                touches.events.push((self.time, EventKind::Woke, None));
-            }
-        }
-    }
-
-    /// Step the rigid bodies without the sheets, and lead the nodes that are attached to them.
-    fn step_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
-        let Some(rigid) = rigid else { return };
-        self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
-        let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-        self.sheets.iter_mut().for_each(|s| attachment::set_body_motion(s, self.time, dt, states));
-    }
-
-    /// Set the dynamic bodies to their state after contact with sheets.
-    fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
-        let Some(rigid) = rigid else { return };
-        for update in &self.groups.body_updates {
-            rigid.set_state(update.body, update.end);
-            if update.sleeps {
-                rigid.put_to_sleep(update.body);
-            }
-        }
-    }
-
-    /// Phases after the motion: fracture, events, buckling, levels of detail.
-    fn finish_step(&mut self, dt: f64, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
-        self.fracture_sheets();
-        self.collect_events(name);
-        self.detect_buckling(self.time - dt);
-        self.update_lod(dt);
-    }
-
-    /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid
-    /// world, which must already be at the end of that time. Returns the number of steps.
-    pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
-        let steps = steps_in(duration, self.dt);
-        let dt = duration / steps as f64;
-        for _ in 0..steps {
-            self.step_sheets(Some(view), None, dt);
-            self.step_thermal(Some(view), None, dt);
-            self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
-        }
-        steps
-    }
-
-    fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
-        let stage = StepContext {
-            field: self.field(),
-            time: self.time,
-            dt,
-            view,
-            sleep: self.sleep,
-            sheets_meet: self.scene.contact.sheets,
-            watch: &self.watch,
-        };
-        self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, stage.time + stage.dt));
-        let many = self.sheets.len() > 1;
-        let Self { sheets, contacts, touches, groups, pool, .. } = self;
-        let mut work = |parallel: bool| {
-            stage.watch.measure(Phase::Motion, || groups.step((sheets, contacts, touches), &stage, rigid, parallel))
-        };
-        match pool {
-            Some(pool) if many => pool.install(|| work(true)),
-            _ => work(false),
-        }
-        self.steps += 1;
-        self.time += dt;
-    }
-
-    /// Move the events of the sheets to the world's list, sheet by sheet: their order is
-    /// independent of threads.
-    fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
-        for index in 0..self.touches.len() {
-            if self.touches[index].events.is_empty() {
-                continue;
-            }
-            let mut alarms = std::mem::take(&mut self.touches[index].alarms).into_iter();
-            for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
-                let body = collider.and_then(|c| name(self, c));
-                let alarm = if kind.has_alarm() { alarms.next() } else { None };
-                let place_m = alarm.map(|a| a.place_m);
-                let event = Event::new(time_s, kind, &self.sheets[index].name, body);
-                self.events.push(Event { alarm, place_m, ..event });
-            }
-        }
-    }
-
     /// The scene of the world.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The sheets.
-    pub fn sheets(&self) -> &[Sheet] {
-        &self.sheets
-    }
-
-    /// The sheets, for changes between steps.
-    pub fn sheets_mut(&mut self) -> &mut [Sheet] {
-        &mut self.sheets
-    }
-
     /// The world's own rigid bodies; `None` when the caller provides them.
     pub fn rigid(&self) -> Option<&RigidWorld> {
         self.rigid.as_ref()
-    }
-
-    /// The sheet `name`.
-    pub fn sheet(&self, name: &str) -> Option<&Sheet> {
-        self.sheets.iter().find(|s| s.name == name)
-    }
-
-    /// The sheet `name`, for changes between steps.
-    pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
-        self.get_sheet_mut(self.sheet_id(name)?)
-    }
-
-    /// Id of the sheet `name`.
-    pub fn sheet_id(&self, name: &str) -> Option<SheetId> {
-        self.sheet_ids.at(self.sheets.iter().position(|s| s.name == name)?).map(SheetId)
-    }
-
-    /// Ids of all sheets, in the order of [`World::sheets`].
-    pub fn sheet_ids(&self) -> impl ExactSizeIterator<Item = SheetId> + '_ {
-        self.sheet_ids.iter().map(SheetId)
-    }
-
-    /// The sheet `id`; `None` when it was removed.
-    pub fn get_sheet(&self, id: SheetId) -> Option<&Sheet> {
-        self.sheets.get(self.sheet_ids.position(id.0)?)
-    }
-
-    /// The sheet `id`, for changes between steps; `None` when it was removed.
-    pub fn get_sheet_mut(&mut self, id: SheetId) -> Option<&mut Sheet> {
-        let sheet = self.sheets.get_mut(self.sheet_ids.position(id.0)?)?;
-        // The caller may place it so that it intersects another sheet.
-        sheet.invalidate_interpenetration();
-        Some(sheet)
-    }
-
-    /// Add a sheet. Its name is that of the description, with a number where it is not unique.
-    ///
-    /// # Errors
-    /// When the description, or a file it names, is invalid; nothing is added then.
-    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, BuildError> {
-        let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
-        let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
-        let name = unique_name(base, |name| names.contains(name));
-        let index = self.scene.sheets.len();
-        let spec = SheetSpec { name, ..spec.clone() };
-        validate::added_sheet(&spec, index)?;
-        self.scene.sheets.push(spec);
-        // The sheet gets the present integrator; the scene keeps its own, for a reset.
-        let described = (self.scene.engine, self.scene.tolerance);
-        (self.scene.engine, self.scene.tolerance) = (self.engine, self.tolerance);
-        let built = self.build_last_sheet();
-        (self.scene.engine, self.scene.tolerance) = described;
-        match built {
-            Ok((sheet, heat)) => {
-                self.sheets.push(sheet);
-                self.heat = heat.or(self.heat.take());
-            }
-            Err(error) => {
-                self.scene.sheets.truncate(index);
-                return Err(error.into());
-            }
-        }
-        self.heat.iter_mut().for_each(|heat| heat.discard_views());
-        match &mut self.detail {
-            Some(detail) => detail.add(),
-            None => self.detail = lod::LodState::of(&self.scene, &self.sheets),
-        }
-        self.contacts.push(SheetContact::default());
-        self.touches.push(ContactLog::default());
-        self.make.add_sheet(&self.scene);
-        Ok(SheetId(self.sheet_ids.push()))
-    }
-
-    /// Build the last sheet of the scene, and the thermal model if the sheet is the first with
-    /// temperatures.
-    fn build_last_sheet(&self) -> Result<(Sheet, Option<Box<ThermalModel>>), InputError> {
-        let Scene { sheets, ambient_temperature, .. } = &self.scene;
-        let mut sheet = Sheet::build(&self.scene, sheets.len() - 1)?;
-        attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
-        let heat = if self.heat.is_some() { None } else { ThermalModel::of(&self.scene)?.map(Box::new) };
-        if self.heat.is_some() || heat.is_some() {
-            temperature::start_temperatures(&mut sheet, *ambient_temperature);
-        }
-        let spots = sheets.last().map_or(&[][..], |spec| &spec.spots);
-        spots::heat_spots(&mut sheet, spots, *ambient_temperature)?;
-        Ok((sheet, heat))
-    }
-
-    /// Remove the sheet `id`. Returns `false` when it was removed before.
-    pub fn remove_sheet(&mut self, id: SheetId) -> bool {
-        let Some(index) = self.sheet_ids.position(id.0) else { return false };
-        self.sheet_ids.remove(index);
-        self.sheets.remove(index);
-        self.detail.iter_mut().for_each(|detail| detail.remove(index));
-        self.contacts.remove(index);
-        self.touches.remove(index);
-        self.groups.remove_sheet(index);
-        self.scene.sheets.remove(index);
-        self.make.remove_sheet(index, &self.scene);
-        if let Some(heat) = &mut self.heat {
-            heat.discard_views();
-        }
-        true
     }
 
     /// Counters of the contact solver of the island whose first sheet is `index`.
@@ -667,12 +417,6 @@ impl World {
 fn unique_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2_u64..).map(|n| format!("{base} {n}"));
     std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
-}
-
-/// Number of equal steps of at most `dt` in `duration`; at least one.
-fn steps_in(duration: f64, dt: f64) -> u64 {
-    // The slack absorbs rounding of a duration that is a whole number of steps.
-    ((duration / dt) - 1e-9).ceil().max(1.0) as u64
 }
 
 /// The scene with default names of bodies filled in, so that a removed body is found in it.

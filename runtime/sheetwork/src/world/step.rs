@@ -1,0 +1,151 @@
+//! One step of a world: the order of its phases. See `docs/architecture.md`.
+
+use crate::islands::StepContext;
+use crate::islands::event::{Event, EventKind};
+use crate::islands::step_report::StepReport;
+use crate::profiler::Phase;
+use crate::rigid::{RigidView, RigidWorld};
+use crate::sheet::{Field, Status, air_parameters, attachment};
+use crate::world::World;
+
+impl World {
+    /// Take one step of [`World::dt`] with the world's own bodies. The report says whether every
+    /// island converged, and otherwise what was done.
+    pub fn step(&mut self) -> StepReport {
+        self.step_by(self.dt);
+        self.step_report()
+    }
+
+    /// Report of the last step.
+    pub fn step_report(&self) -> StepReport {
+        self.groups.report
+    }
+
+    /// Advance by `duration` (s) in equal steps of at most [`World::dt`]. Returns the number of
+    /// steps.
+    pub fn advance(&mut self, duration: f64) -> u64 {
+        let steps = steps_in(duration, self.dt);
+        for _ in 0..steps {
+            self.step_by(duration / steps as f64);
+        }
+        steps
+    }
+
+    pub(super) fn field(&self) -> Field {
+        Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
+    }
+
+    /// Take one step of `dt` (s) with the world's own bodies: the phases in their order.
+    fn step_by(&mut self, dt: f64) {
+        self.release_due_pins(dt);
+        // The bodies are taken out for the step: the view borrows them while the sheets change.
+        let mut rigid = self.rigid.take();
+        self.step_bodies(rigid.as_mut(), dt);
+        let view = rigid.as_ref().map(RigidWorld::view);
+        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
+        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
+        self.update_bodies(rigid.as_mut());
+        self.rigid = rigid;
+        self.finish_step(dt, |world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+    }
+
+    /// Release the pins whose time has come; a sheet without them may wake.
+    fn release_due_pins(&mut self, dt: f64) {
+        let now = self.time + 1e-9 * dt;
+        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
+            let slept = sheet.state.status == Status::Asleep;
+            attachment::release_pins(sheet, now);
+            if slept && sheet.state.status != Status::Asleep {
+                touches.events.push((self.time, EventKind::Woke, None));
+            }
+        }
+    }
+
+    /// Step the rigid bodies without the sheets, and lead the nodes that are attached to them.
+    fn step_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
+        let Some(rigid) = rigid else { return };
+        self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
+        let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
+        self.sheets.iter_mut().for_each(|s| attachment::set_body_motion(s, self.time, dt, states));
+    }
+
+    /// Set the dynamic bodies to their state after contact with sheets.
+    fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
+        let Some(rigid) = rigid else { return };
+        for update in &self.groups.body_updates {
+            rigid.set_state(update.body, update.end);
+            if update.sleeps {
+                rigid.put_to_sleep(update.body);
+            }
+        }
+    }
+
+    /// Phases after the motion: fracture, events, buckling, levels of detail.
+    fn finish_step(&mut self, dt: f64, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
+        self.fracture_sheets();
+        self.collect_events(name);
+        self.detect_buckling(self.time - dt);
+        self.update_lod(dt);
+    }
+
+    /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid
+    /// world, which must already be at the end of that time. Returns the number of steps.
+    pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
+        let steps = steps_in(duration, self.dt);
+        let dt = duration / steps as f64;
+        for _ in 0..steps {
+            self.step_sheets(Some(view), None, dt);
+            self.step_thermal(Some(view), None, dt);
+            self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
+        }
+        steps
+    }
+
+    fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        let stage = StepContext {
+            field: self.field(),
+            time: self.time,
+            dt,
+            view,
+            sleep: self.sleep,
+            sheets_meet: self.scene.contact.sheets,
+            watch: &self.watch,
+        };
+        self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, stage.time + stage.dt));
+        let many = self.sheets.len() > 1;
+        let Self { sheets, contacts, touches, groups, pool, .. } = self;
+        let mut work = |parallel: bool| {
+            stage.watch.measure(Phase::Motion, || groups.step((sheets, contacts, touches), &stage, rigid, parallel))
+        };
+        match pool {
+            Some(pool) if many => pool.install(|| work(true)),
+            _ => work(false),
+        }
+        self.steps += 1;
+        self.time += dt;
+    }
+
+    /// Move the events of the sheets to the world's list, sheet by sheet: their order is
+    /// independent of threads.
+    fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
+        for index in 0..self.touches.len() {
+            if self.touches[index].events.is_empty() {
+                continue;
+            }
+            let mut alarms = std::mem::take(&mut self.touches[index].alarms).into_iter();
+            for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
+                let body = collider.and_then(|c| name(self, c));
+                let alarm = if kind.has_alarm() { alarms.next() } else { None };
+                let place_m = alarm.map(|a| a.place_m);
+                let event = Event::new(time_s, kind, &self.sheets[index].name, body);
+                self.events.push(Event { alarm, place_m, ..event });
+            }
+        }
+    }
+}
+
+/// Number of equal steps of at most `dt` in `duration`; at least one.
+fn steps_in(duration: f64, dt: f64) -> u64 {
+    // The slack absorbs rounding of a duration that is a whole number of steps.
+    ((duration / dt) - 1e-9).ceil().max(1.0) as u64
+}
