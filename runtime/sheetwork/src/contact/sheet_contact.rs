@@ -42,13 +42,13 @@ impl SheetContact {
     }
 
     /// Serialise whether there is a collision surface, with its checksum.
-    pub fn keep_surface(&self, to: &mut StateWriter) {
+    pub fn serialise_surface(&self, to: &mut StateWriter) {
         to.count(self.surface.as_ref().map_or(0, |surface| 1 + u64::from(surface.checksum())));
     }
 
-    /// Deserialise the output of [`SheetContact::keep_surface`]. A missing surface is built from
+    /// Deserialise the output of [`SheetContact::serialise_surface`]. A missing surface is built from
     /// the present state of the sheet, which for a new one is its state before the first step.
-    pub fn take_surface(&mut self, sheet: &Sheet, from: &mut StateReader) -> ReadResult {
+    pub fn deserialise_surface(&mut self, sheet: &Sheet, from: &mut StateReader) -> ReadResult {
         let Some(make) = from.count()?.checked_sub(1) else { return Ok(()) };
         self.prepare_surface(sheet);
         let own = self.surface.as_ref().map(|surface| u64::from(surface.checksum()));

@@ -125,7 +125,7 @@ impl World {
         to.blob(&settings);
         self.rigid.iter().for_each(|rigid| rigid.serialise(to));
         for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
-            contact.keep_surface(to);
+            contact.serialise_surface(to);
             serialization::serialise_state(sheet, to, |to| contact.clearance.serialise(to, sheet.state.displaced));
         }
         self.groups.serialise(self.sheets.len(), to);
@@ -155,7 +155,7 @@ impl World {
             rigid.deserialise(&mut from, &self.scene)?;
         }
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
-            contact.take_surface(sheet, &mut from)?;
+            contact.deserialise_surface(sheet, &mut from)?;
             serialization::deserialise_state(sheet, &mut from, |from, masses| {
                 contact.clearance.deserialise(from, masses)
             })?;
