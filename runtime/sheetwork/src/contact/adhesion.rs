@@ -51,7 +51,7 @@ pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3
 /// Update the bonds of the sheets of an island after a step: count the contacts of every node, then
 /// bond the closed contacts that are warm enough. `bodies` maps the island's body indices to
 /// indices in `around`.
-pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
+pub(crate) fn update_bonds(sheets: &mut [Sheet], workspace: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
     if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;
     }
@@ -59,15 +59,15 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], scratch: &ContactWorkspace, aro
         let masses = sheet.node_count();
         sheet.state.adhesion.get_or_insert_default().begin(masses);
     }
-    scratch.for_each_closed(|contact, _| {
+    workspace.for_each_closed(|contact, _| {
         if let Some((sheet, mass, _)) = node_contact(contact)
             && let Some(stuck) = &mut sheets[sheet as usize].state.adhesion
         {
             stuck.has_contact(mass, towards(contact));
         }
     });
-    let mut suspension = Suspension { scratch, around, bodies, last: (u32::MAX, 0.0) };
-    scratch.for_each_closed(|contact, _| {
+    let mut suspension = Suspension { workspace, around, bodies, last: (u32::MAX, 0.0) };
+    workspace.for_each_closed(|contact, _| {
         let Some((sheet, mass, _)) = node_contact(contact) else { return };
         let Some(force) = bond_force(sheets, contact, &mut suspension) else { return };
         apply_bond(sheets, contact, force, bodies, around);
@@ -102,13 +102,13 @@ fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Su
     }
     let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
     let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
-    need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(suspension.scratch, contact, before));
+    need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(suspension.workspace, contact, before));
     Some(need.min(most_stress * share * own.area_of(mass) / parts))
 }
 
 /// Dynamic bodies of an island that may be suspended from bonds.
 struct Suspension<'a> {
-    scratch: &'a ContactWorkspace,
+    workspace: &'a ContactWorkspace,
     around: &'a StepBodies,
     /// Index in `around` of each body of the island.
     bodies: &'a [u32],
@@ -126,7 +126,7 @@ impl Suspension<'_> {
         }
         if self.last.0 != body {
             let mut contacts = 0.0;
-            self.scratch.for_each_closed(|c, _| contacts += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
+            self.workspace.for_each_closed(|c, _| contacts += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
             self.last = (body, contacts);
         }
         Some(SETTINGS.body_acceleration * over.start.mass() / f64::max(self.last.1, 1.0))
@@ -135,8 +135,8 @@ impl Suspension<'_> {
 
 /// Load of a bond in the step, N, given the bond force `force`: its tension, plus the normal force
 /// that its friction requires.
-fn bond_load(scratch: &ContactWorkspace, contact: &ContactConstraint, force: f64) -> f64 {
-    let contact_force = scratch.force_of(&contact.key).unwrap_or(DVec3::ZERO);
+fn bond_load(workspace: &ContactWorkspace, contact: &ContactConstraint, force: f64) -> f64 {
+    let contact_force = workspace.force_of(&contact.key).unwrap_or(DVec3::ZERO);
     let across = contact_force.dot(contact.normal).abs();
     let along = contact_force.reject_from_normalized(contact.normal).length();
     let friction = if contact.friction > 0.0 { along / contact.friction } else { 0.0 };

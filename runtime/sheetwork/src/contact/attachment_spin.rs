@@ -25,12 +25,12 @@ use crate::contact::workspace::ContactWorkspace;
 impl ContactWorkspace {
     /// Add to the bodies of attachments the angular momentum that the last position solve took, in
     /// a stage of weight `h` (s).
-    pub fn restore_spin(&self, group: &mut IslandView, h: f64) {
+    pub fn restore_spin(&self, island: &mut IslandView, h: f64) {
         let glue = &self.detected.contacts[self.detected.first_attachment..];
         if glue.is_empty() {
             return;
         }
-        for (number, mover) in group.solver_bodies.iter_mut().enumerate() {
+        for (number, mover) in island.solver_bodies.iter_mut().enumerate() {
             let mut twist = DVec3::ZERO;
             for contact in glue {
                 let ContactSide::Body { body, local } = contact.b else { continue };

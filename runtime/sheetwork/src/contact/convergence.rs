@@ -28,45 +28,45 @@ pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) ->
 }
 
 /// Whether any node moved far enough in the stage to require another detection.
-pub(crate) fn has_moved(group: &IslandView) -> bool {
-    let still = if group.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
-    group.sheets.iter().any(|sheet| stage::has_moved(sheet, still))
+pub(crate) fn has_moved(island: &IslandView) -> bool {
+    let still = if island.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
+    island.sheets.iter().any(|sheet| stage::has_moved(sheet, still))
 }
 
 /// Position of a side of a contact at the iterate, m.
-fn position(group: &IslandView, side: &ContactSide) -> DVec3 {
+fn position(island: &IslandView, side: &ContactSide) -> DVec3 {
     match side {
-        ContactSide::Sheet { sheet, point } => point.position(&group.sheet(*sheet).work.stage.iterate),
+        ContactSide::Sheet { sheet, point } => point.position(&island.sheet(*sheet).work.stage.iterate),
         ContactSide::Body { body, local } => {
-            let mover = &group.solver_bodies[*body as usize];
+            let mover = &island.solver_bodies[*body as usize];
             mover.free.world_point(*local) + mover.displacement_at(mover.free.world_point(*local) - mover.free.centre())
         }
     }
 }
 
 /// Penetration of a contact at the iterate, m; negative if it is open.
-fn penetration(group: &IslandView, contact: &ContactConstraint) -> f64 {
-    contact.offset - contact.normal.dot(position(group, &contact.a) - position(group, &contact.b))
+fn penetration(island: &IslandView, contact: &ContactConstraint) -> f64 {
+    contact.offset - contact.normal.dot(position(island, &contact.a) - position(island, &contact.b))
 }
 
 /// Deepest penetration into a body among `contacts` at the iterate, m; 0 if there is none.
 /// Sheet-sheet contacts are left out: not all of them are in the problem, and further iterations do
 /// not reduce their penetration.
-pub(crate) fn deepest_body_penetration(group: &IslandView, contacts: &[ContactConstraint]) -> f64 {
+pub(crate) fn deepest_body_penetration(island: &IslandView, contacts: &[ContactConstraint]) -> f64 {
     let on_body = contacts.iter().filter(|c| matches!(c.b, ContactSide::Body { .. }));
-    on_body.map(|c| penetration(group, c)).fold(0.0, f64::max)
+    on_body.map(|c| penetration(island, c)).fold(0.0, f64::max)
 }
 
 /// Whether the two sides of a sheet-sheet contact have penetrated in the stage by more than later
 /// steps can recover, or have passed through. Pairs whose mid-surfaces had already passed each
 /// other at the start do not count.
-pub(crate) fn has_crossed(group: &IslandView, contact: &ContactConstraint) -> bool {
+pub(crate) fn has_crossed(island: &IslandView, contact: &ContactConstraint) -> bool {
     let start = |side: &ContactSide| match side {
-        ContactSide::Sheet { sheet, point } => point.position(&group.sheet(*sheet).state.x),
-        ContactSide::Body { body, local } => group.solver_bodies[*body as usize].start.world_point(*local),
+        ContactSide::Sheet { sheet, point } => point.position(&island.sheet(*sheet).state.x),
+        ContactSide::Body { body, local } => island.solver_bodies[*body as usize].start.world_point(*local),
     };
     let was = contact.offset - contact.normal.dot(start(&contact.a) - start(&contact.b));
-    let now = penetration(group, contact);
+    let now = penetration(island, contact);
     now > SETTINGS.crossed_penetration * contact.offset
         && now > was.max(0.0) + SETTINGS.crossed_growth * contact.offset
         && was < contact.offset

@@ -49,9 +49,9 @@ impl DetectedContacts {
 
     /// Largest penetration between two bodies at the start of the stage, m, which the step will
     /// remove.
-    pub fn largest_body_penetration(&self, group: &IslandView) -> f64 {
+    pub fn largest_body_penetration(&self, island: &IslandView) -> f64 {
         let between = &self.contacts[self.colliders.len()..self.first_attachment];
-        between.iter().map(|c| -gap(group, c, StagePose::Start)).fold(0.0, f64::max)
+        between.iter().map(|c| -gap(island, c, StagePose::Start)).fold(0.0, f64::max)
     }
 
     /// Position of the sheet contact with this key in the list, or the position at which it would
@@ -84,16 +84,16 @@ impl DetectedContacts {
     /// Remove penetrating contacts that no force can open: fixed nodes inside a static or kinematic
     /// body. A solve would not converge. Fixed nodes that only touch keep their contacts: they may
     /// stick, and carry load when the attachment is removed.
-    pub fn remove_immovable(&mut self, group: &IslandView) {
+    pub fn remove_immovable(&mut self, island: &IslandView) {
         let fixed = |side: &ContactSide| match side {
             ContactSide::Sheet { sheet, point } => {
-                let sheet = group.sheet(*sheet);
+                let sheet = island.sheet(*sheet);
                 point.terms().all(|(i, _)| sheet.is_held(i as usize))
             }
-            ContactSide::Body { body, .. } => !group.solver_bodies[*body as usize].is_dynamic(),
+            ContactSide::Body { body, .. } => !island.solver_bodies[*body as usize].is_dynamic(),
         };
         self.retain(|contact| {
-            !(fixed(&contact.a) && fixed(&contact.b) && gap(group, contact, StagePose::Free) < -PGS.tolerance)
+            !(fixed(&contact.a) && fixed(&contact.b) && gap(island, contact, StagePose::Free) < -PGS.tolerance)
         });
     }
 
@@ -115,15 +115,15 @@ impl DetectedContacts {
     /// within, the underside of a body on a floor, and an edge of a fold seen from behind. If only
     /// one of them has a cached force, the other is removed, because rotation of the sheet makes
     /// the depth at the start unreliable.
-    pub fn remove_opposed(&mut self, group: &IslandView, memory: &ContactCache) {
+    pub fn remove_opposed(&mut self, island: &IslandView, memory: &ContactCache) {
         // With several sheets an unconverged solution is accepted, and a search among thousands of
         // contacts is expensive.
-        if group.sheets.len() > 1 {
+        if island.sheets.len() > 1 {
             return;
         }
-        let start = |c: &ContactConstraint| gap(group, c, StagePose::Start);
+        let start = |c: &ContactConstraint| gap(island, c, StagePose::Start);
         let held = |c: &ContactConstraint| memory.of(&c.key).is_some_and(|known| known.position != DVec3::ZERO);
-        let stands = |body: u32| !group.solver_bodies[body as usize].is_dynamic();
+        let stands = |body: u32| !island.solver_bodies[body as usize].is_dynamic();
         let shares = |one: &ContactSide, other: &ContactSide| match (one, other) {
             (ContactSide::Sheet { sheet, point }, ContactSide::Sheet { sheet: also, point: there }) => {
                 sheet == also && point.terms().any(|(i, _)| there.terms().any(|(j, _)| i == j))
@@ -171,9 +171,9 @@ impl DetectedContacts {
 impl ContactWorkspace {
     /// Replace the contacts by those of a detection with wider margins if a contact that was not in
     /// the list penetrates. Returns whether one does.
-    pub(crate) fn adopt_wider_detection(&mut self, group: &IslandView) -> bool {
+    pub(crate) fn adopt_wider_detection(&mut self, island: &IslandView) -> bool {
         let mut new = self.rechecked.of_sheets().iter().filter(|c| self.detected.find_key(&c.key).is_err());
-        let overlaps = new.any(|contact| overlaps(group, contact));
+        let overlaps = new.any(|contact| overlaps(island, contact));
         if overlaps {
             std::mem::swap(&mut self.detected, &mut self.rechecked);
         }
@@ -182,11 +182,11 @@ impl ContactWorkspace {
 
     /// Add the contacts of the additional detection that penetrate after the displacement by
     /// contact. Returns whether any was added.
-    pub(crate) fn add_displaced_contacts(&mut self, group: &IslandView) -> bool {
+    pub(crate) fn add_displaced_contacts(&mut self, island: &IslandView) -> bool {
         let Self { detected: found, rechecked: seen, .. } = self;
         let before = found.contacts.len();
         for (contact, part) in seen.of_sheets().iter().zip(&seen.colliders) {
-            if let (Err(at), true) = (found.find_key(&contact.key), overlaps(group, contact)) {
+            if let (Err(at), true) = (found.find_key(&contact.key), overlaps(island, contact)) {
                 found.insert(at, *contact, *part);
             }
         }
@@ -195,8 +195,8 @@ impl ContactWorkspace {
 
     /// Store the sheet-sheet contacts of the additional detection whose sides have passed through
     /// each other.
-    pub(crate) fn record_crossed_contacts(&mut self, group: &IslandView) {
-        let crossed = self.rechecked.of_sheets().iter().filter(|c| convergence::has_crossed(group, c));
+    pub(crate) fn record_crossed_contacts(&mut self, island: &IslandView) {
+        let crossed = self.rechecked.of_sheets().iter().filter(|c| convergence::has_crossed(island, c));
         let before = self.crossed_contacts.len();
         self.has_crossed = self.rechecked.sheets_intersect;
         for contact in crossed {
@@ -220,8 +220,8 @@ impl ContactWorkspace {
 }
 
 /// Whether a contact penetrates after the displacement by contact.
-fn overlaps(group: &IslandView, contact: &ContactConstraint) -> bool {
-    let [a, b] =
-        [&contact.a, &contact.b].map(|side| position(group, side, StagePose::Free) + contact_displacement(group, side));
+fn overlaps(island: &IslandView, contact: &ContactConstraint) -> bool {
+    let [a, b] = [&contact.a, &contact.b]
+        .map(|side| position(island, side, StagePose::Free) + contact_displacement(island, side));
     contact.normal.dot(a - b) < contact.offset
 }

@@ -31,23 +31,23 @@ pub(crate) struct ContactGaps {
 
 impl ContactGaps {
     /// Measure the gaps without contact forces.
-    pub fn measure(&mut self, contacts: &[ContactConstraint], group: &IslandView) {
+    pub fn measure(&mut self, contacts: &[ContactConstraint], island: &IslandView) {
         self.free.clear();
         self.start.clear();
         self.positions_a.clear();
         for contact in contacts {
-            let (a, b) = (position(group, &contact.a, StagePose::Free), position(group, &contact.b, StagePose::Free));
+            let (a, b) = (position(island, &contact.a, StagePose::Free), position(island, &contact.b, StagePose::Free));
             self.free.push(contact.normal.dot(a - b) - contact.offset);
-            self.start.push(gap(group, contact, StagePose::Start));
+            self.start.push(gap(island, contact, StagePose::Start));
             self.positions_a.push(a);
         }
         self.now.clone_from(&self.free);
     }
 
     /// Update `now` with the displacement by contact.
-    pub fn update(&mut self, contacts: &[ContactConstraint], group: &IslandView) {
+    pub fn update(&mut self, contacts: &[ContactConstraint], island: &IslandView) {
         for (i, contact) in contacts.iter().enumerate() {
-            let by = contact_displacement(group, &contact.a) - contact_displacement(group, &contact.b);
+            let by = contact_displacement(island, &contact.a) - contact_displacement(island, &contact.b);
             self.now[i] = self.free[i] + contact.normal.dot(by);
         }
     }
@@ -69,10 +69,10 @@ pub(crate) enum StagePose {
 }
 
 /// Position of a side, m.
-pub(crate) fn position(group: &IslandView, side: &ContactSide, at: StagePose) -> DVec3 {
+pub(crate) fn position(island: &IslandView, side: &ContactSide, at: StagePose) -> DVec3 {
     match side {
         ContactSide::Sheet { sheet, point } => {
-            let sheet = group.sheet(*sheet);
+            let sheet = island.sheet(*sheet);
             point.position(if matches!(at, StagePose::Start) {
                 &sheet.state.x
             } else {
@@ -80,7 +80,7 @@ pub(crate) fn position(group: &IslandView, side: &ContactSide, at: StagePose) ->
             })
         }
         ContactSide::Body { body, local } => {
-            let mover = &group.solver_bodies[*body as usize];
+            let mover = &island.solver_bodies[*body as usize];
             if matches!(at, StagePose::Start) {
                 mover.start.world_point(*local)
             } else {
@@ -91,49 +91,49 @@ pub(crate) fn position(group: &IslandView, side: &ContactSide, at: StagePose) ->
 }
 
 /// Gap of a contact, m.
-pub(crate) fn gap(group: &IslandView, contact: &ContactConstraint, at: StagePose) -> f64 {
-    contact.normal.dot(position(group, &contact.a, at) - position(group, &contact.b, at)) - contact.offset
+pub(crate) fn gap(island: &IslandView, contact: &ContactConstraint, at: StagePose) -> f64 {
+    contact.normal.dot(position(island, &contact.a, at) - position(island, &contact.b, at)) - contact.offset
 }
 
 /// Displacement of a side by contact, m.
-pub(crate) fn contact_displacement(group: &IslandView, side: &ContactSide) -> DVec3 {
-    by_contact(group, side, |jump| &jump.dx, SolverBody::displacement_at)
+pub(crate) fn contact_displacement(island: &IslandView, side: &ContactSide) -> DVec3 {
+    by_contact(island, side, |jump| &jump.dx, SolverBody::displacement_at)
 }
 
 /// Velocity change of a side by contact, m/s.
-pub(crate) fn contact_velocity_jump(group: &IslandView, side: &ContactSide) -> DVec3 {
-    by_contact(group, side, |jump| &jump.dv, |mover, arm| mover.kick + mover.spin_jump.cross(arm))
+pub(crate) fn contact_velocity_jump(island: &IslandView, side: &ContactSide) -> DVec3 {
+    by_contact(island, side, |jump| &jump.dv, |mover, arm| mover.kick + mover.spin_jump.cross(arm))
 }
 
 /// Change of a side by contact, from the sheet's response `of_sheet` or the body's response
 /// `of_body` at an arm (m).
 fn by_contact(
-    group: &IslandView,
+    island: &IslandView,
     side: &ContactSide,
     of_sheet: impl Fn(&ContactJump) -> &Vectors,
     of_body: impl Fn(&SolverBody, DVec3) -> DVec3,
 ) -> DVec3 {
     match side {
         ContactSide::Sheet { sheet, point } => {
-            let unit = group.unit(*sheet);
+            let unit = island.unit(*sheet);
             if unit.is_touched() { point.position(of_sheet(&unit.jump)) } else { DVec3::ZERO }
         }
         ContactSide::Body { body, local } => {
-            let mover = &group.solver_bodies[*body as usize];
+            let mover = &island.solver_bodies[*body as usize];
             of_body(mover, mover.free.world_point(*local) - mover.free.centre())
         }
     }
 }
 
 /// Velocity of a side at the start of the stage or at its end without contact, m/s.
-pub(crate) fn velocity(group: &IslandView, side: &ContactSide, at: StagePose) -> DVec3 {
+pub(crate) fn velocity(island: &IslandView, side: &ContactSide, at: StagePose) -> DVec3 {
     match side {
         ContactSide::Sheet { sheet, point } => {
-            let sheet = group.sheet(*sheet);
+            let sheet = island.sheet(*sheet);
             point.position(if matches!(at, StagePose::Start) { &sheet.state.v } else { &sheet.work.stage.velocity })
         }
         ContactSide::Body { body, local } => {
-            let mover = &group.solver_bodies[*body as usize];
+            let mover = &island.solver_bodies[*body as usize];
             let state = if matches!(at, StagePose::Start) { &mover.start } else { &mover.free };
             state.velocity_at(state.world_point(*local))
         }

@@ -77,41 +77,41 @@ impl ContactMargins {
 /// Solve positions, and solve again with wider margins while contact displaces something into a
 /// contact that was not detected.
 fn solve_positions_and_widen(
-    group: &mut IslandView,
-    scratch: &mut ContactWorkspace,
+    island: &mut IslandView,
+    workspace: &mut ContactWorkspace,
     h: f64,
-    (look, rough): (DetectionMode, bool),
+    (mode, rough): (DetectionMode, bool),
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> PositionSolve {
-    let mut solved = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
-    let mut margins = ContactMargins::for_sheets(group.sheets.len());
+    let mut solved = workspace.profile(|workspace| workspace.solve_positions(island, h, rough));
+    let mut margins = ContactMargins::for_sheets(island.sheets.len());
     for _ in 0..SETTINGS.maximum_widenings {
-        if solved != PositionSolve::Touched || !margins.widen(largest_displacements(group)) {
+        if solved != PositionSolve::Touched || !margins.widen(largest_displacements(island)) {
             break;
         }
-        let is_far = group.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
+        let is_far = island.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
         let overlaps = if is_far {
-            detect(group, DetectionMode::ContactMotion, ContactMargins::DEFAULT, &mut scratch.rechecked);
-            scratch.rechecked.remove_opposed(group, &scratch.cache);
-            scratch.add_displaced_contacts(group)
+            detect(island, DetectionMode::ContactMotion, ContactMargins::DEFAULT, &mut workspace.rechecked);
+            workspace.rechecked.remove_opposed(island, &workspace.cache);
+            workspace.add_displaced_contacts(island)
         } else {
-            detect(group, look, margins, &mut scratch.rechecked);
-            scratch.rechecked.remove_opposed(group, &scratch.cache);
-            scratch.adopt_wider_detection(group)
+            detect(island, mode, margins, &mut workspace.rechecked);
+            workspace.rechecked.remove_opposed(island, &workspace.cache);
+            workspace.adopt_wider_detection(island)
         };
         if !overlaps {
             break;
         }
-        scratch.add_crossed_contacts();
-        solved = scratch.profile(|scratch| scratch.solve_positions(group, h, rough));
+        workspace.add_crossed_contacts();
+        solved = workspace.profile(|workspace| workspace.solve_positions(island, h, rough));
     }
     solved
 }
 
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
-fn largest_displacements(group: &IslandView) -> ContactMargins {
-    let units = || group.contacts.iter().map(|contact| &contact.work);
+fn largest_displacements(island: &IslandView) -> ContactMargins {
+    let units = || island.contacts.iter().map(|contact| &contact.work);
     let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
@@ -119,67 +119,67 @@ fn largest_displacements(group: &IslandView) -> ContactMargins {
     let most = |from: DVec3| {
         touched().flat_map(|dx| dx.iter()).map(|dx| (dx - from).length_squared()).fold(0.0, f64::max).sqrt()
     };
-    let bodies = group.solver_bodies.iter().map(|m| m.displacement.length()).fold(most(DVec3::ZERO), f64::max);
+    let bodies = island.solver_bodies.iter().map(|m| m.displacement.length()).fold(most(DVec3::ZERO), f64::max);
     ContactMargins { bodies, sheets: most(mean) }
 }
 
-/// Run the outer iteration of one stage for all sheets of `group`. `h` is the weight of the stage
+/// Run the outer iteration of one stage for all sheets of `island`. `h` is the weight of the stage
 /// (s). `detect` writes the contacts for a detection mode and margins, given the free motions
 /// stored in the group.
 pub(crate) fn solve_stage(
-    group: &mut IslandView,
-    scratch: &mut ContactWorkspace,
+    island: &mut IslandView,
+    workspace: &mut ContactWorkspace,
     field: Field,
     h: f64,
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> StageSolve {
-    let sheets = group.sheets.len();
+    let sheets = island.sheets.len();
     // A pair that touched in any iteration may touch again; ending without it would let it pass
     // through.
     let mut met = false;
     let mut before = f64::INFINITY;
-    let mut look = DetectionMode::FromStart;
-    scratch.begin_outer_iteration();
+    let mut mode = DetectionMode::FromStart;
+    workspace.begin_outer_iteration();
     for round in 0..SETTINGS.maximum_iterations_single + SETTINGS.additional_iterations {
-        scratch.work += group.nodes() as u64;
-        if !compute_free_motion(group, field) {
+        workspace.work += island.nodes() as u64;
+        if !compute_free_motion(island, field) {
             return StageSolve::IterationLimit;
         }
-        detect(group, look, ContactMargins::for_sheets(sheets), &mut scratch.detected);
-        scratch.detected.remove_opposed(group, &scratch.cache);
-        if let Some(sheet) = scratch.initially_buried_sheet(group).filter(|_| round == 0) {
+        detect(island, mode, ContactMargins::for_sheets(sheets), &mut workspace.detected);
+        workspace.detected.remove_opposed(island, &workspace.cache);
+        if let Some(sheet) = workspace.initially_buried_sheet(island).filter(|_| round == 0) {
             return StageSolve::InitialPenetration(sheet);
         }
-        scratch.add_crossed_contacts();
-        let rough = round == 0 && scratch.is_impact(group);
-        let touched = match solve_positions_and_widen(group, scratch, h, (look, rough), &mut detect) {
+        workspace.add_crossed_contacts();
+        let rough = round == 0 && workspace.is_impact(island);
+        let touched = match solve_positions_and_widen(island, workspace, h, (mode, rough), &mut detect) {
             PositionSolve::Failed => return StageSolve::IterationLimit,
             solved => solved == PositionSolve::Touched,
         };
         met |= touched;
-        let firm = scratch.has_only_attachments() || scratch.is_single_sheet && group.independent_parts() == 1;
-        let worst = update_iterates(group, field, touched, firm);
-        if met && !scratch.policy.is_shortest_substep && has_diverged(round, sheets, worst) {
+        let firm = workspace.has_only_attachments() || workspace.is_single_sheet && island.independent_parts() == 1;
+        let worst = update_iterates(island, field, touched, firm);
+        if met && !workspace.policy.is_shortest_substep && has_diverged(round, sheets, worst) {
             return StageSolve::Diverged;
         }
-        let moved = met && convergence::has_moved(group);
+        let moved = met && convergence::has_moved(island);
         if moved && sheets > 1 {
-            detect(group, DetectionMode::SheetCrossing, ContactMargins::for_sheets(sheets), &mut scratch.rechecked);
-            scratch.record_crossed_contacts(group);
+            detect(island, DetectionMode::SheetCrossing, ContactMargins::for_sheets(sheets), &mut workspace.rechecked);
+            workspace.record_crossed_contacts(island);
         }
-        look = if scratch.has_crossed { DetectionMode::FromStart } else { DetectionMode::FromIterate };
-        let done = !rough && stages(group).all(|stage| stage.is_finished);
-        let mut apart = !scratch.has_crossed;
+        mode = if workspace.has_crossed { DetectionMode::FromStart } else { DetectionMode::FromIterate };
+        let done = !rough && stages(island).all(|stage| stage.is_finished);
+        let mut apart = !workspace.has_crossed;
         if apart && done && moved {
-            apart = is_free_of_penetration(group, scratch, round, &mut before, &mut detect);
+            apart = is_free_of_penetration(island, workspace, round, &mut before, &mut detect);
         }
         if done && apart {
             return if touched { StageSolve::Converged } else { StageSolve::ConvergedWithoutContact };
         }
         if !apart {
-            group.for_each_sheet(|sheet| sheet.work.stage.is_finished = false);
+            island.for_each_sheet(|sheet| sheet.work.stage.is_finished = false);
         }
-        if let Some(end) = iteration_limit(round, maximum_iterations(scratch, met), (met, touched)) {
+        if let Some(end) = iteration_limit(round, maximum_iterations(workspace, met), (met, touched)) {
             return end;
         }
     }
@@ -189,18 +189,18 @@ pub(crate) fn solve_stage(
 /// Whether no sheet penetrates a body at the iterate of iteration `round` by more than the
 /// tolerance; `before` is the penetration at the last test, m.
 fn is_free_of_penetration(
-    group: &IslandView,
-    scratch: &mut ContactWorkspace,
+    island: &IslandView,
+    workspace: &mut ContactWorkspace,
     round: u32,
     before: &mut f64,
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> bool {
-    let overlap = scratch.deepest_penetration(group, |group, found| {
-        detect(group, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+    let overlap = workspace.deepest_penetration(island, |island, found| {
+        detect(island, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
     });
     let is_stalled = overlap > SETTINGS.stagnation_ratio * *before;
     *before = overlap;
-    overlap <= convergence::penetration_tolerance(round, group.sheets.len(), is_stalled)
+    overlap <= convergence::penetration_tolerance(round, island.sheets.len(), is_stalled)
 }
 
 /// Result of a stage that ends after iteration `round` because of the limit `rounds`; `None` if it
@@ -221,39 +221,39 @@ fn has_diverged(round: u32, sheets: usize, worst: f64) -> bool {
 }
 
 /// Maximum number of outer iterations; `met` says whether any contact has closed.
-fn maximum_iterations(scratch: &ContactWorkspace, met: bool) -> u32 {
-    match scratch.is_single_sheet || scratch.has_only_attachments() || !met {
-        _ if scratch.is_work_budget_spent() => 1,
+fn maximum_iterations(workspace: &ContactWorkspace, met: bool) -> u32 {
+    match workspace.is_single_sheet || workspace.has_only_attachments() || !met {
+        _ if workspace.is_work_budget_spent() => 1,
         true => SETTINGS.maximum_iterations_single,
-        false if scratch.policy.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
+        false if workspace.policy.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
         false => SETTINGS.maximum_iterations_several,
     }
 }
 
 /// Compute the free motion of every sheet that has not converged. Returns false if a solve failed.
-fn compute_free_motion(group: &mut IslandView, field: Field) -> bool {
-    group.for_each_sheet(|sheet| {
+fn compute_free_motion(island: &mut IslandView, field: Field) -> bool {
+    island.for_each_sheet(|sheet| {
         if !sheet.work.stage.is_finished && !stage::solve_free_motion(sheet, field) {
             sheet.work.stage.has_failed = true;
         }
     });
-    stages(group).all(|stage| !stage.has_failed)
+    stages(island).all(|stage| !stage.has_failed)
 }
 
 /// Move every sheet to its new iterate, with the contact displacement if `touched`; `firm` demands
 /// fine convergence at attachments. Returns the largest strain error as a multiple of the
 /// tolerance.
-fn update_iterates(group: &mut IslandView, field: Field, touched: bool, firm: bool) -> f64 {
-    group.each_unit(|sheet, unit| {
+fn update_iterates(island: &mut IslandView, field: Field, touched: bool, firm: bool) -> f64 {
+    island.each_unit(|sheet, unit| {
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
         stage::update_iterate(sheet, field, contact, firm);
     });
-    stages(group).filter(|stage| !stage.is_finished).map(|stage| stage.misprediction_ratio).fold(0.0, f64::max)
+    stages(island).filter(|stage| !stage.is_finished).map(|stage| stage.misprediction_ratio).fold(0.0, f64::max)
 }
 
 /// Stage data of all sheets of the island.
-fn stages<'a>(group: &'a IslandView) -> impl Iterator<Item = &'a StageWorkspace> {
-    group.sheets.iter().map(|sheet| &sheet.work.stage)
+fn stages<'a>(island: &'a IslandView) -> impl Iterator<Item = &'a StageWorkspace> {
+    island.sheets.iter().map(|sheet| &sheet.work.stage)
 }
 
 /// Solve the contact of an island with explicit integrators, whose free motions are known, in a
@@ -261,18 +261,18 @@ fn stages<'a>(group: &'a IslandView) -> impl Iterator<Item = &'a StageWorkspace>
 /// displacements and velocity jumps are left in the contact arrays of the sheets and in the solver
 /// bodies.
 pub(crate) fn solve_explicit(
-    group: &mut IslandView,
-    scratch: &mut ContactWorkspace,
+    island: &mut IslandView,
+    workspace: &mut ContactWorkspace,
     h: f64,
     detect: impl FnOnce(&IslandView, &mut DetectedContacts),
 ) -> bool {
-    scratch.policy.is_explicit = true;
-    detect(group, &mut scratch.detected);
-    scratch.detected.remove_opposed(group, &scratch.cache);
-    let solved = scratch.profile(|scratch| scratch.solve_positions(group, h, false));
+    workspace.policy.is_explicit = true;
+    detect(island, &mut workspace.detected);
+    workspace.detected.remove_opposed(island, &workspace.cache);
+    let solved = workspace.profile(|workspace| workspace.solve_positions(island, h, false));
     let touched = solved == PositionSolve::Touched;
     if touched {
-        scratch.profile(|scratch| scratch.solve_velocities(group, h));
+        workspace.profile(|workspace| workspace.solve_velocities(island, h));
     }
     touched
 }

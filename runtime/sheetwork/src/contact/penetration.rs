@@ -16,33 +16,33 @@ impl ContactWorkspace {
     /// Whether a contact was open by more than [`ContactSettings::impact_distance`] and would
     /// penetrate by more than that.
     /// The linearisation of this outer iteration is then far from the solution.
-    pub(crate) fn is_impact(&self, group: &IslandView) -> bool {
+    pub(crate) fn is_impact(&self, island: &IslandView) -> bool {
         self.detected.contacts.iter().any(|c| {
-            gap(group, c, StagePose::Free) < -SETTINGS.impact_distance
-                && gap(group, c, StagePose::Start) > SETTINGS.impact_distance
+            gap(island, c, StagePose::Free) < -SETTINGS.impact_distance
+                && gap(island, c, StagePose::Start) > SETTINGS.impact_distance
         })
     }
 
     /// Deepest penetration of a node in a body surface at the start of the stage, m.
-    pub(crate) fn initial_penetration(&self, group: &IslandView) -> f64 {
+    pub(crate) fn initial_penetration(&self, island: &IslandView) -> f64 {
         let surfaces =
             self.detected.contacts[..self.detected.first_attachment].iter().filter(|c| is_node_surface_contact(&c.key));
-        surfaces.map(|c| -gap(group, c, StagePose::Start)).fold(0.0, f64::max)
+        surfaces.map(|c| -gap(island, c, StagePose::Start)).fold(0.0, f64::max)
     }
 
     /// The sheet that started with at least half of its nodes deep inside bodies, if any. Only a
     /// scene edit can put a sheet there.
-    pub(crate) fn initially_buried_sheet(&self, group: &IslandView) -> Option<u32> {
+    pub(crate) fn initially_buried_sheet(&self, island: &IslandView) -> Option<u32> {
         let is_deep = |c: &&ContactConstraint| {
             let ContactSide::Sheet { sheet, point } = &c.a else { return false };
-            let sheet = group.sheet(*sheet);
+            let sheet = island.sheet(*sheet);
             // Only contacts of nodes with faces count: corners and edges may lie behind each
             // other's planes without overlap.
-            let depth = -gap(group, c, StagePose::Start);
+            let depth = -gap(island, c, StagePose::Start);
             // A node that a body passes by is behind its far side at the start and outside at the
             // end.
             depth > SETTINGS.buried_depth * sheet.model.initial_diagonal
-                && -gap(group, c, StagePose::Free) > 0.5 * depth
+                && -gap(island, c, StagePose::Free) > 0.5 * depth
                 && is_node_surface_contact(&c.key)
                 && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
         };
@@ -51,17 +51,17 @@ impl ContactWorkspace {
         // A body that passes by in the step has some nodes behind its far side, but fewer than
         // half.
         let of_first = |c: &&ContactConstraint| matches!(c.a, ContactSide::Sheet { sheet, .. } if sheet == first);
-        (2 * deep().filter(of_first).count() >= group.sheet(first).node_count()).then_some(first)
+        (2 * deep().filter(of_first).count() >= island.sheet(first).node_count()).then_some(first)
     }
 
     /// Deepest penetration into a body at the iterate, m, of the contacts that `detect` detects.
     pub fn deepest_penetration(
         &mut self,
-        group: &IslandView,
+        island: &IslandView,
         detect: impl FnOnce(&IslandView, &mut DetectedContacts),
     ) -> f64 {
-        detect(group, &mut self.rechecked);
-        self.rechecked.remove_opposed(group, &self.cache);
-        convergence::deepest_body_penetration(group, &self.rechecked.contacts[..self.rechecked.first_attachment])
+        detect(island, &mut self.rechecked);
+        self.rechecked.remove_opposed(island, &self.cache);
+        convergence::deepest_body_penetration(island, &self.rechecked.contacts[..self.rechecked.first_attachment])
     }
 }

@@ -30,28 +30,28 @@ impl ContactWorkspace {
 
     /// Relative position u of contact `i` in `frame` after the free motion, m: normal gap, and the
     /// tangential displacement that friction opposes.
-    pub(crate) fn relative_position(&self, group: &IslandView, i: usize, frame: &DMat3) -> DVec3 {
+    pub(crate) fn relative_position(&self, island: &IslandView, i: usize, frame: &DMat3) -> DVec3 {
         let contact = &self.detected.contacts[i];
-        let end = position(group, &contact.a, StagePose::Free) - position(group, &contact.b, StagePose::Free);
+        let end = position(island, &contact.a, StagePose::Free) - position(island, &contact.b, StagePose::Free);
         if i >= self.detected.first_attachment {
             return frame.transpose() * end;
         }
-        let start = position(group, &contact.a, StagePose::Start) - position(group, &contact.b, StagePose::Start);
+        let start = position(island, &contact.a, StagePose::Start) - position(island, &contact.b, StagePose::Start);
         let along = frame.transpose() * (end - start) * (1.0 - self.gaps.open_fraction(i));
         DVec3::new(self.gaps.free[i], along.y, along.z)
     }
 
     /// Relative velocity u of contact `i` in `frame` after the free motion, with the restitution
     /// target added, m/s. `None` if the contact is open.
-    pub(crate) fn relative_velocity(&self, group: &IslandView, i: usize, frame: &DMat3) -> Option<DVec3> {
+    pub(crate) fn relative_velocity(&self, island: &IslandView, i: usize, frame: &DMat3) -> Option<DVec3> {
         let contact = &self.detected.contacts[i];
-        let free = velocity(group, &contact.a, StagePose::Free) - velocity(group, &contact.b, StagePose::Free);
+        let free = velocity(island, &contact.a, StagePose::Free) - velocity(island, &contact.b, StagePose::Free);
         let mut u = frame.transpose() * free;
         if i < self.detected.first_attachment {
             if self.gaps.now[i] > SETTINGS.closed_gap {
                 return None;
             }
-            let start = velocity(group, &contact.a, StagePose::Start) - velocity(group, &contact.b, StagePose::Start);
+            let start = velocity(island, &contact.a, StagePose::Start) - velocity(island, &contact.b, StagePose::Start);
             let airborne = self.gaps.open_fraction(i);
             let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
             if approach < -SETTINGS.restitution_speed {

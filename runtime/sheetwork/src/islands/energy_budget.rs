@@ -25,13 +25,13 @@ const STEP: StepSettings = StepSettings::DEFAULT;
 /// Result of the energy check of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EnergyVerdict {
-    Stands,
+    Accept,
     /// The step is to be bisected.
-    Again,
+    Bisect,
     /// The fallback is to be applied.
-    Fails,
+    Fallback,
     /// The sheet is unstable; later substeps are skipped.
-    Runaway,
+    Diverged,
 }
 
 /// Energies of an island, J.
@@ -49,21 +49,21 @@ pub(crate) struct EnergyBudget {
 }
 
 impl EnergyBudget {
-    fn of(group: &IslandView, field: &Field) -> Self {
+    fn of(island: &IslandView, field: &Field) -> Self {
         let mut all = Self::default();
-        for sheet in group.sheets.iter() {
+        for sheet in island.sheets.iter() {
             let energy = sheet.energy(field.gravity);
             all.sheets += energy.kinetic;
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
             let mass: f64 = sheet.model.mass.iter().sum();
-            let lift = if group.sheets.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
+            let lift = if island.sheets.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
             all.still += mass * (0.5 * STEP.reference_speed * STEP.reference_speed + lift * field.gravity.length());
         }
-        if group.body_penetration > 0.0 {
-            all.still += island_weight(group, field) * group.body_penetration;
+        if island.body_penetration > 0.0 {
+            all.still += island_weight(island, field) * island.body_penetration;
         }
-        for mover in group.solver_bodies.iter().filter(|m| m.is_dynamic()) {
+        for mover in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
             all.bodies += mover.start.kinetic_energy();
             all.gravity += mover.start.gravity_energy(field.gravity);
         }
@@ -75,21 +75,21 @@ impl EnergyBudget {
     }
 
     /// Energies at the start of `part`; `None` when other loads than contact may do work in it.
-    pub fn before(group: &IslandView, part: &Substep) -> Option<Self> {
-        let led = group.solver_bodies.iter().any(|m| !m.is_dynamic() && m.start.is_moving());
+    pub fn before(island: &IslandView, part: &Substep) -> Option<Self> {
+        let led = island.solver_bodies.iter().any(|m| !m.is_dynamic() && m.start.is_moving());
         let moved = |sheet: &Sheet| sheet.is_loaded() || sheet.pins.moves_between(part.time, part.time + part.dt);
         let blown = part.field.wind != glam::DVec3::ZERO;
-        (!led && !blown && !group.sheets.iter().any(moved)).then(|| Self::of(group, &part.field))
+        (!led && !blown && !island.sheets.iter().any(moved)).then(|| Self::of(island, &part.field))
     }
 
     /// Add the work of depenetration: of a lone sheet and its load from an initial penetration of
     /// `depth` (m), and of bodies by `parted` (m). Depenetration is complete within one step,
     /// however short. [`EnergyBudgetSettings::lift_several`] covers several sheets.
-    pub fn add_depenetration_work(&mut self, group: &IslandView, field: &Field, (depth, parted): (f64, f64)) {
+    pub fn add_depenetration_work(&mut self, island: &IslandView, field: &Field, (depth, parted): (f64, f64)) {
         let is_initial = depth > ContactSettings::DEFAULT.residual_penetration;
         let depth = if is_initial { depth.min(SETTINGS.maximum_initial_penetration) } else { 0.0 };
-        if depth + parted > 0.0 && group.sheets.len() == 1 {
-            self.depenetration_work += island_weight(group, field) * (depth + parted);
+        if depth + parted > 0.0 && island.sheets.len() == 1 {
+            self.depenetration_work += island_weight(island, field) * (depth + parted);
         }
     }
 
@@ -98,38 +98,38 @@ impl EnergyBudget {
     /// `has_no_fixed_body` sheets only the velocities relative to the rigid motion are scaled,
     /// which conserves momentum. Near rest the gain is removed from the kinetic energy, and the
     /// remainder is `owed` (J) by the following steps.
-    pub fn check(
+    pub fn check_and_scale(
         &self,
-        group: &mut IslandView,
+        island: &mut IslandView,
         field: &Field,
         (last, met, has_no_fixed_body): (bool, bool, bool),
         owed: &mut f64,
     ) -> EnergyVerdict {
-        let now = Self::of(group, field);
+        let now = Self::of(island, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total() - self.depenetration_work;
-        if met && gain <= SETTINGS.bisection_gain * free && is_nearly_resting(group, has_no_fixed_body) {
+        if met && gain <= SETTINGS.bisection_gain * free && is_nearly_resting(island, has_no_fixed_body) {
             *owed = (*owed + gain + self.depenetration_work).max(0.0);
-            *owed -= remove_kinetic_energy(group, *owed, now.sheets + now.bodies);
-            return EnergyVerdict::Stands;
+            *owed -= remove_kinetic_energy(island, *owed, now.sheets + now.bodies);
+            return EnergyVerdict::Accept;
         }
         *owed = 0.0;
         if gain <= if met { SETTINGS.gain_tolerance } else { SETTINGS.bisection_gain } * free {
-            return EnergyVerdict::Stands;
+            return EnergyVerdict::Accept;
         }
         if gain > SETTINGS.bisection_gain * free && !last {
-            return EnergyVerdict::Again;
+            return EnergyVerdict::Bisect;
         }
-        if group.sheets.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
-            return EnergyVerdict::Runaway;
+        if island.sheets.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
+            return EnergyVerdict::Diverged;
         }
-        if let Some(own) = has_no_fixed_body.then(|| rigid_equivalent_of_island(group)).flatten() {
+        if let Some(own) = has_no_fixed_body.then(|| rigid_equivalent_of_island(island)).flatten() {
             let within = now.sheets - own.kinetic_energy();
             if gain > within {
-                return if last { EnergyVerdict::Fails } else { EnergyVerdict::Again };
+                return if last { EnergyVerdict::Fallback } else { EnergyVerdict::Bisect };
             }
             let part = (1.0 - gain / within).sqrt();
-            group.for_each_sheet(|sheet| {
+            island.for_each_sheet(|sheet| {
                 for i in 0..sheet.node_count() {
                     let along = own.velocity_at(sheet.state.x.get(i));
                     sheet.state.v.set(i, along + (sheet.state.v.get(i) - along) * part);
@@ -137,34 +137,34 @@ impl EnergyBudget {
             });
         } else if gain <= now.sheets {
             let part = (1.0 - gain / now.sheets).sqrt();
-            group.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+            island.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         } else if last {
-            return EnergyVerdict::Fails;
+            return EnergyVerdict::Fallback;
         }
-        EnergyVerdict::Stands
+        EnergyVerdict::Accept
     }
 }
 
-/// Whether all objects in `group` are slower than [`EnergyBudgetSettings::resting_speed`], one of
+/// Whether all objects in `island` are slower than [`EnergyBudgetSettings::resting_speed`], one of
 /// them is a dynamic body, and the sheets are held: in free sheets only relative motion may be
 /// reduced.
-fn is_nearly_resting(group: &IslandView, has_no_fixed_body: bool) -> bool {
-    let gives = group.solver_bodies.iter().any(|m| m.is_dynamic());
+fn is_nearly_resting(island: &IslandView, has_no_fixed_body: bool) -> bool {
+    let gives = island.solver_bodies.iter().any(|m| m.is_dynamic());
     let slow = |m: &SolverBody| !m.is_dynamic() || m.start.velocity().length() < SETTINGS.resting_speed;
     gives
-        && group.solver_bodies.iter().all(slow)
-        && group.sheets.iter().all(|sheet| sheet.max_speed() < SETTINGS.resting_speed)
-        && !(has_no_fixed_body && rigid_equivalent_of_island(group).is_some())
+        && island.solver_bodies.iter().all(slow)
+        && island.sheets.iter().all(|sheet| sheet.max_speed() < SETTINGS.resting_speed)
+        && !(has_no_fixed_body && rigid_equivalent_of_island(island).is_some())
 }
 
 /// Remove up to `owed` (J) from the kinetic energy `motion` (J) of all moving objects. Returns the
 /// energy removed, J.
-fn remove_kinetic_energy(group: &mut IslandView, owed: f64, motion: f64) -> f64 {
+fn remove_kinetic_energy(island: &mut IslandView, owed: f64, motion: f64) -> f64 {
     let taken = owed.min(motion);
     if taken > 0.0 {
         let part = (1.0 - taken / motion).sqrt();
-        group.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
-        for mover in group.solver_bodies.iter_mut().filter(|m| m.is_dynamic()) {
+        island.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+        for mover in island.solver_bodies.iter_mut().filter(|m| m.is_dynamic()) {
             mover.start = mover.start.with_velocity(mover.start.velocity() * part, mover.start.spin() * part);
         }
     }
@@ -172,8 +172,8 @@ fn remove_kinetic_energy(group: &mut IslandView, owed: f64, motion: f64) -> f64 
 }
 
 /// Weight of the sheets and dynamic bodies of an island, N.
-fn island_weight(group: &IslandView, field: &Field) -> f64 {
-    let sheets: f64 = group.sheets.iter().flat_map(|sheet| &sheet.model.mass).sum();
-    let bodies: f64 = group.solver_bodies.iter().filter(|m| m.is_dynamic()).map(|m| m.free.mass()).sum();
+fn island_weight(island: &IslandView, field: &Field) -> f64 {
+    let sheets: f64 = island.sheets.iter().flat_map(|sheet| &sheet.model.mass).sum();
+    let bodies: f64 = island.solver_bodies.iter().filter(|m| m.is_dynamic()).map(|m| m.free.mass()).sum();
     (sheets + bodies) * field.gravity.length()
 }

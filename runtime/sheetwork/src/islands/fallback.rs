@@ -33,10 +33,10 @@ pub(crate) enum Fallback {
     Restart,
     /// `MoveOrFreeze` for the first consecutive diverged steps. After their maximum number a slow
     /// island in contact is put to sleep, and a fast one is stopped for the rest of the step.
-    RollBack,
-    /// `RollBack`; the sheets of a stopped island are unstable.
-    RollBackUnstable,
-    /// Bodies move without contact with sheets, then `RollBackUnstable`: the work budget of the
+    FreezeThenStop,
+    /// `FreezeThenStop`; the sheets of a stopped island are unstable.
+    FreezeThenStopUnstable,
+    /// Bodies move without contact with sheets, then `FreezeThenStopUnstable`: the work budget of the
     /// step is spent.
     SkipContact,
     /// The island returns to the start of the substep and is stopped. This sheet of it, which
@@ -45,29 +45,29 @@ pub(crate) enum Fallback {
 }
 
 impl IslandSolve<'_, '_> {
-    /// Apply `fallback` to the substep `part`.
-    pub fn apply_fallback(&mut self, fallback: Fallback, part: &Substep) {
+    /// Apply `fallback` to the substep `substep`.
+    pub fn apply_fallback(&mut self, fallback: Fallback, substep: &Substep) {
         match fallback {
-            Fallback::MoveOrFreeze => self.move_or_freeze(part),
+            Fallback::MoveOrFreeze => self.move_or_freeze(substep),
             Fallback::MoveRigidly => {
-                if self.move_rigidly(part) {
+                if self.move_rigidly(substep) {
                     self.record_fallback();
                 }
             }
             Fallback::Restart => {
                 self.roll_back();
-                self.advance_bodies_freely(part);
-                self.move_or_freeze(part);
+                self.advance_bodies_freely(substep);
+                self.move_or_freeze(substep);
                 self.clear_failures();
             }
-            Fallback::RollBack => self.roll_back_diverged(part),
-            Fallback::RollBackUnstable => {
-                self.roll_back_diverged(part);
+            Fallback::FreezeThenStop => self.roll_back_diverged(substep),
+            Fallback::FreezeThenStopUnstable => {
+                self.roll_back_diverged(substep);
                 self.mark_stopped_sheets();
             }
             Fallback::SkipContact => {
-                self.advance_bodies_freely(part);
-                self.roll_back_diverged(part);
+                self.advance_bodies_freely(substep);
+                self.roll_back_diverged(substep);
                 self.mark_stopped_sheets();
             }
             Fallback::StopBuriedSheet(sheet) => {
@@ -94,20 +94,20 @@ impl IslandSolve<'_, '_> {
         }
     }
 
-    fn move_or_freeze(&mut self, part: &Substep) {
+    fn move_or_freeze(&mut self, substep: &Substep) {
         self.record_fallback();
-        if !self.move_rigidly(part) {
+        if !self.move_rigidly(substep) {
             self.freeze_sheets();
-            self.hold_back_bodies(part);
+            self.hold_back_bodies(substep);
         }
     }
 
-    fn roll_back_diverged(&mut self, part: &Substep) {
+    fn roll_back_diverged(&mut self, substep: &Substep) {
         let progress = &mut *self.progress;
         progress.consecutive_rollbacks += u32::from(progress.report.rollbacks == 0);
         progress.report.rollbacks += 1;
         if progress.consecutive_rollbacks <= SETTINGS.maximum_rollbacks {
-            self.move_or_freeze(part);
+            self.move_or_freeze(substep);
             self.clear_failures();
             return;
         }
@@ -123,8 +123,8 @@ impl IslandSolve<'_, '_> {
     }
 
     /// Advance the bodies through a substep without contact with sheets.
-    fn advance_bodies_freely(&mut self, part: &Substep) {
-        self.detector.begin_stage(self.view, part.done, part.done + part.dt);
+    fn advance_bodies_freely(&mut self, substep: &Substep) {
+        self.detector.begin_stage(self.view, substep.done, substep.done + substep.dt);
         self.detector.end_stage(self.view);
     }
 
@@ -140,13 +140,13 @@ impl IslandSolve<'_, '_> {
     /// Freeze dynamic bodies too where their motion makes one of them penetrate a frozen sheet:
     /// they moved as if the sheets had moved. The bodies keep their new velocities, or, where an
     /// unconverged solve has given them energy, a reduced part of the old ones.
-    fn hold_back_bodies(&mut self, part: &Substep) {
+    fn hold_back_bodies(&mut self, substep: &Substep) {
         let (island, workspace) = (&mut *self.view, &mut *self.workspace);
         if !island.solver_bodies.iter().any(|body| body.is_dynamic()) {
             return;
         }
         workspace.swap_saved_bodies(&mut island.solver_bodies);
-        if bodies_gain_energy(island, &workspace.saved_solver_bodies, &part.field) {
+        if bodies_gain_energy(island, &workspace.saved_solver_bodies, &substep.field) {
             for (body, went) in island.solver_bodies.iter_mut().zip(&workspace.saved_solver_bodies) {
                 let kept = STEP.velocity_retention;
                 let (v, w) = (body.start.velocity() * kept, body.start.spin() * kept);

@@ -47,25 +47,25 @@ pub(crate) struct Substep {
 
 /// Contact detection of an island.
 pub(crate) trait ContactDetector {
-    /// Move the bodies of `group` to the start of a stage from `from` to `to` (s after the start of
+    /// Move the bodies of `island` to the start of a stage from `from` to `to` (s after the start of
     /// the whole step), and set their motion without contact with sheets.
-    fn begin_stage(&mut self, group: &mut IslandView, from: f64, to: f64);
+    fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64);
 
     /// Write to `found` the contacts of `look` that are closer than `margins`, from the motions in
-    /// the sheets of `group`.
+    /// the sheets of `island`.
     fn detect_contacts(
         &mut self,
-        group: &IslandView,
-        look: DetectionMode,
+        island: &IslandView,
+        mode: DetectionMode,
         margins: ContactMargins,
         found: &mut DetectedContacts,
     );
 
     /// Largest spin of the dynamic bodies with corners that may meet a sheet in this step, rad/s.
-    fn max_body_spin(&self, group: &IslandView) -> f64;
+    fn max_body_spin(&self, island: &IslandView) -> f64;
 
     /// Set the bodies to their state at the end of the stage.
-    fn end_stage(&mut self, group: &mut IslandView);
+    fn end_stage(&mut self, island: &mut IslandView);
 }
 
 /// Outcome of the stages of a substep.
@@ -106,27 +106,27 @@ pub(crate) struct IslandSolve<'a, 'v> {
 
 impl IslandSolve<'_, '_> {
     /// Advance the island by a substep.
-    pub fn advance(&mut self, part: Substep) {
-        if part.bisections == 0 {
+    pub fn advance(&mut self, substep: Substep) {
+        if substep.bisections == 0 {
             self.begin_step();
         } else if self.progress.report.stopped > 0 {
             return;
         }
-        self.begin_substep(&part);
-        if part.bisections > 0 && self.workspace.is_work_budget_spent() {
-            self.apply_fallback(Fallback::SkipContact, &part);
+        self.begin_substep(&substep);
+        if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
+            self.apply_fallback(Fallback::SkipContact, &substep);
             return self.end_substep();
         }
-        if part.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
+        if substep.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
             let deepest = &mut self.progress.report.deepest_bisection;
-            *deepest = part.bisections.max(*deepest);
+            *deepest = substep.bisections.max(*deepest);
             let closed = self.workspace.closed_in_step.len();
-            let outcome = self.solve_stages(&part);
-            let is_shortest = self.is_shortest(&part);
+            let outcome = self.solve_stages(&substep);
+            let is_shortest = self.is_shortest(&substep);
             match outcome {
                 StageOutcome::Accepted => return self.end_substep(),
                 StageOutcome::Fallback(fallback) => {
-                    self.apply_fallback(fallback, &part);
+                    self.apply_fallback(fallback, &substep);
                     return self.end_substep();
                 }
                 // An island of several sheets accepts the state reached at the last bisection.
@@ -139,12 +139,12 @@ impl IslandSolve<'_, '_> {
             self.workspace.closed_in_step.truncate(closed);
             self.roll_back();
             if is_shortest {
-                self.finish_without_bisection(&part);
+                self.finish_without_bisection(&substep);
                 return self.end_substep();
             }
             self.workspace.counters.halved += 1;
         }
-        let half = Substep { dt: 0.5 * part.dt, bisections: part.bisections + 1, ..part };
+        let half = Substep { dt: 0.5 * substep.dt, bisections: substep.bisections + 1, ..substep };
         self.advance(half);
         self.advance(Substep { time: half.time + half.dt, done: half.done + half.dt, ..half });
     }
@@ -157,12 +157,12 @@ impl IslandSolve<'_, '_> {
 
     /// Prescribe velocities and save the state. One saved state suffices: each half begins at the
     /// state to which its rollback returns.
-    fn begin_substep(&mut self, part: &Substep) {
+    fn begin_substep(&mut self, substep: &Substep) {
         self.view.for_each_sheet(|sheet| {
             if !sheet.pins.is_empty() {
-                sheet.pins.prescribe_velocities(part.time, part.dt, &sheet.state.x, &mut sheet.state.v);
+                sheet.pins.prescribe_velocities(substep.time, substep.dt, &sheet.state.x, &mut sheet.state.v);
             }
-            stage::begin_step(sheet, part.field, part.dt);
+            stage::begin_step(sheet, substep.field, substep.dt);
             stage::save_state(sheet);
         });
         self.workspace.save_for_rollback(&self.view.solver_bodies);
@@ -180,91 +180,91 @@ impl IslandSolve<'_, '_> {
 
     /// Finish a substep whose further bisection is not allowed, because self-contact was found or
     /// the work budget of the step is spent: solve its stages once more, or restart without.
-    fn finish_without_bisection(&mut self, part: &Substep) {
+    fn finish_without_bisection(&mut self, substep: &Substep) {
         let is_affordable = !self.workspace.is_work_budget_spent();
-        match if is_affordable { self.solve_stages(part) } else { StageOutcome::Bisect } {
+        match if is_affordable { self.solve_stages(substep) } else { StageOutcome::Bisect } {
             StageOutcome::Accepted => {}
-            StageOutcome::Fallback(fallback) => self.apply_fallback(fallback, part),
-            StageOutcome::Bisect => self.apply_fallback(Fallback::Restart, part),
+            StageOutcome::Fallback(fallback) => self.apply_fallback(fallback, substep),
+            StageOutcome::Bisect => self.apply_fallback(Fallback::Restart, substep),
         }
     }
 
     /// Whether the substep may not be bisected further.
-    fn is_shortest(&self, part: &Substep) -> bool {
+    fn is_shortest(&self, substep: &Substep) -> bool {
         let most = match (self.view.sheets.len(), self.workspace.is_single_sheet) {
             _ if self.workspace.is_work_budget_spent() => 0,
             (1, true) => SETTINGS.maximum_depth_single,
             (1, false) => SETTINGS.maximum_depth_self_contact,
             _ => SETTINGS.maximum_depth_several,
         };
-        part.bisections >= most
+        substep.bisections >= most
     }
 
     /// Solve the stages of a substep.
-    fn solve_stages(&mut self, part: &Substep) -> StageOutcome {
+    fn solve_stages(&mut self, substep: &Substep) -> StageOutcome {
         if self.view.sheets.is_empty() {
             return StageOutcome::Accepted;
         }
-        let is_shortest = self.is_shortest(part);
+        let is_shortest = self.is_shortest(substep);
         self.workspace.policy = SolvePolicy {
             is_explicit: false,
             is_shortest_substep: is_shortest,
             accepts_unconverged: is_shortest || self.view.sheets.len() > 1,
             is_unbisected_step: self.progress.report.deepest_bisection == 0,
         };
-        if !is_shortest && self.detector.max_body_spin(self.view) * part.dt > SETTINGS.maximum_rotation {
+        if !is_shortest && self.detector.max_body_spin(self.view) * substep.dt > SETTINGS.maximum_rotation {
             return StageOutcome::Bisect;
         }
-        let mut before = EnergyBudget::before(self.view, part);
+        let mut before = EnergyBudget::before(self.view, substep);
         let mut record = StageRecord { met: false, has_no_fixed_body: true, penetration: 0.0, crossed: false };
         let stages = stage::stages(&mut self.view.sheet_mut(0));
-        let mut at = part.done;
+        let mut at = substep.done;
         for k in 0..stages {
-            let outcome = self.solve_stage(part, k, &mut at, &mut before, &mut record);
+            let outcome = self.solve_stage(substep, k, &mut at, &mut before, &mut record);
             if outcome != StageOutcome::Accepted {
                 return outcome;
             }
         }
-        self.check_energy_and_penetration(part, before, &record)
+        self.check_energy_and_penetration(substep, before, &record)
     }
 
     /// Solve stage `k` from the time `at` (s after the start of the whole step) on, and move `at`
     /// to its end.
     fn solve_stage(
         &mut self,
-        part: &Substep,
+        substep: &Substep,
         k: usize,
         at: &mut f64,
         before: &mut Option<EnergyBudget>,
         record: &mut StageRecord,
     ) -> StageOutcome {
-        let h = self.begin_stage(part, k, *at);
+        let h = self.begin_stage(substep, k, *at);
         let length = self.view.sheet(0).work.stage.length;
         let detector = &mut *self.detector;
-        let solved = solve_stage(self.view, self.workspace, part.field, h, |island, mode, margins, found| {
+        let solved = solve_stage(self.view, self.workspace, substep.field, h, |island, mode, margins, found| {
             detector.detect_contacts(island, mode, margins, found);
         });
         if let Some(before) = before.as_mut().filter(|_| k == 0) {
             let initial = self.workspace.initial_penetration(self.view);
             let largest = self.workspace.detected.largest_body_penetration(self.view);
-            before.add_depenetration_work(self.view, &part.field, (initial, largest));
+            before.add_depenetration_work(self.view, &substep.field, (initial, largest));
         }
-        let outcome = self.accept_stage(part, solved, record);
+        let outcome = self.accept_stage(substep, solved, record);
         if outcome != StageOutcome::Accepted {
             return outcome;
         }
         let touched = matches!(solved, StageSolve::Converged | StageSolve::IterationLimit);
         record.met |= touched;
         record.has_no_fixed_body &= !touched || is_free(self.view, self.workspace);
-        if touched && !self.solve_velocities(part, h) {
+        if touched && !self.solve_velocities(substep, h) {
             return StageOutcome::Bisect;
         }
         self.view.each_unit(|sheet, unit| {
             let jump = (touched && unit.is_touched()).then_some(&unit.jump);
-            stage::finish_stage(sheet, part.field, k, part.dt, jump);
+            stage::finish_stage(sheet, substep.field, k, substep.dt, jump);
         });
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
-            return self.bisect_or(Fallback::RollBack);
+            return self.bisect_or(Fallback::FreezeThenStop);
         }
         self.detector.end_stage(self.view);
         *at += length;
@@ -275,14 +275,14 @@ impl IslandSolve<'_, '_> {
 
     /// Begin stage `k` at the time `at` (s after the start of the whole step). Returns the weight
     /// of its acceleration, s.
-    fn begin_stage(&mut self, part: &Substep, k: usize, at: f64) -> f64 {
+    fn begin_stage(&mut self, substep: &Substep, k: usize, at: f64) -> f64 {
         self.workspace.begin_stage(k);
         self.view.for_each_sheet(|sheet| {
-            stage::prepare_stage(sheet, part.field, k, part.dt);
+            stage::prepare_stage(sheet, substep.field, k, substep.dt);
             if attachment::has_dynamic_attachments(sheet)
                 && let Some(own) = rigid_equivalent(sheet)
             {
-                stage::start_from_rotation(sheet, part.field, &own);
+                stage::start_from_rotation(sheet, substep.field, &own);
             }
         });
         let lead = &self.view.sheet(0).work.stage;
@@ -292,7 +292,7 @@ impl IslandSolve<'_, '_> {
     }
 
     /// Judge the end of the outer iteration of a stage.
-    fn accept_stage(&mut self, part: &Substep, solved: StageSolve, record: &mut StageRecord) -> StageOutcome {
+    fn accept_stage(&mut self, substep: &Substep, solved: StageSolve, record: &mut StageRecord) -> StageOutcome {
         let policy = self.workspace.policy;
         match solved {
             StageSolve::Diverged => return StageOutcome::Bisect,
@@ -302,7 +302,7 @@ impl IslandSolve<'_, '_> {
             }
             StageSolve::IterationLimitWithoutContact => self.view.for_each_sheet(|sheet| {
                 if !sheet.work.stage.is_finished {
-                    stage::solve_stage_alone(sheet, part.field);
+                    stage::solve_stage_alone(sheet, substep.field);
                 }
             }),
             _ => {}
@@ -326,7 +326,7 @@ impl IslandSolve<'_, '_> {
             return StageOutcome::Bisect;
         }
         if self.view.sheets.iter().any(|sheet| sheet.work.stage.has_failed) {
-            return self.bisect_or(Fallback::RollBack);
+            return self.bisect_or(Fallback::FreezeThenStop);
         }
         StageOutcome::Accepted
     }
@@ -338,9 +338,9 @@ impl IslandSolve<'_, '_> {
 
     /// Solve the velocities of the closed contacts of a stage of weight `h` (s). Returns whether
     /// the solution is accepted.
-    fn solve_velocities(&mut self, part: &Substep, h: f64) -> bool {
+    fn solve_velocities(&mut self, substep: &Substep, h: f64) -> bool {
         let (island, workspace) = (&mut *self.view, &mut *self.workspace);
-        island.for_each_sheet(|sheet| stage::compute_free_velocity(sheet, part.field));
+        island.for_each_sheet(|sheet| stage::compute_free_velocity(sheet, substep.field));
         workspace.restore_spin(island, h);
         let accepted = workspace.profile(|workspace| workspace.solve_velocities(island, h));
         if accepted {
@@ -352,7 +352,7 @@ impl IslandSolve<'_, '_> {
     /// Check a substep after its stages against the energies `before` it, and its penetrations.
     fn check_energy_and_penetration(
         &mut self,
-        part: &Substep,
+        substep: &Substep,
         before: Option<EnergyBudget>,
         record: &StageRecord,
     ) -> StageOutcome {
@@ -363,23 +363,23 @@ impl IslandSolve<'_, '_> {
         let verdict = match &before {
             Some(before) if met || is_single => {
                 let flags = (self.workspace.policy.is_shortest_substep, met, has_no_fixed_body);
-                before.check(self.view, &part.field, flags, &mut self.progress.energy_error)
+                before.check_and_scale(self.view, &substep.field, flags, &mut self.progress.energy_error)
             }
-            _ => EnergyVerdict::Stands,
+            _ => EnergyVerdict::Accept,
         };
         let has_dynamic_body = self.view.solver_bodies.iter().any(|body| body.is_dynamic());
         let is_inside = before.is_some() && penetration > FALLBACK.penetration;
         match verdict {
-            EnergyVerdict::Again => StageOutcome::Bisect,
-            EnergyVerdict::Runaway => StageOutcome::Fallback(Fallback::RollBackUnstable),
-            EnergyVerdict::Fails => StageOutcome::Fallback(Fallback::MoveOrFreeze),
-            EnergyVerdict::Stands if crossed || is_inside && !has_dynamic_body => {
+            EnergyVerdict::Bisect => StageOutcome::Bisect,
+            EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),
+            EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::MoveOrFreeze),
+            EnergyVerdict::Accept if crossed || is_inside && !has_dynamic_body => {
                 StageOutcome::Fallback(Fallback::MoveOrFreeze)
             }
-            EnergyVerdict::Stands if is_inside && has_no_fixed_body && is_single => {
+            EnergyVerdict::Accept if is_inside && has_no_fixed_body && is_single => {
                 StageOutcome::Fallback(Fallback::MoveRigidly)
             }
-            EnergyVerdict::Stands => StageOutcome::Accepted,
+            EnergyVerdict::Accept => StageOutcome::Accepted,
         }
     }
 }

@@ -29,7 +29,7 @@ const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 const STEP: StepSettings = StepSettings::DEFAULT;
 
 /// Ease recovery policies and exchange integrators that are due, before the step of a world.
-pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
+pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], context: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.state.status != Status::Awake {
             continue;
@@ -39,13 +39,13 @@ pub(crate) fn update_policies(sheets: &mut [Sheet], touches: &mut [ContactLog], 
         if std::mem::take(&mut state.replaces_integrator) {
             state.replaced_integrator = Some(sheet.engine());
             sheet.change_engine(RECOVERY_INTEGRATOR, guard.tolerance);
-        } else if state.advance_time(stage.dt) {
+        } else if state.advance_time(context.dt) {
             (state.bisections, state.limits_strain) = (state.bisections.saturating_sub(1), false);
             if let Some(own) = state.replaced_integrator.take() {
                 sheet.change_engine(own, guard.tolerance);
             }
             if !guard.state.is_active() {
-                touches.events.push((stage.time, EventKind::Recovered, None));
+                touches.events.push((context.time, EventKind::Recovered, None));
             }
         }
         sheet.recovery = Some(guard);
@@ -68,17 +68,17 @@ pub(crate) fn begin_energy_check(sheet: &mut Sheet) {
 pub(crate) fn finish_energy_check(
     sheet: &mut Sheet,
     touches: &mut ContactLog,
-    stage: &StepContext,
+    context: &StepContext,
     brought: f64,
 ) -> bool {
     if !node_contact::is_explicit(sheet) || sheet.state.status != Status::Awake {
         return false;
     }
     let Some(mut guard) = sheet.recovery.take() else { return false };
-    let sound = guard.state.replaces_integrator || guard.is_step_energy_acceptable(sheet, stage, brought);
+    let sound = guard.state.replaces_integrator || guard.is_step_energy_acceptable(sheet, context, brought);
     if !sound {
         node_contact::set_integrator_start(sheet);
-        let seen = InstabilityReport::new(sheet, stage.field.gravity, stage.dt);
+        let seen = InstabilityReport::new(sheet, context.field.gravity, context.dt);
         guard.state.record_detection();
         node_contact::restore_start(sheet);
         guard.state.energy_budget = instability::kinetic_elastic_energy(sheet).total();
@@ -86,9 +86,9 @@ pub(crate) fn finish_energy_check(
         stage::restart_engine(sheet);
         match guard.next_action().or_else(|| guard.shorten_limited_step()) {
             Some(handled) => {
-                touches.report_instability(stage.time, EventKind::Contained, InstabilityReport { handled, ..seen })
+                touches.report_instability(context.time, EventKind::Contained, InstabilityReport { handled, ..seen })
             }
-            None => crate::islands::freeze(sheet, touches, stage.time, seen),
+            None => crate::islands::freeze(sheet, touches, context.time, seen),
         }
     }
     sheet.recovery = Some(guard);
@@ -100,12 +100,12 @@ pub(crate) fn finish_energy_check(
 pub(crate) fn advance(
     sheet: &mut Sheet,
     touches: &mut ContactLog,
-    stage: &StepContext,
+    context: &StepContext,
     time: f64,
     part: f64,
 ) -> Option<f64> {
     let mut guard = sheet.recovery.take()?;
-    let taken = guard.advance(sheet, touches, stage, time, part);
+    let taken = guard.advance(sheet, touches, context, time, part);
     sheet.recovery = Some(guard);
     taken
 }
@@ -115,7 +115,7 @@ impl RecoveryPolicy {
         &mut self,
         sheet: &mut Sheet,
         touches: &mut ContactLog,
-        stage: &StepContext,
+        context: &StepContext,
         time: f64,
         part: f64,
     ) -> Option<f64> {
@@ -123,19 +123,19 @@ impl RecoveryPolicy {
         let before = instability::kinetic_elastic_energy(sheet);
         let mut alarm: Option<InstabilityReport> = None;
         loop {
-            let part = part.min(stage.dt / f64::from(1_u32 << self.state.bisections));
+            let part = part.min(context.dt / f64::from(1_u32 << self.state.bisections));
             if self.state.bisections > 0 && !sheet.pins.is_empty() {
                 sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
             }
-            let taken = accelerations::advance_uncommitted(sheet, stage.field, time, part).elapsed;
-            if self.limit_strain(sheet, stage, taken) || self.is_energy_acceptable(sheet, before, stage, taken) {
+            let taken = accelerations::advance_uncommitted(sheet, context.field, time, part).elapsed;
+            if self.limit_strain(sheet, context, taken) || self.is_energy_acceptable(sheet, before, context, taken) {
                 creep::end_inelastic_step(sheet);
                 if let Some(alarm) = alarm {
                     touches.report_instability(time, EventKind::Contained, alarm);
                 }
                 return Some(taken);
             }
-            let seen = InstabilityReport::new(sheet, stage.field.gravity, taken);
+            let seen = InstabilityReport::new(sheet, context.field.gravity, taken);
             self.state.record_detection();
             self.state.energy_budget = before.total();
             let Some(handled) = self.next_action() else {
@@ -183,13 +183,13 @@ impl RecoveryPolicy {
     }
 
     /// Whether the energy gain of the whole step is acceptable.
-    fn is_step_energy_acceptable(&mut self, sheet: &Sheet, stage: &StepContext, brought: f64) -> bool {
+    fn is_step_energy_acceptable(&mut self, sheet: &Sheet, context: &StepContext, brought: f64) -> bool {
         if is_unstable(sheet) {
             return false;
         }
         let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
-        let work = instability::work_of_loads(sheet, node_contact::start_positions(sheet), &stage.field)
-            + instability::energy_gain_tolerance(sheet, &stage.field, stage.dt);
+        let work = instability::work_of_loads(sheet, node_contact::start_positions(sheet), &context.field)
+            + instability::energy_gain_tolerance(sheet, &context.field, context.dt);
         let after = instability::kinetic_elastic_energy(sheet).total();
         let gain = after - self.energy_budget - work - brought;
         self.state.energy_error = (self.state.energy_error + gain).max(0.0);
@@ -203,7 +203,7 @@ impl RecoveryPolicy {
         &mut self,
         sheet: &Sheet,
         before: KineticElasticEnergy,
-        stage: &StepContext,
+        context: &StepContext,
         taken: f64,
     ) -> bool {
         if is_unstable(sheet) {
@@ -211,9 +211,9 @@ impl RecoveryPolicy {
         }
         let after = instability::kinetic_elastic_energy(sheet);
         let still = 0.5 * sheet.total_mass() * STEP.reference_speed * STEP.reference_speed;
-        let work = instability::work_of_loads(sheet, stage::saved_positions(sheet), &stage.field);
+        let work = instability::work_of_loads(sheet, stage::saved_positions(sheet), &context.field);
         let gain =
-            after.total() - before.total() - work - instability::energy_gain_tolerance(sheet, &stage.field, taken);
+            after.total() - before.total() - work - instability::energy_gain_tolerance(sheet, &context.field, taken);
         self.state.energy_error = (self.state.energy_error + gain).max(0.0);
         // The comparisons treat NaN as unacceptable.
         gain <= SETTINGS.maximum_gain * (before.total() + still)
@@ -224,7 +224,7 @@ impl RecoveryPolicy {
     /// the sheet is stable. The step of the integrator is scaled down until no strain changes by
     /// more than half the limit, and further while the elastic energy exceeds the available energy;
     /// the last trial moves the sheet as a rigid body.
-    fn limit_strain(&mut self, sheet: &mut Sheet, stage: &StepContext, taken: f64) -> bool {
+    fn limit_strain(&mut self, sheet: &mut Sheet, context: &StepContext, taken: f64) -> bool {
         let WhenUnstable::Limit { strain } = self.policy else { return false };
         let finite = sheet.state.v.max_squared().is_finite() && sheet.state.x.max_squared().is_finite();
         if !self.state.limits_strain || !finite {
@@ -252,15 +252,15 @@ impl RecoveryPolicy {
                 eased |= limit.apply(strain, &mut sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
             }
             let (earned, slack) = (
-                self.state.energy_budget + instability::work_of_loads(sheet, start, &stage.field),
-                instability::energy_gain_tolerance(sheet, &stage.field, taken),
+                self.state.energy_budget + instability::work_of_loads(sheet, start, &context.field),
+                instability::energy_gain_tolerance(sheet, &context.field, taken),
             );
             let allowed = earned + slack;
             let most = allowed - instability::kinetic_elastic_energy(sheet).elastic;
             if most >= 0.0 || trial == SETTINGS.maximum_trials {
                 if instability::limit_kinetic_energy(sheet, most.max(0.0)) {
                     instability::limit_spin(sheet, most.max(0.0));
-                    instability::limit_drift(sheet, most.max(0.0), stage.field.gravity * taken);
+                    instability::limit_drift(sheet, most.max(0.0), context.field.gravity * taken);
                     eased = true;
                 }
                 // Pins may add the energy `slack` in each step, without accumulation.

@@ -55,23 +55,24 @@ impl IslandBuilder {
         &mut self,
         sheets: &mut [Sheet],
         logs: &mut [ContactLog],
-        stage: &StepContext,
+        context: &StepContext,
         surroundings: &StepBodies,
         body_contacts: &[BodyContact],
     ) {
-        let fall = stage.field.gravity.length() * stage.dt * stage.dt;
+        let fall = context.field.gravity.length() * context.dt * context.dt;
         self.boxes.clear();
         self.is_active.clear();
         for sheet in sheets.iter_mut() {
             let is_awake = sheet.state.status == Status::Awake;
             let (low, high) = if is_awake { node_contact::moving_box(sheet) } else { node_contact::resting_box(sheet) };
-            let reach = if is_awake { sheet.max_speed() * stage.dt + fall + SETTINGS.broad_phase_margin } else { 0.0 };
+            let reach =
+                if is_awake { sheet.max_speed() * context.dt + fall + SETTINGS.broad_phase_margin } else { 0.0 };
             self.boxes.push(SweptBox { low, high, reach });
             self.is_active.push(is_awake);
         }
         for body in &surroundings.bodies {
             let speed = body.start.velocity().length().max(body.end.velocity().length());
-            let reach = if body.asleep { 0.0 } else { speed * stage.dt + fall };
+            let reach = if body.asleep { 0.0 } else { speed * context.dt + fall };
             self.boxes.push(SweptBox { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, reach });
             self.is_active.push(body.start.is_dynamic());
         }
@@ -79,8 +80,8 @@ impl IslandBuilder {
             let whole = &mut self.boxes[sheets.len() + part.body as usize];
             (whole.low, whole.high) = (whole.low.min(part.low), whole.high.max(part.high));
         }
-        self.wake_sheets(sheets, logs, stage, surroundings);
-        self.unite_objects(sheets, body_contacts, stage.sheets_meet);
+        self.wake_sheets(sheets, logs, context, surroundings);
+        self.unite_objects(sheets, body_contacts, context.sheets_meet);
         self.order_sheets(sheets.len());
     }
 
@@ -90,7 +91,7 @@ impl IslandBuilder {
         &mut self,
         sheets: &mut [Sheet],
         logs: &mut [ContactLog],
-        stage: &StepContext,
+        context: &StepContext,
         surroundings: &StepBodies,
     ) {
         let count = sheets.len();
@@ -98,10 +99,10 @@ impl IslandBuilder {
             return;
         }
         let moves = |body: usize| surroundings.bodies[body].moves();
-        let end = stage.time + stage.dt;
+        let end = context.time + context.dt;
         let mut woken: Vec<u32> = Vec::new();
         for (i, sheet) in sheets.iter().enumerate().filter(|(_, s)| s.state.status == Status::Asleep) {
-            let is_led = sheet.pins.moves_between(stage.time, end);
+            let is_led = sheet.pins.moves_between(context.time, end);
             if is_led || sheet.pins.dynamic_attachments().any(|(_, body, _)| moves(body)) {
                 woken.push(i as u32);
             }
@@ -109,9 +110,9 @@ impl IslandBuilder {
         loop {
             for i in woken.drain(..).map(|i| i as usize) {
                 sheets[i].wake();
-                logs[i].events.push((stage.time, EventKind::Woke, None));
+                logs[i].events.push((context.time, EventKind::Woke, None));
                 self.is_active[i] = true;
-                let fall = stage.field.gravity.length() * stage.dt * stage.dt;
+                let fall = context.field.gravity.length() * context.dt * context.dt;
                 self.boxes[i].reach = fall + SETTINGS.broad_phase_margin;
             }
             self.sweep.clear();

@@ -115,12 +115,12 @@ pub(crate) struct IslandDetection<'a> {
 impl IslandDetection<'_> {
     /// Find the parts near the island's box (m), which no object leaves by more than `reach` (m),
     /// and create the movers.
-    pub fn begin(&mut self, group: &mut IslandView, (low, high): (DVec3, DVec3), reach: f64) {
+    pub fn begin(&mut self, island: &mut IslandView, (low, high): (DVec3, DVec3), reach: f64) {
         let DetectionCache { parts, bodies, of_part, .. } = &mut *self.work;
         parts.clear();
         bodies.clear();
         of_part.clear();
-        group.solver_bodies.clear();
+        island.solver_bodies.clear();
         let (low, high) = (low - reach, high + reach);
         for (i, part) in self.surroundings.colliders.iter().enumerate() {
             if part.low.cmple(high).all() && part.high.cmpge(low).all() {
@@ -128,46 +128,46 @@ impl IslandDetection<'_> {
                 bodies.push(part.body);
             }
         }
-        for sheet in group.sheets.iter() {
+        for sheet in island.sheets.iter() {
             for (_, index, _) in sheet.pins.dynamic_attachments() {
                 bodies.push(index as u32);
             }
         }
         add_touching_bodies(bodies, self.body_contacts, self.surroundings);
         for index in bodies.iter() {
-            group.solver_bodies.push(SolverBody::new(self.surroundings.bodies[*index as usize].start));
+            island.solver_bodies.push(SolverBody::new(self.surroundings.bodies[*index as usize].start));
         }
-        group.body_penetration = 0.0;
+        island.body_penetration = 0.0;
         for c in self.body_contacts.iter().filter(|c| c.distance < -SETTINGS.penetration_tolerance) {
             if [c.a, c.b].iter().any(|index| bodies.binary_search(&(*index as u32)).is_ok()) {
-                group.body_penetration = group.body_penetration.max(depenetration_of(c));
+                island.body_penetration = island.body_penetration.max(depenetration_of(c));
             }
         }
-        group.stacked_bodies = count_leaning_bodies(bodies, self.body_contacts, self.surroundings);
+        island.stacked_bodies = count_leaning_bodies(bodies, self.body_contacts, self.surroundings);
         for part in parts.iter() {
             let body = self.surroundings.colliders[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+        self.run_detection(island, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
             finder.run_broad_phase(problem, reach)
         });
         let in_doubt = |sheet: &Sheet| sheet.state.interpenetration != Interpenetration::None;
-        if self.sheets_meet && group.sheets.iter().any(in_doubt) {
-            self.exclude_crossing_sheets(group);
+        if self.sheets_meet && island.sheets.iter().any(in_doubt) {
+            self.exclude_crossing_sheets(island);
         }
     }
 
     /// Disable contact between interpenetrating sheets, among those not known to be apart.
-    fn exclude_crossing_sheets(&mut self, group: &mut IslandView) {
+    fn exclude_crossing_sheets(&mut self, island: &mut IslandView) {
         let mut crossing = std::mem::take(&mut self.work.crossing);
         crossing.clear();
-        let in_doubt = |local: u32| group.sheet(local).state.interpenetration != Interpenetration::None;
-        if group.sheets.len() > 1 {
-            self.run_detection(group, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+        let in_doubt = |local: u32| island.sheet(local).state.interpenetration != Interpenetration::None;
+        if island.sheets.len() > 1 {
+            self.run_detection(island, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
                 finder.exclude_crossing_pairs(problem, in_doubt, &mut crossing);
             });
         }
-        for (local, sheet) in group.sheets.iter_mut().enumerate() {
+        for (local, sheet) in island.sheets.iter_mut().enumerate() {
             sheet.state.interpenetration = match sheet.state.interpenetration {
                 _ if !crossing.contains(&(local as u32)) => Interpenetration::None,
                 Interpenetration::Reported => Interpenetration::Reported,
@@ -178,15 +178,15 @@ impl IslandDetection<'_> {
     }
 
     /// Whether contact is impossible in this step.
-    pub fn is_idle(&self, group: &IslandView) -> bool {
-        self.work.finder.is_idle() && !group.sheets.iter().any(|sheet| attachment::has_dynamic_attachments(sheet))
+    pub fn is_idle(&self, island: &IslandView) -> bool {
+        self.work.finder.is_idle() && !island.sheets.iter().any(|sheet| attachment::has_dynamic_attachments(sheet))
     }
 
     /// Call `run_detection` with the finder and the problem of `look`.
     fn run_detection(
         &mut self,
-        group: &IslandView,
-        look: DetectionMode,
+        island: &IslandView,
+        mode: DetectionMode,
         margins: ContactMargins,
         ask: impl FnOnce(&mut CollisionDetector, &DetectionInput),
     ) {
@@ -194,10 +194,10 @@ impl IslandDetection<'_> {
         let mut bodies: Vec<BodyStageMotion> = reuse_allocation(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
         let mut moved = std::mem::take(&mut self.work.moved);
-        if look == DetectionMode::ContactMotion
-            && let [sheet] = &*group.sheets
+        if mode == DetectionMode::ContactMotion
+            && let [sheet] = &*island.sheets
         {
-            let (work, unit) = (&sheet.work, &group.contacts[0].work);
+            let (work, unit) = (&sheet.work, &island.contacts[0].work);
             if moved.len() != work.stage.free_positions.len() {
                 moved = Vectors::zeros(work.stage.free_positions.len());
             }
@@ -206,32 +206,32 @@ impl IslandDetection<'_> {
                 moved.add_scaled(1.0, &unit.jump.dx);
             }
         }
-        finder.use_threads(group.parallel);
-        finder.set_detect_crossings(look == DetectionMode::SheetCrossing);
-        for ((sheet, contact), id) in group.sheets.iter().zip(&*group.contacts).zip(self.ids) {
+        finder.use_threads(island.parallel);
+        finder.set_detect_crossings(mode == DetectionMode::SheetCrossing);
+        for ((sheet, contact), id) in island.sheets.iter().zip(&*island.contacts).zip(self.ids) {
             let Some(skin) = &contact.surface else { continue };
-            let stage = &sheet.work.stage;
-            let begun = stage.free_positions.len() == sheet.node_count();
-            let reached = matches!(look, DetectionMode::FromIterate | DetectionMode::BodyPenetration);
-            let base = if reached && begun { &stage.iterate } else { &sheet.state.x };
-            let end = match look {
-                DetectionMode::BodyPenetration | DetectionMode::SheetCrossing => &stage.iterate,
+            let context = &sheet.work.stage;
+            let begun = context.free_positions.len() == sheet.node_count();
+            let reached = matches!(mode, DetectionMode::FromIterate | DetectionMode::BodyPenetration);
+            let base = if reached && begun { &context.iterate } else { &sheet.state.x };
+            let end = match mode {
+                DetectionMode::BodyPenetration | DetectionMode::SheetCrossing => &context.iterate,
                 DetectionMode::ContactMotion => &moved,
-                _ if begun => &stage.free_positions,
+                _ if begun => &context.free_positions,
                 _ => &sheet.state.x,
             };
             sheets.push(SheetStageMotion { id: *id, skin, start: &sheet.state.x, base, end, awake: true });
         }
-        let bodies_too = if look == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
+        let bodies_too = if mode == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
             let of = &self.surroundings.colliders[*part as usize];
-            let mover = &group.solver_bodies[*body as usize];
-            let base = if matches!(look, DetectionMode::FromStart | DetectionMode::ContactMotion) {
+            let mover = &island.solver_bodies[*body as usize];
+            let base = if matches!(mode, DetectionMode::FromStart | DetectionMode::ContactMotion) {
                 frame_of_body(&mover.start)
             } else {
                 mover.end_frame()
             };
-            let end = if matches!(look, DetectionMode::BodyPenetration | DetectionMode::ContactMotion) {
+            let end = if matches!(mode, DetectionMode::BodyPenetration | DetectionMode::ContactMotion) {
                 mover.end_frame()
             } else {
                 frame_of_body(&mover.free)
@@ -245,8 +245,8 @@ impl IslandDetection<'_> {
                 awake: true,
             });
         }
-        let between = (look != DetectionMode::BodyPenetration && self.sheets_meet).then_some(margins.sheets);
-        let coefficients = |pair| self.coefficients(group, pair);
+        let between = (mode != DetectionMode::BodyPenetration && self.sheets_meet).then_some(margins.sheets);
+        let coefficients = |pair| self.coefficients(island, pair);
         let problem = DetectionInput {
             sheets: &sheets,
             bodies: &bodies,
@@ -261,10 +261,10 @@ impl IslandDetection<'_> {
         self.work.moved = moved;
     }
 
-    fn coefficients(&self, group: &IslandView, pair: ContactPair) -> (f64, f64) {
+    fn coefficients(&self, island: &IslandView, pair: ContactPair) -> (f64, f64) {
         match pair {
             ContactPair::SheetBody(sheet, part) => {
-                let sheet = group.sheet(sheet);
+                let sheet = island.sheet(sheet);
                 let part =
                     self.work.parts.get(part as usize).and_then(|p| self.surroundings.colliders.get(*p as usize));
                 let known = self.view.zip(part).and_then(|(view, part)| {
@@ -277,7 +277,7 @@ impl IslandDetection<'_> {
                 known.unwrap_or((sheet.parameters.friction, sheet.parameters.restitution))
             }
             ContactPair::Sheets(a, b) => {
-                let (a, b) = (group.sheet(a), group.sheet(b));
+                let (a, b) = (island.sheet(a), island.sheet(b));
                 let mean = (
                     0.5 * (a.parameters.friction + b.parameters.friction),
                     0.5 * (a.parameters.restitution + b.parameters.restitution),
@@ -290,22 +290,22 @@ impl IslandDetection<'_> {
     /// Contact point on the island's body `mover`, with index `index`, at the end of the stage: the
     /// same body point as at the start of the step, or, on a ball that rolls, the body point that
     /// has moved to the same place.
-    fn point(&self, group: &IslandView, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> ContactSide {
+    fn point(&self, island: &IslandView, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> ContactSide {
         let turned = || {
             let there = self.surroundings.bodies[index].start.rotation() * at_start;
-            group.solver_bodies[mover as usize].free.rotation().conjugate() * there
+            island.solver_bodies[mover as usize].free.rotation().conjugate() * there
         };
         ContactSide::Body { body: mover, local: if is_round { turned() } else { at_start } }
     }
 
     /// Add contacts between bodies, and attachments.
-    fn add_attachments_and_body_contacts(&self, group: &IslandView, found: &mut DetectedContacts) {
+    fn add_attachments_and_body_contacts(&self, island: &IslandView, found: &mut DetectedContacts) {
         let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
         for c in self.body_contacts {
             let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
             found.contacts.push(ContactConstraint {
-                a: self.point(group, (a, c.a), c.on_a, c.round[0]),
-                b: self.point(group, (b, c.b), c.on_b, c.round[1]),
+                a: self.point(island, (a, c.a), c.on_a, c.round[0]),
+                b: self.point(island, (b, c.b), c.on_b, c.round[1]),
                 normal: c.normal,
                 offset: c.distance.min(0.0) + depenetration_of(c),
                 key: [BODY_CONTACT_KEY - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
@@ -314,7 +314,7 @@ impl IslandDetection<'_> {
             });
         }
         found.first_attachment = found.contacts.len();
-        for (local, (sheet, id)) in group.sheets.iter().zip(self.ids).enumerate() {
+        for (local, (sheet, id)) in island.sheets.iter().zip(self.ids).enumerate() {
             for (mass, index, place) in sheet.pins.dynamic_attachments() {
                 let Some(body) = mover(index) else { continue };
                 found.contacts.push(ContactConstraint {
@@ -332,16 +332,16 @@ impl IslandDetection<'_> {
 }
 
 impl ContactDetector for IslandDetection<'_> {
-    fn begin_stage(&mut self, group: &mut IslandView, from: f64, to: f64) {
-        let (span, weight) = (to - from, gravity_weight(group, to - from));
-        for (mover, index) in group.solver_bodies.iter_mut().zip(&self.work.bodies) {
+    fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64) {
+        let (span, weight) = (to - from, gravity_weight(island, to - from));
+        for (mover, index) in island.solver_bodies.iter_mut().zip(&self.work.bodies) {
             let over = &self.surroundings.bodies[*index as usize];
             if mover.start.is_dynamic() {
                 let mut free = mover.start.free_flight(span, self.gravity);
                 if weight > 0.5 {
                     free = free.displaced(self.gravity * ((weight - 0.5) * span * span), DVec3::ZERO);
                 }
-                on_bodies(group.sheets, |body, force, at| {
+                on_bodies(island.sheets, |body, force, at| {
                     if body == *index {
                         free = apply_force(&free, force, mover.start.world_point(at), (span, weight));
                     }
@@ -356,13 +356,13 @@ impl ContactDetector for IslandDetection<'_> {
 
     fn detect_contacts(
         &mut self,
-        group: &IslandView,
-        look: DetectionMode,
+        island: &IslandView,
+        mode: DetectionMode,
         margins: ContactMargins,
         found: &mut DetectedContacts,
     ) {
         let mut contacts = std::mem::take(&mut found.contacts);
-        self.run_detection(group, look, margins, |finder, problem| finder.detect_contacts(problem, &mut contacts));
+        self.run_detection(island, mode, margins, |finder, problem| finder.detect_contacts(problem, &mut contacts));
         found.sheets_intersect = self.work.finder.has_interpenetration();
         if !self.sheets_meet {
             contacts.retain(|c| !matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. })));
@@ -384,28 +384,28 @@ impl ContactDetector for IslandDetection<'_> {
             }
             found.colliders.push(part_of);
         }
-        if group.sheets.iter().any(|sheet| !sheet.pins.is_empty()) {
-            found.remove_immovable(group);
+        if island.sheets.iter().any(|sheet| !sheet.pins.is_empty()) {
+            found.remove_immovable(island);
             let body_of = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok();
             found.remove_attached(|sheet, mass, body| {
-                let mut glued = group.sheet(sheet).pins.dynamic_attachments();
+                let mut glued = island.sheet(sheet).pins.dynamic_attachments();
                 glued.any(|(m, index, _)| m == mass && body_of(index) == Some(body as usize))
             });
         }
-        self.add_attachments_and_body_contacts(group, found);
+        self.add_attachments_and_body_contacts(island, found);
     }
 
-    fn max_body_spin(&self, group: &IslandView) -> f64 {
+    fn max_body_spin(&self, island: &IslandView) -> f64 {
         let spin = |part: u32| {
             let of = self.surroundings.colliders.get(self.work.part(part)? as usize)?;
-            let mover = group.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
+            let mover = island.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
             (mover.is_dynamic() && of.features.has_corners()).then(|| mover.start.spin().length())
         };
         self.work.finder.near_bodies().filter_map(spin).fold(0.0, f64::max)
     }
 
-    fn end_stage(&mut self, group: &mut IslandView) {
-        group.solver_bodies.iter_mut().for_each(|mover| mover.start = mover.end());
+    fn end_stage(&mut self, island: &mut IslandView) {
+        island.solver_bodies.iter_mut().for_each(|mover| mover.start = mover.end());
     }
 }
 
@@ -447,8 +447,8 @@ fn count_leaning_bodies(bodies: &[u32], contacts: &[BodyContact], surroundings: 
 /// that of the sheets' implicit integrator: with another, a body on a sheet would exert different
 /// forces in the position solve and in the velocity solve. In the short steps of explicit
 /// integrators the difference is negligible.
-fn gravity_weight(group: &IslandView, span: f64) -> f64 {
-    let lead = group.sheets.first();
+fn gravity_weight(island: &IslandView, span: f64) -> f64 {
+    let lead = island.sheets.first();
     lead.filter(|sheet| !node_contact::is_explicit(sheet)).map_or(0.5, |sheet| stage::drift(sheet, span))
 }
 

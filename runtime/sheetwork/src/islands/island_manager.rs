@@ -100,7 +100,7 @@ pub(crate) struct IslandManager {
 
 /// Inputs that all islands share in a step.
 pub(crate) struct IslandContext<'a> {
-    pub stage: &'a StepContext<'a>,
+    pub context: &'a StepContext<'a>,
     pub surroundings: &'a StepBodies,
     pub body_contacts: &'a [BodyContact],
     /// Index in the world of each sheet, by its place in the step.
@@ -114,33 +114,33 @@ impl IslandManager {
     pub fn step(
         &mut self,
         (sheets, contacts, touches): (&mut [Sheet], &mut [SheetContact], &mut [ContactLog]),
-        stage: &StepContext,
+        context: &StepContext,
         rigid: Option<&RigidWorld>,
         parallel: bool,
     ) {
         self.states.resize_with(sheets.len(), || None);
         self.body_updates.clear();
         self.report = StepReport::default();
-        if is_everything_resting(sheets, stage, rigid) {
+        if is_everything_resting(sheets, context, rigid) {
             return;
         }
-        match stage.view {
+        match context.view {
             Some(view) => {
-                stage.watch.measure(Phase::Islands, || self.surroundings.update(view, rigid, stage.dt));
+                context.watch.measure(Phase::Islands, || self.surroundings.update(view, rigid, context.dt));
             }
             None => {
                 self.surroundings.colliders.clear();
                 self.surroundings.bodies.clear();
             }
         }
-        stop_non_finite(sheets, touches, stage);
-        instability::update_policies(sheets, touches, stage);
+        stop_non_finite(sheets, touches, context);
+        instability::update_policies(sheets, touches, context);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
-        stage.watch.measure(Phase::Islands, || builder.build(sheets, touches, stage, surroundings, body_contacts));
+        context.watch.measure(Phase::Islands, || builder.build(sheets, touches, context, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
         bring_together(&mut all, &builder.order, exchanges);
-        let context = IslandContext { stage, surroundings, body_contacts, order: &builder.order, parallel };
+        let context = IslandContext { context, surroundings, body_contacts, order: &builder.order, parallel };
         context.step_islands(&builder.islands, 0, all.reborrow());
         for island in &builder.islands {
             if let Some(state) = &mut all.states[island.start as usize] {
@@ -243,19 +243,19 @@ impl IslandManager {
 }
 
 /// Whether no sheet is awake and nothing moves that could wake one.
-fn is_everything_resting(sheets: &[Sheet], stage: &StepContext, rigid: Option<&RigidWorld>) -> bool {
-    let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moves_between(stage.time, stage.time + stage.dt);
-    let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.all_asleep() && !r.has_kinematic());
+fn is_everything_resting(sheets: &[Sheet], context: &StepContext, rigid: Option<&RigidWorld>) -> bool {
+    let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moves_between(context.time, context.time + context.dt);
+    let quiet = context.view.is_none() || rigid.is_some_and(|r| r.all_asleep() && !r.has_kinematic());
     quiet && sheets.iter().all(|s| s.state.status != Status::Awake && !led(s))
 }
 
 /// Stop sheets of implicit integrators with non-finite velocities.
-fn stop_non_finite(sheets: &mut [Sheet], touches: &mut [ContactLog], stage: &StepContext) {
+fn stop_non_finite(sheets: &mut [Sheet], touches: &mut [ContactLog], context: &StepContext) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.state.status == Status::Awake && stage::stages(sheet) > 0 && !sheet.state.v.max_squared().is_finite() {
             node_contact::resize_workspace(sheet);
             sheet.work.x_before.copy_from(&sheet.state.x);
-            stop_unstable(sheet, touches, stage, stage.dt);
+            stop_unstable(sheet, touches, context, context.dt);
         }
     }
 }

@@ -40,7 +40,7 @@ fn apply_limits(sheet: &mut Sheet, dt: f64) {
 impl IslandContext<'_> {
     /// Step the island of the sheets `all`, whose indices in the world are `ids`.
     pub fn step(&self, all: SteppedSheets, ids: &[u32], parallel: bool) {
-        let stage = self.stage;
+        let context = self.context;
         // The collision surface is built from the state before the first motion.
         all.contacts.iter_mut().zip(&*all.sheets).for_each(|(contact, sheet)| contact.prepare_surface(sheet));
         if all.sheets.iter().any(node_contact::is_explicit) {
@@ -51,7 +51,7 @@ impl IslandContext<'_> {
         let Some(state) = states.first_mut() else { return };
         for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
             node_contact::resize_workspace(sheet);
-            touches.begin(stage.time);
+            touches.begin(context.time);
             sheet.state.touching.fill(false);
             sheet.work.touched_colliders.clear();
             sheet.work.x_before.copy_from(&sheet.state.x);
@@ -60,70 +60,70 @@ impl IslandContext<'_> {
             }
         }
         sheets.iter_mut().for_each(bonds::apply_bond_forces);
-        let IslandState { contact: scratch, progress, detection: work, body_updates } =
+        let IslandState { contact: workspace, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut scratch.solver_bodies);
-        scratch.profiler.clone_from(stage.watch);
+        let movers = std::mem::take(&mut workspace.solver_bodies);
+        workspace.profiler.clone_from(context.watch);
         let (around, reach) = self.extent(sheets);
-        let mut group =
+        let mut island =
             IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut near = IslandDetection {
-            view: stage.view,
+            view: context.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
-            gravity: stage.field.gravity,
-            sheets_meet: stage.sheets_meet,
+            gravity: context.field.gravity,
+            sheets_meet: context.sheets_meet,
             ids,
             work: &mut *work,
-            watch: stage.watch,
+            watch: context.watch,
         };
-        near.begin(&mut group, around, reach);
-        let part = Substep { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, bisections: 0 };
-        let is_idle = near.is_idle(&group);
+        near.begin(&mut island, around, reach);
+        let part = Substep { field: context.field, time: context.time, done: 0.0, dt: context.dt, bisections: 0 };
+        let is_idle = near.is_idle(&island);
         if is_idle {
-            group.for_each_sheet(|sheet| {
+            island.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {
-                    sheet.pins.prescribe_velocities(stage.time, stage.dt, &sheet.state.x, &mut sheet.state.v);
+                    sheet.pins.prescribe_velocities(context.time, context.dt, &sheet.state.x, &mut sheet.state.v);
                 }
-                accelerations::advance(sheet, stage.field, stage.time, stage.dt);
+                accelerations::advance(sheet, context.field, context.time, context.dt);
             });
-            scratch.reset();
+            workspace.reset();
             progress.report = StepReport { islands: 1, ..StepReport::default() };
             progress.reset_contact();
         } else {
             let detector = &mut near;
-            IslandSolve { view: &mut group, workspace: scratch, progress: &mut *progress, detector }.advance(part);
+            IslandSolve { view: &mut island, workspace: workspace, progress: &mut *progress, detector }.advance(part);
             if progress.begins_fallbacks() {
-                touches.iter_mut().for_each(|t| t.events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
+                touches.iter_mut().for_each(|t| t.events.push((context.time + context.dt, EventKind::GivenUp, None)));
             }
             progress.previous = progress.report;
         }
         if progress.count_fallback_step(SETTINGS.fallbacks_before_overlap_test) {
-            group.for_each_sheet(Sheet::invalidate_interpenetration);
+            island.for_each_sheet(Sheet::invalidate_interpenetration);
         }
-        group.for_each_sheet(|sheet| apply_limits(sheet, stage.dt));
-        let IslandView { sheets, solver_bodies: movers, .. } = group;
-        self.record_contacts(sheets, scratch, work);
-        scratch.closed_in_step.clear();
-        update_bonds(sheets, scratch, self.surroundings, work.bodies());
+        island.for_each_sheet(|sheet| apply_limits(sheet, context.dt));
+        let IslandView { sheets, solver_bodies: movers, .. } = island;
+        self.record_contacts(sheets, workspace, work);
+        workspace.closed_in_step.clear();
+        update_bonds(sheets, workspace, self.surroundings, work.bodies());
         sheets.iter_mut().for_each(bonds::remove_bond_forces);
         self.finish_sheets(sheets, touches);
         // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
-            self.update_bodies(&movers, work, scratch, body_updates);
+            self.update_bodies(&movers, work, workspace, body_updates);
         }
-        if stage.sleep {
+        if context.sleep {
             self.sleep_if_resting(sheets, touches, body_updates);
         }
-        scratch.solver_bodies = movers;
+        workspace.solver_bodies = movers;
     }
 
     /// Record the contacts at the end of the step and the contacts with restitution during the
     /// step: touching nodes and touched bodies.
-    pub fn record_contacts(&self, sheets: &mut [Sheet], scratch: &ContactWorkspace, work: &DetectionCache) {
+    pub fn record_contacts(&self, sheets: &mut [Sheet], workspace: &ContactWorkspace, work: &DetectionCache) {
         let handle_of =
             |part: u32| work.part(part).and_then(|p| self.surroundings.colliders.get(p as usize)).map(|p| p.handle);
-        scratch.for_each_closed(|contact, part| {
+        workspace.for_each_closed(|contact, part| {
             let handle = handle_of(part);
             for side in [contact.a, contact.b] {
                 if let ContactSide::Sheet { sheet, point } = side {
@@ -141,7 +141,7 @@ impl IslandContext<'_> {
         for work in sheets.iter_mut().map(|sheet| &mut sheet.work) {
             work.touched_at_end = work.touched_colliders.len();
         }
-        for [sheet, mass, part] in scratch.closed_in_step.iter().copied() {
+        for [sheet, mass, part] in workspace.closed_in_step.iter().copied() {
             let Sheet { work, state, .. } = &mut sheets[sheet as usize];
             let noted = std::mem::replace(&mut state.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
@@ -159,16 +159,16 @@ impl IslandContext<'_> {
         &self,
         movers: &[SolverBody],
         work: &DetectionCache,
-        scratch: &ContactWorkspace,
-        claims: &mut Vec<BodyUpdate>,
+        workspace: &ContactWorkspace,
+        updates: &mut Vec<BodyUpdate>,
     ) {
         for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
             if let Some(own) = over.world_index.filter(|_| mover.is_dynamic()) {
-                let pull = self.stage.field.gravity * self.stage.dt;
-                let resist = |radius| scratch.support_of(number as u32, movers).resist(&mover.start, radius, pull);
+                let pull = self.context.field.gravity * self.context.dt;
+                let resist = |radius| workspace.support_of(number as u32, movers).resist(&mover.start, radius, pull);
                 let end = over.ball.map_or(mover.start, resist);
-                claims.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
+                updates.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
             }
         }
     }
@@ -187,39 +187,39 @@ impl IslandContext<'_> {
         for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
             speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
         }
-        let (dt, gravity) = (self.stage.dt, self.stage.field.gravity.length());
+        let (dt, gravity) = (self.context.dt, self.context.field.gravity.length());
         (around, speed * dt + gravity * dt * dt + SETTINGS.broad_phase_margin)
     }
 
     /// Stop unstable sheets, place pins, and record touches and events.
     pub fn finish_sheets(&self, sheets: &mut [Sheet], touches: &mut [ContactLog]) {
-        let stage = self.stage;
+        let context = self.context;
         for (sheet, touches) in sheets.iter_mut().zip(touches) {
             if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.has_failed) {
-                stop_unstable(sheet, touches, stage, stage.dt);
+                stop_unstable(sheet, touches, context, context.dt);
                 continue;
             }
             if sheet.state.interpenetration == Interpenetration::Detected {
                 sheet.state.interpenetration = Interpenetration::Reported;
-                touches.events.push((stage.time, EventKind::Crossing, None));
+                touches.events.push((context.time, EventKind::Crossing, None));
             }
             if !sheet.pins.is_empty() {
-                sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.state.x);
+                sheet.pins.prescribe_positions(context.time + context.dt, &mut sheet.state.x);
             }
             sheet.state.counters.contacts += sheet.work.touched_colliders.len() as u64;
-            if let Some(view) = stage.view {
+            if let Some(view) = context.view {
                 let mut recorder = ContactRecorder { touches: &mut *touches, view };
                 for (handle, mass) in &sheet.work.touched_colliders {
                     crate::contact::node::detection::TouchListener::touched(&mut recorder, *handle, *mass as usize);
                 }
             }
-            touches.end(stage.time + stage.dt, sheet);
+            touches.end(context.time + context.dt, sheet);
         }
     }
 
     /// Put the island to sleep when all its objects have been resting for the sleep delay.
-    pub fn sleep_if_resting(&self, sheets: &mut [Sheet], touches: &mut [ContactLog], claims: &mut [BodyUpdate]) {
-        let dt = self.stage.dt;
+    pub fn sleep_if_resting(&self, sheets: &mut [Sheet], touches: &mut [ContactLog], updates: &mut [BodyUpdate]) {
+        let dt = self.context.dt;
         let mut all = true;
         for sheet in sheets.iter_mut() {
             if sheet.state.status != Status::Awake {
@@ -231,7 +231,7 @@ impl IslandContext<'_> {
             all &= update_rest_time(sheet, held, (dt, dt));
         }
         let slow = |c: &BodyUpdate| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
-        if !all || !claims.iter().all(slow) {
+        if !all || !updates.iter().all(slow) {
             return;
         }
         for (sheet, touches) in sheets.iter_mut().zip(touches) {
@@ -241,8 +241,8 @@ impl IslandContext<'_> {
             sheet.state.status = Status::Asleep;
             sheet.state.v.clear();
             stage::restart_engine(sheet);
-            touches.events.push((self.stage.time + dt, EventKind::AtRest, None));
+            touches.events.push((self.context.time + dt, EventKind::AtRest, None));
         }
-        claims.iter_mut().for_each(|c| c.sleeps = true);
+        updates.iter_mut().for_each(|c| c.sleeps = true);
     }
 }

@@ -68,25 +68,25 @@ pub(crate) fn advance_free(
     sheet: &mut Sheet,
     contact: &mut SheetContact,
     touches: &mut ContactLog,
-    stage: &StepContext,
+    context: &StepContext,
 ) -> f64 {
     node_contact::resize_workspace(sheet);
-    touches.begin(stage.time);
+    touches.begin(context.time);
     sheet.state.touching.fill(false);
     node_contact::save_start(sheet);
     let mut done = 0.0;
     let mut substeps = 0;
-    let mut last = stage.dt;
-    let most = stage.dt / f64::from(sheet.substeps_of_step(stage.dt)) * (1.0 + 1e-12);
+    let mut last = context.dt;
+    let most = context.dt / f64::from(sheet.substeps_of_step(context.dt)) * (1.0 + 1e-12);
     // A rest below rounding error belongs to the last substep.
-    while stage.dt - done > stage.dt * 1e-12 {
-        let part = (stage.dt - done).min(most);
-        let Some(taken) = substep((sheet, contact, touches), stage, done, part) else { break };
+    while context.dt - done > context.dt * 1e-12 {
+        let part = (context.dt - done).min(most);
+        let Some(taken) = substep((sheet, contact, touches), context, done, part) else { break };
         last = taken;
         done += last;
         substeps += 1;
         if substeps > SETTINGS.maximum_adaptive_substeps {
-            stop_unstable(sheet, touches, stage, last);
+            stop_unstable(sheet, touches, context, last);
             break;
         }
     }
@@ -95,13 +95,13 @@ pub(crate) fn advance_free(
 
 /// End the step of a sheet that touched no dynamic body: place pins, record touches, test for
 /// sleep.
-pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
+pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, context: &StepContext, last: f64) {
     if !sheet.pins.is_empty() {
-        sheet.pins.prescribe_positions(stage.time + stage.dt, &mut sheet.state.x);
+        sheet.pins.prescribe_positions(context.time + context.dt, &mut sheet.state.x);
     }
-    touches.end(stage.time + stage.dt, sheet);
-    if stage.sleep {
-        fall_asleep(sheet, touches, stage, last);
+    touches.end(context.time + context.dt, sheet);
+    if context.sleep {
+        fall_asleep(sheet, touches, context, last);
     }
 }
 
@@ -109,11 +109,11 @@ pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, stage: &S
 /// time taken, s; `None` when the sheet is stopped for the rest of the step.
 fn substep(
     (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut ContactLog),
-    stage: &StepContext,
+    context: &StepContext,
     done: f64,
     part: f64,
 ) -> Option<f64> {
-    let time = stage.time + done;
+    let time = context.time + done;
     if !sheet.pins.is_empty() {
         sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
     }
@@ -121,19 +121,19 @@ fn substep(
     sheet.work.v_before.copy_from(&sheet.state.v);
     let taken = match sheet.recovery {
         // The implicit step checks its own energy.
-        Some(_) if node_contact::is_explicit(sheet) => instability::advance(sheet, touches, stage, time, part)?,
-        _ => accelerations::advance(sheet, stage.field, time, part).elapsed,
+        Some(_) if node_contact::is_explicit(sheet) => instability::advance(sheet, touches, context, time, part)?,
+        _ => accelerations::advance(sheet, context.field, time, part).elapsed,
     };
     if let Some(limit) = &sheet.parameters.flexion.limit {
         limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
     }
     if is_unstable(sheet) {
-        stop_unstable(sheet, touches, stage, taken);
+        stop_unstable(sheet, touches, context, taken);
         return None;
     }
-    if let Some(view) = stage.view {
-        let remaining = (stage.dt - done - taken).max(0.0);
-        stage.watch.measure(Phase::Detection, || {
+    if let Some(view) = context.view {
+        let remaining = (context.dt - done - taken).max(0.0);
+        context.watch.measure(Phase::Detection, || {
             resolve_node_contact(
                 sheet,
                 &mut contact.clearance,
@@ -163,17 +163,17 @@ fn is_unstable(sheet: &Sheet) -> bool {
 
 /// Stop a sheet that a step of `dt` (s) has made unstable: reset its positions to the start of the
 /// step and report the event.
-fn stop_unstable(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, dt: f64) {
-    let alarm = InstabilityReport::new(sheet, stage.field.gravity, dt);
+fn stop_unstable(sheet: &mut Sheet, touches: &mut ContactLog, context: &StepContext, dt: f64) {
+    let alarm = InstabilityReport::new(sheet, context.field.gravity, dt);
     sheet.state.x.copy_from(&sheet.work.x_before);
     if sheet.recovery.is_some() && sheet.state.x.max_squared().is_finite() {
-        freeze(sheet, touches, stage.time, alarm);
+        freeze(sheet, touches, context.time, alarm);
         return;
     }
     sheet.state.v.clear();
     let (mass, place) = (alarm.mass, sheet.state.x.get(alarm.mass as usize));
-    sheet.state.status = Status::Unstable { time: stage.time, mass, place, speed: alarm.speed_m_s };
-    touches.report_instability(stage.time, EventKind::Unstable, alarm);
+    sheet.state.status = Status::Unstable { time: context.time, mass, place, speed: alarm.speed_m_s };
+    touches.report_instability(context.time, EventKind::Unstable, alarm);
 }
 
 /// Freeze a sheet until one of its parameters changes, and report the event.
@@ -189,13 +189,13 @@ fn freeze(sheet: &mut Sheet, touches: &mut ContactLog, time: f64, alarm: Instabi
 }
 
 /// Put a resting sheet to sleep after the sleep delay. `last` is the length of the last substep, s.
-fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, stage: &StepContext, last: f64) {
+fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, context: &StepContext, last: f64) {
     // Sleeping requires a pin or a contact: a free sheet can drift slowly.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !creep::is_creeping(sheet);
-    if update_rest_time(sheet, held, (last, stage.dt)) {
+    if update_rest_time(sheet, held, (last, context.dt)) {
         sheet.state.status = Status::Asleep;
         sheet.state.v.clear();
-        touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
+        touches.events.push((context.time + context.dt, EventKind::AtRest, None));
     }
 }
 

@@ -79,10 +79,10 @@ pub(crate) fn rigid_equivalent(sheet: &Sheet) -> Option<BodyState> {
     rigid_equivalent_of_sheets([sheet].into_iter())
 }
 
-/// Rigid body with the momentum and angular momentum of all sheets of `group`; `None` when one of
+/// Rigid body with the momentum and angular momentum of all sheets of `island`; `None` when one of
 /// them has fixed or prescribed nodes.
-pub(crate) fn rigid_equivalent_of_island(group: &IslandView) -> Option<BodyState> {
-    rigid_equivalent_of_sheets(group.sheets.iter())
+pub(crate) fn rigid_equivalent_of_island(island: &IslandView) -> Option<BodyState> {
+    rigid_equivalent_of_sheets(island.sheets.iter())
 }
 
 fn rigid_equivalent_of_sheets<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {
@@ -101,27 +101,27 @@ fn rigid_equivalent_of_sheets<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clon
 }
 
 /// Whether all contacts near the sheets in this stage are with dynamic bodies or sheets.
-pub(crate) fn is_free(group: &IslandView, scratch: &ContactWorkspace) -> bool {
+pub(crate) fn is_free(island: &IslandView, workspace: &ContactWorkspace) -> bool {
     let gives = |side: &ContactSide| match side {
-        ContactSide::Body { body, .. } => group.solver_bodies[*body as usize].is_dynamic(),
+        ContactSide::Body { body, .. } => island.solver_bodies[*body as usize].is_dynamic(),
         ContactSide::Sheet { .. } => true,
     };
-    scratch.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
+    workspace.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
 impl IslandSolve<'_, '_> {
-    /// Move the sheets rigidly from the start to the end of `part`, together with the bodies that
+    /// Move the sheets rigidly from the start to the end of `substep`, together with the bodies that
     /// they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
     /// kinematic body is near: a sheet that lies on such a body must come to rest.
-    pub fn move_rigidly(&mut self, part: &Substep) -> bool {
+    pub fn move_rigidly(&mut self, substep: &Substep) -> bool {
         if !is_free(self.view, self.workspace) {
             return false;
         }
         self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
         let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
         self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
-        self.detector.begin_stage(self.view, part.done, part.done + part.dt);
-        let Some((start, end)) = self.predict_rigid_motion(part, &own) else {
+        self.detector.begin_stage(self.view, substep.done, substep.done + substep.dt);
+        let Some((start, end)) = self.predict_rigid_motion(substep, &own) else {
             self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
             return false;
         };
@@ -135,16 +135,16 @@ impl IslandSolve<'_, '_> {
                 sheet.state.v.set(i, end.velocity_at(there) + within * kept);
             }
             stage::restart_engine(sheet);
-            stage_trace::update_trace(sheet, |trace, x| trace.ends.push((part.done + part.dt, x.clone())));
+            stage_trace::update_trace(sheet, |trace, x| trace.ends.push((substep.done + substep.dt, x.clone())));
         });
         self.detector.end_stage(self.view);
         true
     }
 
     /// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and
-    /// at the end of `part`. Writes the node positions to the stages of the sheets and the motions
+    /// at the end of `substep`. Writes the node positions to the stages of the sheets and the motions
     /// to the solver bodies. `None` when a static or kinematic body would be penetrated.
-    fn predict_rigid_motion(&mut self, part: &Substep, own: &BodyState) -> Option<(BodyState, BodyState)> {
+    fn predict_rigid_motion(&mut self, substep: &Substep, own: &BodyState) -> Option<(BodyState, BodyState)> {
         let (island, along) = (&mut *self.view, &mut self.progress.moves_rigidly);
         along.clear();
         along.resize(island.solver_bodies.len(), false);
@@ -154,7 +154,7 @@ impl IslandSolve<'_, '_> {
             let moved = island.solver_bodies.iter().zip(along.iter()).filter(|(_, along)| **along);
             moved.for_each(|(body, _)| all.add_body(&body.start));
             let start = all.body();
-            let end = start.free_flight(part.dt, part.field.gravity);
+            let end = start.free_flight(substep.dt, substep.field.gravity);
             let turn = end.rotation().to_scaled_axis();
             for (body, _) in island.solver_bodies.iter_mut().zip(along.iter()).filter(|(_, along)| **along) {
                 let centre = end.world_point(start.local_point(body.start.centre()));

@@ -58,7 +58,7 @@ impl World {
             self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
         }
         self.scene.bodies.push(spec);
-        self.make.add_body(&self.scene);
+        self.structure.add_body(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(BodyId(self.body_ids.push()))
     }
@@ -73,7 +73,7 @@ impl World {
         for sheet in &mut self.scene.sheets {
             sheet.pins.retain(|p| p.body.as_ref() != Some(&name));
         }
-        self.make = StructureChecksum::new(&self.scene);
+        self.structure = StructureChecksum::new(&self.scene);
         for sheet in &mut self.sheets {
             attachment::detach_body(sheet, index);
             sheet.wake();

@@ -177,7 +177,7 @@ impl World {
     /// Viewpoint of the levels of detail, m; initially the scene's camera. `None` treats all sheets
     /// as near.
     pub fn viewpoint(&self) -> Option<DVec3> {
-        self.detail.as_ref().and_then(|d| d.viewpoint)
+        self.lod.as_ref().and_then(|d| d.viewpoint)
     }
 
     /// Set the viewpoint (m, each coordinate within ±1e6). Without effect when no sheet has levels.
@@ -186,7 +186,7 @@ impl World {
     /// When it is out of range; nothing changes then.
     pub fn set_viewpoint(&mut self, eye: Option<DVec3>) -> Result<(), InputError> {
         Id::Viewpoint.check_each("viewpoint", eye.iter().flat_map(|e| e.to_array()))?;
-        if let Some(detail) = &mut self.detail {
+        if let Some(detail) = &mut self.lod {
             detail.viewpoint = eye;
         }
         Ok(())
@@ -195,7 +195,7 @@ impl World {
     /// Maximum cost of a step by the model of [`crate::world::lod_cost`], ms; `None` when only the
     /// distance counts.
     pub fn detail_budget(&self) -> Option<f64> {
-        self.detail.as_ref().and_then(|d| d.budget)
+        self.lod.as_ref().and_then(|d| d.budget)
     }
 
     /// Set the budget, 1e-3 to 1e6 ms. Without effect when no sheet has levels.
@@ -204,7 +204,7 @@ impl World {
     /// When it is out of range; nothing changes then.
     pub fn set_detail_budget(&mut self, budget: Option<f64>) -> Result<(), InputError> {
         Id::DetailBudget.check_option("detail_budget", budget)?;
-        if let Some(detail) = &mut self.detail {
+        if let Some(detail) = &mut self.lod {
             detail.budget = budget;
         }
         Ok(())
@@ -212,17 +212,17 @@ impl World {
 
     /// Cost of the last step of all sheets by the model, ms; `None` when no sheet has levels.
     pub fn detail_cost(&self) -> Option<f64> {
-        self.detail.as_ref().map(|d| d.last * 1e-6)
+        self.lod.as_ref().map(|d| d.last * 1e-6)
     }
 
     /// Whether a sheet has levels.
     pub fn has_detail(&self) -> bool {
-        self.detail.is_some()
+        self.lod.is_some()
     }
 
     /// Update the cost after a step of `dt` (s), and change grids.
     pub(crate) fn update_lod(&mut self, dt: f64) {
-        let Some(mut detail) = self.detail.take() else { return };
+        let Some(mut detail) = self.lod.take() else { return };
         let LodState { sheets, last, .. } = &mut *detail;
         *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.record_step(sheet, dt)).sum();
         let mut work = std::mem::take(&mut detail.work);
@@ -235,7 +235,7 @@ impl World {
             state.since = if too_early { -PREMATURE_DELAY } else { 0.0 };
         }
         detail.work = work;
-        self.detail = Some(detail);
+        self.lod = Some(detail);
     }
 
     /// Sheets that follow their levels, by index, with the levels.

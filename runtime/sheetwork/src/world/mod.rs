@@ -62,8 +62,8 @@ pub struct World {
     heater_ids: IdTable,
     /// Name of each heater in parameter paths.
     heater_names: Vec<String>,
-    contacts: Vec<SheetContact>,
-    touches: Vec<ContactLog>,
+    sheet_contacts: Vec<SheetContact>,
+    contact_logs: Vec<ContactLog>,
     rigid: Option<RigidWorld>,
     gravity: DVec3,
     air: Air,
@@ -76,16 +76,16 @@ pub struct World {
     sleep: bool,
     buckling: bool,
     pool: Option<Arc<Pool>>,
-    groups: IslandManager,
+    islands: IslandManager,
     /// Thermal model; `None` without heat.
     heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
-    detail: Option<Box<lod::LodState>>,
-    watch: Profiler,
+    lod: Option<Box<lod::LodState>>,
+    profiler: Profiler,
     /// Checksum of the scene's structure, for snapshots.
-    make: StructureChecksum,
+    structure: StructureChecksum,
     /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
-    told_before: u64,
+    drained_events: u64,
 }
 
 impl World {
@@ -136,18 +136,18 @@ impl World {
             let warmed = spots::heat_spots(sheet, &spec.spots, scene.ambient_temperature);
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
-        let contacts = sheets.iter().map(|_| SheetContact::default()).collect();
-        let touches = sheets.iter().map(|_| ContactLog::default()).collect();
+        let sheet_contacts = sheets.iter().map(|_| SheetContact::default()).collect();
+        let contact_logs = sheets.iter().map(|_| ContactLog::default()).collect();
         let own = named(scene);
-        let detail = lod::LodState::of(scene, &sheets);
+        let lod = lod::LodState::of(scene, &sheets);
         Ok(Self {
             sheet_ids: IdTable::new(sheets.len()),
             body_ids: IdTable::new(rigid.as_ref().map_or(0, |r| r.bodies().len())),
             heater_ids: IdTable::new(scene.heaters.len()),
             heater_names: scene.heaters.iter().enumerate().map(|(index, h)| heater::name_of(h, index)).collect(),
             sheets,
-            contacts,
-            touches,
+            sheet_contacts,
+            contact_logs,
             rigid,
             gravity: scene.gravity,
             air: scene.air,
@@ -160,12 +160,12 @@ impl World {
             sleep: true,
             buckling: false,
             pool: None,
-            groups: IslandManager::default(),
+            islands: IslandManager::default(),
             heat,
-            detail,
-            watch: Profiler::default(),
-            make: StructureChecksum::new(&own),
-            told_before: 0,
+            lod,
+            profiler: Profiler::default(),
+            structure: StructureChecksum::new(&own),
+            drained_events: 0,
             scene: own,
         })
     }
@@ -180,8 +180,8 @@ impl World {
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
-        let watch = std::mem::take(&mut self.watch);
-        *self = Self { sleep, buckling, pool, watch, ..fresh };
+        let profiler = std::mem::take(&mut self.profiler);
+        *self = Self { sleep, buckling, pool, profiler, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }
@@ -224,8 +224,8 @@ impl World {
 
     /// Set the profiler that receives the phases from the next step on; `None` removes it. Results
     /// do not depend on it.
-    pub fn set_profiler(&mut self, watch: Option<Arc<dyn StepObserver>>) {
-        self.watch = Profiler(watch);
+    pub fn set_profiler(&mut self, observer: Option<Arc<dyn StepObserver>>) {
+        self.profiler = Profiler(observer);
     }
 
     /// Set gravity (m/s²) without the range of a scene, for rigs that search for a limit.
@@ -263,12 +263,12 @@ impl World {
     /// Counters of the contact solver of the island whose first sheet is `index`.
     #[doc(hidden)]
     pub fn contact_counters(&self, index: usize) -> ContactCounters {
-        self.groups.contact_counters(index)
+        self.islands.contact_counters(index)
     }
 
     /// Take the events so far out of the world, in the order of the steps.
     pub fn drain_events(&mut self) -> Vec<Event> {
-        self.told_before += self.events.len() as u64;
+        self.drained_events += self.events.len() as u64;
         std::mem::take(&mut self.events)
     }
 

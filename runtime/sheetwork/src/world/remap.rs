@@ -71,13 +71,13 @@ impl World {
         remap::check_grid_change(old, &self.scene.sheets[index])?;
         let mut new = self.build_sheet_on_grid(index, grid)?;
         let mut contact = SheetContact::default();
-        if self.contacts[index].surface.is_some() {
+        if self.sheet_contacts[index].surface.is_some() {
             // The collision surface is built from the positions at rest, which the sheet has here.
             contact.prepare_surface(&new);
         }
         remap::take_state_from(&mut new, &self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
         self.discard_contact_cache(index);
-        self.contacts[index] = contact;
+        self.sheet_contacts[index] = contact;
         self.sheets[index] = new;
         let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
         self.events.push(Event { grid: Some(grid), ..event });
@@ -96,7 +96,7 @@ impl World {
     /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
     /// visibility for heat.
     fn discard_contact_cache(&mut self, index: usize) {
-        self.groups.forget_sheet(index, &mut self.contacts);
+        self.islands.forget_sheet(index, &mut self.sheet_contacts);
         if let Some(heat) = &mut self.heat {
             heat.discard_views();
         }
@@ -120,7 +120,7 @@ impl World {
         for (index, sheet, contact) in &mut new {
             self.discard_contact_cache(*index);
             std::mem::swap(&mut self.sheets[*index], sheet);
-            std::mem::swap(&mut self.contacts[*index], contact);
+            std::mem::swap(&mut self.sheet_contacts[*index], contact);
         }
         Ok(new)
     }
@@ -130,7 +130,7 @@ impl World {
         for (index, sheet, contact) in sheets {
             self.discard_contact_cache(index);
             self.sheets[index] = sheet;
-            self.contacts[index] = contact;
+            self.sheet_contacts[index] = contact;
         }
     }
 }

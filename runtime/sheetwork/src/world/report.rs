@@ -169,8 +169,8 @@ impl World {
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.state.counters.contacts,
             opening: OpeningReport::of(sheet),
-            detection: self.groups.detection_counters(index),
-            contact_work: self.groups.contact_counters(index),
+            detection: self.islands.detection_counters(index),
+            contact_work: self.islands.contact_counters(index),
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {
             rigid.bodies().iter().enumerate().filter_map(|(index, body)| {

@@ -102,14 +102,14 @@ impl World {
         let masses: u64 = elsewhere.map(|(grid, sheet)| min_nodes(sheet, *grid)).sum();
         // Sheets are built only when the snapshot is long enough for their nodes.
         let there = masses.saturating_mul(BYTES_PER_NODE) <= body.len() as u64;
-        let ours = scene == self.make.value() && grids.len() == self.sheets.len();
+        let ours = scene == self.structure.value() && grids.len() == self.sheets.len();
         if ours && there { Ok(grids) } else { Err(other_structure(CorruptState)) }
     }
 
     /// Checksum of the structure of the world.
     fn structure_checksum(&self) -> u32 {
         let mut to = StateWriter::default();
-        to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
+        to.bytes.extend_from_slice(&self.structure.value().to_le_bytes());
         self.sheets.iter().for_each(|s| serialization::serialise_layout(s, &mut to));
         to.count(self.rigid.as_ref().map_or(0, |r| 1 + r.bodies().len() as u64));
         to.count(self.heat.as_ref().map_or(0, |h| 1 + h.sources() as u64));
@@ -118,23 +118,23 @@ impl World {
 
     fn write_state(&self, to: &mut StateWriter) {
         to.bytes.extend_from_slice(&self.structure_checksum().to_le_bytes());
-        to.bytes.extend_from_slice(&self.make.value().to_le_bytes());
+        to.bytes.extend_from_slice(&self.structure.value().to_le_bytes());
         serialise_grids(&self.sheets, to);
         self.sheets.iter().for_each(|s| to.flag(serialization::is_changed(s)));
         let settings = self.serialise_settings();
         to.blob(&settings);
         self.rigid.iter().for_each(|rigid| rigid.serialise(to));
-        for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
+        for (sheet, contact) in self.sheets.iter().zip(&self.sheet_contacts) {
             contact.serialise_surface(to);
             serialization::serialise_state(sheet, to, |to| contact.clearance.serialise(to, sheet.state.displaced));
         }
-        self.groups.serialise(self.sheets.len(), to);
+        self.islands.serialise(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.serialise(to));
-        self.touches.iter().for_each(|t| t.serialise(to));
-        self.detail.iter().for_each(|detail| detail.serialise(to));
+        self.contact_logs.iter().for_each(|t| t.serialise(to));
+        self.lod.iter().for_each(|detail| detail.serialise(to));
         to.number(self.time);
         to.count(self.steps);
-        to.count(self.told_before + self.events.len() as u64);
+        to.count(self.drained_events + self.events.len() as u64);
     }
 
     /// Deserialise the output of [`World::write_state`] from a world of the same structure.
@@ -154,25 +154,25 @@ impl World {
         if let Some(rigid) = &mut self.rigid {
             rigid.deserialise(&mut from, &self.scene)?;
         }
-        for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
+        for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.sheet_contacts) {
             contact.deserialise_surface(sheet, &mut from)?;
             serialization::deserialise_state(sheet, &mut from, |from, masses| {
                 contact.clearance.deserialise(from, masses)
             })?;
             contact.prepare_opened(sheet);
         }
-        self.groups.deserialise(&mut self.contacts, &mut from)?;
+        self.islands.deserialise(&mut self.sheet_contacts, &mut from)?;
         if let Some(heat) = &mut self.heat {
             heat.deserialise(&mut from, &self.sheets)?;
         }
-        self.touches.iter_mut().try_for_each(|t| t.deserialise(&mut from))?;
-        if let Some(detail) = &mut self.detail {
+        self.contact_logs.iter_mut().try_for_each(|t| t.deserialise(&mut from))?;
+        if let Some(detail) = &mut self.lod {
             detail.deserialise(&mut from)?;
         }
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
-        self.events.truncate(usize::try_from(told.saturating_sub(self.told_before)).unwrap_or(usize::MAX));
-        self.told_before = told - self.events.len() as u64;
+        self.events.truncate(usize::try_from(told.saturating_sub(self.drained_events)).unwrap_or(usize::MAX));
+        self.drained_events = told - self.events.len() as u64;
         if from.is_empty() { Ok(()) } else { Err(CorruptState) }
     }
 
@@ -183,7 +183,7 @@ impl World {
         let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
         buckling::set_buckling_detection(&mut sheet, watched);
         self.sheets[index] = sheet;
-        self.contacts[index] = SheetContact::default();
+        self.sheet_contacts[index] = SheetContact::default();
         Ok(())
     }
 
@@ -200,7 +200,7 @@ impl World {
         let contact = postcard::to_extend(&self.scene.contact, Vec::new()).unwrap_or_default();
         to.blob(&contact);
         self.heat.iter().for_each(|heat| heat.serialise_settings(&mut to));
-        self.detail.iter().for_each(|detail| detail.serialise_settings(&mut to));
+        self.lod.iter().for_each(|detail| detail.serialise_settings(&mut to));
         self.sheets.iter().for_each(|s| serialization::serialise_settings(s, &mut to));
         to.bytes
     }
@@ -229,7 +229,7 @@ impl World {
         if let Some(heat) = &mut self.heat {
             heat.deserialise_settings(&mut from)?;
         }
-        if let Some(detail) = &mut self.detail {
+        if let Some(detail) = &mut self.lod {
             detail.deserialise_settings(&mut from)?;
         }
         let tolerance = self.tolerance;
@@ -370,7 +370,7 @@ mod tests {
         let check = |world: &World| {
             let Scene { sheets, bodies, room, heaters, .. } = world.scene();
             let text = format!("{sheets:?} {bodies:?} {room:?} {heaters:?}");
-            assert_eq!(world.make.value(), crc32fast::hash(text.as_bytes()), "{text}");
+            assert_eq!(world.structure.value(), crc32fast::hash(text.as_bytes()), "{text}");
         };
         check(&world);
         let (sheet, body) = (world.scene().sheets[0].clone(), world.scene().bodies[0].clone());

@@ -84,13 +84,13 @@ impl World {
             }
         }
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
-        match &mut self.detail {
+        match &mut self.lod {
             Some(detail) => detail.add(),
-            None => self.detail = lod::LodState::of(&self.scene, &self.sheets),
+            None => self.lod = lod::LodState::of(&self.scene, &self.sheets),
         }
-        self.contacts.push(SheetContact::default());
-        self.touches.push(ContactLog::default());
-        self.make.add_sheet(&self.scene);
+        self.sheet_contacts.push(SheetContact::default());
+        self.contact_logs.push(ContactLog::default());
+        self.structure.add_sheet(&self.scene);
         Ok(SheetId(self.sheet_ids.push()))
     }
 
@@ -114,12 +114,12 @@ impl World {
         let Some(index) = self.sheet_ids.position(id.0) else { return false };
         self.sheet_ids.remove(index);
         self.sheets.remove(index);
-        self.detail.iter_mut().for_each(|detail| detail.remove(index));
-        self.contacts.remove(index);
-        self.touches.remove(index);
-        self.groups.remove_sheet(index);
+        self.lod.iter_mut().for_each(|detail| detail.remove(index));
+        self.sheet_contacts.remove(index);
+        self.contact_logs.remove(index);
+        self.islands.remove_sheet(index);
         self.scene.sheets.remove(index);
-        self.make.remove_sheet(index, &self.scene);
+        self.structure.remove_sheet(index, &self.scene);
         if let Some(heat) = &mut self.heat {
             heat.discard_views();
         }

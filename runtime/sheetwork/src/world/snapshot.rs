@@ -50,7 +50,7 @@ impl World {
             steps: self.steps,
             sheets: self.sheets.iter().map(|s| (s.name.clone(), snapshot::to_state(s))).collect(),
             bodies: (0..rigid.map_or(0, |r| r.bodies().len())).filter_map(free).collect(),
-            touches: self.touches.clone(),
+            touches: self.contact_logs.clone(),
             events: self.events.len(),
         }
     }
@@ -89,7 +89,7 @@ impl World {
         if let Some(heat) = &mut self.heat {
             heat.discard_views();
         }
-        self.touches.clone_from(&snapshot.touches);
+        self.contact_logs.clone_from(&snapshot.touches);
         self.events.truncate(snapshot.events);
         (self.time, self.steps) = (snapshot.time, snapshot.steps);
         Ok(())

@@ -18,7 +18,7 @@ impl World {
 
     /// Report of the last step.
     pub fn step_report(&self) -> StepReport {
-        self.groups.report
+        self.islands.report
     }
 
     /// Advance by `duration` (s) in equal steps of at most [`World::dt`]. Returns the number of
@@ -52,7 +52,7 @@ impl World {
     /// Release the pins whose time has come; a sheet without them may wake.
     fn release_due_pins(&mut self, dt: f64) {
         let now = self.time + 1e-9 * dt;
-        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
+        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.contact_logs) {
             let slept = sheet.state.status == Status::Asleep;
             attachment::release_pins(sheet, now);
             if slept && sheet.state.status != Status::Asleep {
@@ -64,7 +64,7 @@ impl World {
     /// Step the rigid bodies without the sheets, and lead the nodes that are attached to them.
     fn step_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
         let Some(rigid) = rigid else { return };
-        self.watch.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
+        self.profiler.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
         let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
         self.sheets.iter_mut().for_each(|s| attachment::set_body_motion(s, self.time, dt, states));
     }
@@ -72,7 +72,7 @@ impl World {
     /// Set the dynamic bodies to their state after contact with sheets.
     fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
         let Some(rigid) = rigid else { return };
-        for update in &self.groups.body_updates {
+        for update in &self.islands.body_updates {
             rigid.set_state(update.body, update.end);
             if update.sleeps {
                 rigid.put_to_sleep(update.body);
@@ -94,6 +94,7 @@ impl World {
         let steps = steps_in(duration, self.dt);
         let dt = duration / steps as f64;
         for _ in 0..steps {
+            self.release_due_pins(dt);
             self.step_sheets(Some(view), None, dt);
             self.step_thermal(Some(view), None, dt);
             self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
@@ -102,20 +103,22 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
-        let stage = StepContext {
+        let context = StepContext {
             field: self.field(),
             time: self.time,
             dt,
             view,
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
-            watch: &self.watch,
+            watch: &self.profiler,
         };
-        self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, stage.time + stage.dt));
+        self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, context.time + context.dt));
         let many = self.sheets.len() > 1;
-        let Self { sheets, contacts, touches, groups, pool, .. } = self;
+        let Self { sheets, sheet_contacts, contact_logs, islands, pool, .. } = self;
         let mut work = |parallel: bool| {
-            stage.watch.measure(Phase::Motion, || groups.step((sheets, contacts, touches), &stage, rigid, parallel))
+            context.watch.measure(Phase::Motion, || {
+                islands.step((sheets, sheet_contacts, contact_logs), &context, rigid, parallel)
+            })
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
@@ -128,12 +131,12 @@ impl World {
     /// Move the events of the sheets to the world's list, sheet by sheet: their order is
     /// independent of threads.
     fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
-        for index in 0..self.touches.len() {
-            if self.touches[index].events.is_empty() {
+        for index in 0..self.contact_logs.len() {
+            if self.contact_logs[index].events.is_empty() {
                 continue;
             }
-            let mut alarms = std::mem::take(&mut self.touches[index].alarms).into_iter();
-            for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
+            let mut alarms = std::mem::take(&mut self.contact_logs[index].alarms).into_iter();
+            for (time_s, kind, collider) in std::mem::take(&mut self.contact_logs[index].events) {
                 let body = collider.and_then(|c| name(self, c));
                 let alarm = if kind.has_alarm() { alarms.next() } else { None };
                 let place_m = alarm.map(|a| a.place_m);

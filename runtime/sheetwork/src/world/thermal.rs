@@ -21,7 +21,7 @@ impl World {
     pub(crate) fn step_thermal(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
         let (sheets, time) = (&mut self.sheets, (self.time - dt, dt));
         if let Some(heat) = &mut self.heat {
-            self.watch.measure(Phase::Heat, || heat.step(sheets, time, view, rigid));
+            self.profiler.measure(Phase::Heat, || heat.step(sheets, time, view, rigid));
         }
     }
 

@@ -133,9 +133,9 @@ impl Clearance {
         for i in 0..x.len() {
             let slack = self.valid_until[i] - self.moved - 2.0 * offset;
             let clear = slack > 0.0 && x.get(i).distance_squared(self.tested_at.get(i)) < slack * slack;
-            let look = !clear && free(i);
-            self.nearest[i] = if look { margin } else { -1.0 };
-            any |= look;
+            let mode = !clear && free(i);
+            self.nearest[i] = if mode { margin } else { -1.0 };
+            any |= mode;
         }
         any
     }

@@ -43,18 +43,18 @@ impl ContactWorkspace {
     /// Remove the penetration of the free motion, in a stage of weight `h` (s). The displacements
     /// are left in the contact arrays of the sheets and in the solver bodies. `rough` lowers the
     /// accuracy.
-    pub(crate) fn solve_positions(&mut self, group: &mut IslandView, h: f64, rough: bool) -> PositionSolve {
-        self.gaps.measure(&self.detected.contacts, group);
+    pub(crate) fn solve_positions(&mut self, island: &mut IslandView, h: f64, rough: bool) -> PositionSolve {
+        self.gaps.measure(&self.detected.contacts, island);
         if self.detected.first_attachment >= self.detected.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             if !self.policy.is_explicit {
-                self.forget_solution(group);
+                self.forget_solution(island);
             }
             return PositionSolve::Separate;
         }
         if self.policy.is_explicit {
-            self.solve_positions_by_pgs(group, h);
+            self.solve_positions_by_pgs(island, h);
             self.position_solver = PositionSolver::Pgs;
-        } else if !self.choose_position_solver(group, h, rough) {
+        } else if !self.choose_position_solver(island, h, rough) {
             if !self.policy.accepts_unconverged {
                 return PositionSolve::Failed;
             }
@@ -62,8 +62,8 @@ impl ContactWorkspace {
             // iteration, and another solver takes too long.
             if self.has_only_fixed_bodies {
                 // The primal solver has left contact in the factor.
-                group.for_each_sheet(|sheet| stage::restore_factor(sheet));
-                self.solve_positions_by_pgs(group, h);
+                island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+                self.solve_positions_by_pgs(island, h);
                 self.position_solver = PositionSolver::Pgs;
             }
         }
@@ -71,7 +71,7 @@ impl ContactWorkspace {
             PositionSolver::Pgs => self.pgs.delassus.problem.len(),
             _ => self.working_set.len(),
         };
-        self.gaps.update(&self.detected.contacts, group);
+        self.gaps.update(&self.detected.contacts, island);
         self.counters.rounds += 1;
         self.counters.contacts += count as u64;
         self.counters.most = self.counters.most.max(count as u64);
@@ -80,26 +80,27 @@ impl ContactWorkspace {
 
     /// Position solve: dual solver for a small working set, otherwise primal solver, and for a
     /// single sheet the dual solver again if the primal one fails. Returns false if none converges.
-    fn choose_position_solver(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
+    fn choose_position_solver(&mut self, island: &mut IslandView, h: f64, rough: bool) -> bool {
         let within =
             |c: &ContactConstraint| matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. }));
-        let is_folded = group.sheets.len() == 1 && self.detected.contacts.iter().any(within);
-        self.is_single_sheet = group.sheets.len() == 1 && !is_folded;
-        self.has_only_fixed_bodies = group.sheets.len() == 1 && group.solver_bodies.iter().all(|m| !m.is_dynamic());
-        self.island_tangent.lay_out(group);
-        self.store_node_normals(group);
+        let is_folded = island.sheets.len() == 1 && self.detected.contacts.iter().any(within);
+        self.is_single_sheet = island.sheets.len() == 1 && !is_folded;
+        self.has_only_fixed_bodies = island.sheets.len() == 1 && island.solver_bodies.iter().all(|m| !m.is_dynamic());
+        self.island_tangent.lay_out(island);
+        self.store_node_normals(island);
         self.position_solver = PositionSolver::Dual;
-        let on_forces = if self.is_dual_affordable(group) { self.solve_positions_dual(group, h, rough) } else { None };
+        let on_forces =
+            if self.is_dual_affordable(island) { self.solve_positions_dual(island, h, rough) } else { None };
         on_forces.unwrap_or_else(|| {
             self.position_solver = PositionSolver::Primal;
             let factors = self.counters.factors;
-            let settled = self.solve_positions_primal(group, h, rough);
-            let size = self.detected.contacts.len() + group.nodes();
+            let settled = self.solve_positions_primal(island, h, rough);
+            let size = self.detected.contacts.len() + island.nodes();
             self.work += (self.counters.factors - factors) * size as u64;
             settled
-                || group.sheets.len() == 1 && {
+                || island.sheets.len() == 1 && {
                     self.position_solver = PositionSolver::Dual;
-                    self.retry_positions_dual(group, h, rough)
+                    self.retry_positions_dual(island, h, rough)
                 }
         })
     }
@@ -107,24 +108,24 @@ impl ContactWorkspace {
     /// Solve the velocities of the contacts that the last position solve closed, in a stage of
     /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
     /// solver bodies. Returns whether the solution is accepted.
-    pub fn solve_velocities(&mut self, group: &mut IslandView, h: f64) -> bool {
+    pub fn solve_velocities(&mut self, island: &mut IslandView, h: f64) -> bool {
         if self.position_solver != PositionSolver::Pgs {
             let settled = match self.position_solver {
-                PositionSolver::Dual => self.solve_velocities_dual(group, h),
+                PositionSolver::Dual => self.solve_velocities_dual(island, h),
                 _ => {
-                    self.solve_velocities_primal(group, h)
-                        || self.transfer_to_dual(group, h) && self.solve_velocities_dual(group, h)
+                    self.solve_velocities_primal(island, h)
+                        || self.transfer_to_dual(island, h) && self.solve_velocities_dual(island, h)
                 }
             };
             if settled || !self.policy.accepts_unconverged || !self.has_only_fixed_bodies {
                 return settled || self.policy.accepts_unconverged;
             }
-            group.for_each_sheet(|sheet| stage::restore_factor(sheet));
+            island.for_each_sheet(|sheet| stage::restore_factor(sheet));
             let mut dual = std::mem::take(&mut self.pgs);
-            dual.begin_closed(self, group, h);
+            dual.begin_closed(self, island, h);
             self.pgs = dual;
         }
-        self.solve_velocities_by_pgs(group, h);
+        self.solve_velocities_by_pgs(island, h);
         true
     }
 }

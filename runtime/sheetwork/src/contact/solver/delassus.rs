@@ -115,19 +115,19 @@ const NONE: (u32, u32) = (u32::MAX, 0);
 
 impl DelassusOperator {
     /// Remove all contacts, and clear the displacements of the sheets.
-    pub fn clear(&mut self, group: &mut IslandView) {
+    pub fn clear(&mut self, island: &mut IslandView) {
         self.active.clear();
         self.problem.clear();
         self.on_body.iter_mut().for_each(Vec::clear);
-        self.on_body.resize_with(group.solver_bodies.len(), Vec::new);
-        group.each_unit(|sheet, unit| unit.clear(sheet.node_count()));
+        self.on_body.resize_with(island.solver_bodies.len(), Vec::new);
+        island.each_unit(|sheet, unit| unit.clear(sheet.node_count()));
     }
 
     /// Remove all contacts, but keep the displacements of the sheets.
-    pub fn clear_for_velocities(&mut self, group: &mut IslandView) {
-        group.each_unit(|_, unit| std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx));
-        self.clear(group);
-        group.each_unit(|_, unit| {
+    pub fn clear_for_velocities(&mut self, island: &mut IslandView) {
+        island.each_unit(|_, unit| std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx));
+        self.clear(island);
+        island.each_unit(|_, unit| {
             std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx);
             unit.touched = true;
         });
@@ -150,24 +150,24 @@ impl DelassusOperator {
 
     /// Add the contacts `new`, which the caller has pushed to the problem, in a stage of weight `h`
     /// (s).
-    pub fn add(&mut self, group: &mut IslandView, contacts: &[ContactConstraint], new: &[u32], h: f64) {
+    pub fn add(&mut self, island: &mut IslandView, contacts: &[ContactConstraint], new: &[u32], h: f64) {
         let first = self.active.len();
-        group.each_unit(|_, unit| unit.loads.clear());
+        island.each_unit(|_, unit| unit.loads.clear());
         for number in new {
-            self.load(group, contacts, *number);
+            self.load(island, contacts, *number);
         }
-        group.each_unit(|sheet, unit| {
+        island.each_unit(|sheet, unit| {
             if !unit.loads.is_empty() {
                 stage::half_solve(sheet, &unit.loads, &mut unit.halves);
             }
         });
         for i in first..self.active.len() {
-            self.couple(group, contacts, i, h);
+            self.couple(island, contacts, i, h);
         }
     }
 
     /// Add the Jacobian of a contact to the lists of its sheets and bodies.
-    fn load(&mut self, group: &mut IslandView, contacts: &[ContactConstraint], number: u32) {
+    fn load(&mut self, island: &mut IslandView, contacts: &[ContactConstraint], number: u32) {
         let contact = &contacts[number as usize];
         let index = self.active.len() as u32;
         let frame = frame_of(contact.normal);
@@ -176,12 +176,12 @@ impl DelassusOperator {
         for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
             match side {
                 ContactSide::Body { body, .. } => {
-                    if group.solver_bodies[body as usize].is_dynamic() {
+                    if island.solver_bodies[body as usize].is_dynamic() {
                         self.on_body[body as usize].push(index);
                     }
                 }
                 ContactSide::Sheet { sheet, .. } if k == 0 || !same => {
-                    let (member, unit) = group.with_unit(sheet);
+                    let (member, unit) = island.with_unit(sheet);
                     for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
                         unit.loads.push(loads(member, contact, sheet, column));
                     }
@@ -195,27 +195,27 @@ impl DelassusOperator {
     }
 
     /// Compute the blocks of W between active contact `i` and those before it, and itself.
-    fn couple(&mut self, group: &IslandView, contacts: &[ContactConstraint], i: usize, h: f64) {
+    fn couple(&mut self, island: &IslandView, contacts: &[ContactConstraint], i: usize, h: f64) {
         self.row.resize(self.active.len(), DMat3::ZERO);
         self.touched.clear();
         let active = self.active[i];
         for (sheet, place) in active.units.into_iter().filter(|u| *u != NONE) {
-            let unit = group.unit(sheet);
+            let unit = island.unit(sheet);
             for (other, j) in unit.list[..=place as usize].iter().enumerate() {
                 let block = unit.halves.block(place as usize, other);
                 self.accumulate_block(*j, DMat3::from_cols_array_2d(&block).transpose());
             }
         }
         let contact = &contacts[active.contact as usize];
-        for (body, arm, sign) in body_arms(contact, &group.solver_bodies).into_iter().flatten() {
-            let mover = &group.solver_bodies[body as usize];
+        for (body, arm, sign) in body_arms(contact, &island.solver_bodies).into_iter().flatten() {
+            let mover = &island.solver_bodies[body as usize];
             for k in 0..self.on_body[body as usize].len() {
                 let j = self.on_body[body as usize][k];
                 if j as usize > i {
                     break;
                 }
                 let other = self.active[j as usize];
-                let others = body_arms(&contacts[other.contact as usize], &group.solver_bodies);
+                let others = body_arms(&contacts[other.contact as usize], &island.solver_bodies);
                 for (_, at, its) in others.into_iter().flatten().filter(|a| a.0 == body) {
                     let compliance = mover.compliance(arm, at) * (h * h * sign * its);
                     self.accumulate_block(j, active.frame.transpose() * compliance * other.frame);
@@ -238,8 +238,8 @@ impl DelassusOperator {
     }
 
     /// Compute the contact forces on the nodes of each sheet, N.
-    fn forces(&self, group: &mut IslandView, contacts: &[ContactConstraint]) {
-        group.each_unit(|_, unit| {
+    fn forces(&self, island: &mut IslandView, contacts: &[ContactConstraint]) {
+        island.each_unit(|_, unit| {
             if unit.is_touched() {
                 unit.force.clear();
             }
@@ -252,7 +252,7 @@ impl DelassusOperator {
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let ContactSide::Sheet { sheet, point } = side {
-                    group.with_unit(sheet).1.add_force(&point, force * sign);
+                    island.with_unit(sheet).1.add_force(&point, force * sign);
                 }
             }
         }
@@ -260,32 +260,32 @@ impl DelassusOperator {
 
     /// Compute the displacements by the forces of the problem, and the accelerations that
     /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
-    pub fn displace(&self, group: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
-        self.forces(group, contacts);
-        group.each_unit(|sheet, unit| {
+    pub fn displace(&self, island: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
+        self.forces(island, contacts);
+        island.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dx);
                 unit.accelerate(&sheet.inverse_mass);
             }
         });
-        group.solver_bodies.iter_mut().for_each(SolverBody::clear_displacement);
-        self.push_bodies(group, contacts, |mover, force, moment| {
+        island.solver_bodies.iter_mut().for_each(SolverBody::clear_displacement);
+        self.push_bodies(island, contacts, |mover, force, moment| {
             mover.add_displacement(force, moment, h);
         });
     }
 
     /// Compute the velocity jumps by the forces of the problem acting for `h` (s), in sheets and
     /// solver bodies.
-    pub fn apply_velocity_jumps(&self, group: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
-        self.forces(group, contacts);
-        group.each_unit(|sheet, unit| {
+    pub fn apply_velocity_jumps(&self, island: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
+        self.forces(island, contacts);
+        island.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dv);
                 unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
         });
-        group.solver_bodies.iter_mut().for_each(|m| (m.kick, m.spin_jump) = (DVec3::ZERO, DVec3::ZERO));
-        self.push_bodies(group, contacts, |mover, force, moment| {
+        island.solver_bodies.iter_mut().for_each(|m| (m.kick, m.spin_jump) = (DVec3::ZERO, DVec3::ZERO));
+        self.push_bodies(island, contacts, |mover, force, moment| {
             mover.add_velocity_jump(force, moment, h);
         });
     }
@@ -294,7 +294,7 @@ impl DelassusOperator {
     /// centre of mass (N m).
     fn push_bodies(
         &self,
-        group: &mut IslandView,
+        island: &mut IslandView,
         contacts: &[ContactConstraint],
         push: impl Fn(&mut SolverBody, DVec3, DVec3),
     ) {
@@ -303,10 +303,10 @@ impl DelassusOperator {
                 continue;
             }
             for (body, arm, sign) in
-                body_arms(&contacts[active.contact as usize], &group.solver_bodies).into_iter().flatten()
+                body_arms(&contacts[active.contact as usize], &island.solver_bodies).into_iter().flatten()
             {
                 let force = active.frame * *p * sign;
-                let mover = &mut group.solver_bodies[body as usize];
+                let mover = &mut island.solver_bodies[body as usize];
                 if mover.is_dynamic() {
                     push(mover, force, arm.cross(force));
                 }

@@ -92,35 +92,46 @@ impl DualSolver {
 impl ContactWorkspace {
     /// Whether the penetrating contacts are few compared to the unknowns. A single sheet always
     /// qualifies, because a few contacts may carry all of it.
-    pub(crate) fn is_dual_affordable(&self, group: &IslandView) -> bool {
-        group.sheets.len() == 1
+    pub(crate) fn is_dual_affordable(&self, island: &IslandView) -> bool {
+        island.sheets.len() == 1
             || SETTINGS.minimum_rows_per_contact * self.gaps.free.iter().filter(|gap| **gap < 0.0).count()
                 <= self.island_tangent.size()
     }
 
     /// Solve the positions. Returns whether the solver converged, or `None` if the working set
     /// grows too large.
-    pub(crate) fn solve_positions_dual(&mut self, group: &mut IslandView, h: f64, rough: bool) -> Option<bool> {
-        self.solve_positions_dual_up_to(group, h, rough, self.island_tangent.size() / SETTINGS.minimum_rows_per_contact)
+    pub(crate) fn solve_positions_dual(&mut self, island: &mut IslandView, h: f64, rough: bool) -> Option<bool> {
+        self.solve_positions_dual_up_to(
+            island,
+            h,
+            rough,
+            self.island_tangent.size() / SETTINGS.minimum_rows_per_contact,
+        )
     }
 
     /// Solve the positions of a single sheet with a large working set, after the primal solver has
     /// failed.
-    pub(crate) fn retry_positions_dual(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
-        self.solve_positions_dual_up_to(group, h, rough, ALART_CURNIER.maximum_contacts).unwrap_or(false)
+    pub(crate) fn retry_positions_dual(&mut self, island: &mut IslandView, h: f64, rough: bool) -> bool {
+        self.solve_positions_dual_up_to(island, h, rough, ALART_CURNIER.maximum_contacts).unwrap_or(false)
     }
 
     /// Solve the positions with a working set of at most `most` contacts. Returns whether the
     /// solver converged, or `None` if more are needed.
-    fn solve_positions_dual_up_to(&mut self, group: &mut IslandView, h: f64, rough: bool, most: usize) -> Option<bool> {
+    fn solve_positions_dual_up_to(
+        &mut self,
+        island: &mut IslandView,
+        h: f64,
+        rough: bool,
+        most: usize,
+    ) -> Option<bool> {
         let (mut few, mut primal) = (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
         let factors = self.counters.factors;
-        group.for_each_sheet(|sheet| stage::restore_factor(sheet));
-        few.space.delassus.clear(group);
+        island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+        few.space.delassus.clear(island);
         primal.clear();
         self.working_set.clear();
         few.working_set.begin(self.detected.contacts.len());
-        for i in (0..self.detected.first_attachment).filter(|i| self.is_duplicate(group, *i)) {
+        for i in (0..self.detected.first_attachment).filter(|i| self.is_duplicate(island, *i)) {
             few.working_set.exclude(i);
         }
         few.working_set.add_cached(self);
@@ -136,16 +147,16 @@ impl ContactWorkspace {
                 settled = None;
                 break;
             }
-            self.activate(&mut few, &mut primal, group, h);
-            let accuracy = self.settings(rough, group.independent_parts());
+            self.activate(&mut few, &mut primal, island, h);
+            let accuracy = self.settings(rough, island.independent_parts());
             let done = few.solve(&mut primal, &mut self.counters, &accuracy);
             settled = Some(done);
             if !done && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);
-            few.space.delassus.displace(group, &self.detected.contacts, h);
-            self.gaps.update(&self.detected.contacts, group);
+            few.space.delassus.displace(island, &self.detected.contacts, h);
+            self.gaps.update(&self.detected.contacts, island);
             few.working_set.add_violated(
                 self,
                 &self.gaps.now,
@@ -166,50 +177,50 @@ impl ContactWorkspace {
     }
 
     /// Clear the solution of contacts that have ended.
-    pub(crate) fn forget_solution(&mut self, group: &mut IslandView) {
-        group.each_unit(|_, unit| unit.remove_contacts());
+    pub(crate) fn forget_solution(&mut self, island: &mut IslandView) {
+        island.each_unit(|_, unit| unit.remove_contacts());
         self.augmented_lagrangian.clear();
         self.working_set.clear();
         self.position_solver = PositionSolver::Dual;
     }
 
     /// Add the new contacts of the working set to the problem.
-    fn activate(&mut self, few: &mut DualSolver, primal: &mut AugmentedLagrangian, group: &mut IslandView, h: f64) {
+    fn activate(&mut self, few: &mut DualSolver, primal: &mut AugmentedLagrangian, island: &mut IslandView, h: f64) {
         primal.mark_known();
         for i in few.working_set.new.iter().map(|i| *i as usize) {
-            let (mut row, force) = self.constraint_of(group, i, h);
+            let (mut row, force) = self.constraint_of(island, i, h);
             row.is_new = force == DVec3::ZERO;
             primal.constraints.push(row);
             primal.force.push(force);
             few.space.delassus.problem.push(self.law(i), force);
         }
-        few.space.delassus.add(group, &self.detected.contacts, &few.working_set.new, h);
+        few.space.delassus.add(island, &self.detected.contacts, &few.working_set.new, h);
         self.working_set.extend_from_slice(&few.working_set.new);
         few.working_set.activate();
     }
 
     /// Transfer the working set of a single sheet from the primal solver. Returns false if it is
     /// too large.
-    pub(crate) fn transfer_to_dual(&mut self, group: &mut IslandView, h: f64) -> bool {
-        if self.working_set.len() > ALART_CURNIER.maximum_contacts || group.sheets.len() > 1 {
+    pub(crate) fn transfer_to_dual(&mut self, island: &mut IslandView, h: f64) -> bool {
+        if self.working_set.len() > ALART_CURNIER.maximum_contacts || island.sheets.len() > 1 {
             return false;
         }
         let mut few = std::mem::take(&mut self.dual);
-        group.for_each_sheet(|sheet| stage::restore_factor(sheet));
-        few.space.delassus.clear_for_velocities(group);
+        island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+        few.space.delassus.clear_for_velocities(island);
         few.working_set.begin(self.detected.contacts.len());
         few.working_set.new.extend_from_slice(&self.working_set);
         for i in &self.working_set {
             few.space.delassus.problem.push(self.law(*i as usize), DVec3::ZERO);
         }
-        few.space.delassus.add(group, &self.detected.contacts, &self.working_set, h);
+        few.space.delassus.add(island, &self.detected.contacts, &self.working_set, h);
         few.working_set.activate();
         self.dual = few;
         true
     }
 
     /// Solve the velocities of the closed contacts. Returns false if the solver did not converge.
-    pub(crate) fn solve_velocities_dual(&mut self, group: &mut IslandView, h: f64) -> bool {
+    pub(crate) fn solve_velocities_dual(&mut self, island: &mut IslandView, h: f64) -> bool {
         if self.working_set.is_empty() {
             return true;
         }
@@ -218,11 +229,11 @@ impl ContactWorkspace {
         let mut settled = true;
         for pass in 0..WORKING_SET.maximum_extensions {
             if pass > 0 {
-                self.activate(&mut few, &mut primal, group, h);
+                self.activate(&mut few, &mut primal, island, h);
             }
             for (k, i) in self.working_set.iter().map(|i| *i as usize).enumerate().skip(begun) {
                 let row = &mut primal.constraints[k];
-                let u = self.relative_velocity(group, i, &row.frame);
+                let u = self.relative_velocity(island, i, &row.frame);
                 let known = self.cache.of_feature(&self.detected.contacts[i].key).unwrap_or_default();
                 row.slipped = known.slipped[1];
                 row.b = u.map_or(DVec3::X, |u| u * h);
@@ -230,14 +241,14 @@ impl ContactWorkspace {
                 primal.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
             }
             begun = self.working_set.len();
-            let accuracy = self.settings(false, group.independent_parts());
+            let accuracy = self.settings(false, island.independent_parts());
             settled = few.solve(&mut primal, &mut self.counters, &accuracy);
             if !settled && !self.policy.accepts_unconverged {
                 break;
             }
             few.space.delassus.problem.force.clone_from(&primal.force);
-            few.space.delassus.apply_velocity_jumps(group, &self.detected.contacts, h);
-            self.compute_approaches(&mut few, group, h);
+            few.space.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
+            self.compute_approaches(&mut few, island, h);
             few.working_set.add_violated(
                 self,
                 &few.gap,
@@ -255,16 +266,16 @@ impl ContactWorkspace {
 
     /// Compute the approach of closed contacts outside the working set in a stage of weight `h`
     /// (s).
-    fn compute_approaches(&self, few: &mut DualSolver, group: &IslandView, h: f64) {
+    fn compute_approaches(&self, few: &mut DualSolver, island: &IslandView, h: f64) {
         few.gap.clear();
         for (i, contact) in self.detected.contacts.iter().enumerate() {
             let free = if few.working_set.is_active(i) {
                 None
             } else {
-                self.relative_velocity(group, i, &frame_of(contact.normal))
+                self.relative_velocity(island, i, &frame_of(contact.normal))
             };
             few.gap.push(free.map_or(f64::INFINITY, |free| {
-                let jump = contact_velocity_jump(group, &contact.a) - contact_velocity_jump(group, &contact.b);
+                let jump = contact_velocity_jump(island, &contact.a) - contact_velocity_jump(island, &contact.b);
                 (free.x + contact.normal.dot(jump)) * h
             }));
         }

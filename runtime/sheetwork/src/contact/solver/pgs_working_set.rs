@@ -28,51 +28,52 @@ pub(crate) struct PgsContactSolver {
     passes: u32,
 }
 
-/// Maximum size of the working set of `group`.
-fn working_set_capacity(group: &IslandView) -> usize {
-    SETTINGS.maximum_contacts + SETTINGS.maximum_contacts_per_object * (group.sheets.len() + group.solver_bodies.len())
+/// Maximum size of the working set of `island`.
+fn working_set_capacity(island: &IslandView) -> usize {
+    SETTINGS.maximum_contacts
+        + SETTINGS.maximum_contacts_per_object * (island.sheets.len() + island.solver_bodies.len())
 }
 
 impl PgsContactSolver {
     /// Start with attachments and with contacts that have a cached force and penetrate, or else
     /// with the deepest ones.
-    pub fn begin(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+    pub fn begin(&mut self, workspace: &ContactWorkspace, island: &mut IslandView, h: f64) {
         self.passes = 0;
-        self.delassus.clear(group);
-        self.working_set.begin(scratch.detected.contacts.len());
-        self.working_set.add_cached(scratch);
-        self.activate(scratch, group, h);
-        self.add_violated(scratch);
+        self.delassus.clear(island);
+        self.working_set.begin(workspace.detected.contacts.len());
+        self.working_set.add_cached(workspace);
+        self.activate(workspace, island, h);
+        self.add_violated(workspace);
         if self.delassus.problem.is_empty() && self.working_set.new.is_empty() {
-            self.working_set.add_deepest(&scratch.gaps.now);
+            self.working_set.add_deepest(&workspace.gaps.now);
         }
-        self.activate(scratch, group, h);
+        self.activate(workspace, island, h);
     }
 
     /// Start with all closed contacts, for the velocity solve.
-    pub fn begin_closed(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+    pub fn begin_closed(&mut self, workspace: &ContactWorkspace, island: &mut IslandView, h: f64) {
         self.passes = 0;
-        self.delassus.clear_for_velocities(group);
-        self.working_set.begin(scratch.detected.contacts.len());
+        self.delassus.clear_for_velocities(island);
+        self.working_set.begin(workspace.detected.contacts.len());
         self.working_set.new.extend(
-            (0..scratch.detected.contacts.len() as u32)
-                .filter(|i| scratch.gaps.now[*i as usize] < SETTINGS.penetration),
+            (0..workspace.detected.contacts.len() as u32)
+                .filter(|i| workspace.gaps.now[*i as usize] < SETTINGS.penetration),
         );
-        self.working_set.new.truncate(2 * working_set_capacity(group));
-        self.activate(scratch, group, h);
+        self.working_set.new.truncate(2 * working_set_capacity(island));
+        self.activate(workspace, island, h);
     }
 
     /// Add contacts that are still violated. Returns false if there are none or a limit is reached.
-    pub fn extend(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) -> bool {
+    pub fn extend(&mut self, workspace: &ContactWorkspace, island: &mut IslandView, h: f64) -> bool {
         self.passes += 1;
-        self.add_violated(scratch);
+        self.add_violated(workspace);
         if self.working_set.new.is_empty()
             || self.passes >= WORKING_SET.maximum_extensions
-            || self.delassus.problem.len() >= working_set_capacity(group)
+            || self.delassus.problem.len() >= working_set_capacity(island)
         {
             return false;
         }
-        self.activate(scratch, group, h);
+        self.activate(workspace, island, h);
         true
     }
 
@@ -93,43 +94,43 @@ impl PgsContactSolver {
     }
 
     /// Add the new contacts of the working set to the problem.
-    fn activate(&mut self, scratch: &ContactWorkspace, group: &mut IslandView, h: f64) {
+    fn activate(&mut self, workspace: &ContactWorkspace, island: &mut IslandView, h: f64) {
         for number in &self.working_set.new {
             let i = *number as usize;
-            let contact = &scratch.detected.contacts[i];
-            let force = scratch.cached_forces(&contact.key).map_or(DVec3::ZERO, |f| f.position);
-            self.delassus.problem.push(scratch.law(i), frame_of(contact.normal).transpose() * force);
+            let contact = &workspace.detected.contacts[i];
+            let force = workspace.cached_forces(&contact.key).map_or(DVec3::ZERO, |f| f.position);
+            self.delassus.problem.push(workspace.law(i), frame_of(contact.normal).transpose() * force);
         }
-        self.delassus.add(group, &scratch.detected.contacts, &self.working_set.new, h);
+        self.delassus.add(island, &workspace.detected.contacts, &self.working_set.new, h);
         self.working_set.activate();
     }
 
     /// Select contacts outside the problem that penetrate by more than the tolerance.
-    fn add_violated(&mut self, scratch: &ContactWorkspace) {
-        let depth = if scratch.policy.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
-        self.working_set.add_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());
+    fn add_violated(&mut self, workspace: &ContactWorkspace) {
+        let depth = if workspace.policy.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
+        self.working_set.add_violated(workspace, &workspace.gaps.now, depth, self.delassus.contacts());
     }
 }
 
 impl ContactWorkspace {
     /// Solve the positions by PGS: coarsely while the working set grows, then to the tolerance.
-    pub(super) fn solve_positions_by_pgs(&mut self, group: &mut IslandView, h: f64) {
+    pub(super) fn solve_positions_by_pgs(&mut self, island: &mut IslandView, h: f64) {
         let mut dual = std::mem::take(&mut self.pgs);
-        dual.begin(self, group, h);
+        dual.begin(self, island, h);
         let mut rough = true;
         let settled = loop {
             dual.b.clear();
             for k in 0..dual.delassus.problem.len() {
-                let u = self.relative_position(group, dual.delassus.contact(k), &dual.delassus.frame(k));
+                let u = self.relative_position(island, dual.delassus.contact(k), &dual.delassus.frame(k));
                 dual.b.push(u);
             }
             // Approximate forces are accurate enough to extend the working set.
             let swept = if rough { dual.sweep_roughly() } else { dual.sweep() };
             self.counters.sweeps += u64::from(swept.sweeps);
             self.work += u64::from(swept.sweeps) * dual.delassus.problem.len() as u64;
-            dual.delassus.displace(group, &self.detected.contacts, h);
-            self.gaps.update(&self.detected.contacts, group);
-            if !dual.extend(self, group, h) {
+            dual.delassus.displace(island, &self.detected.contacts, h);
+            self.gaps.update(&self.detected.contacts, island);
+            if !dual.extend(self, island, h) {
                 if !rough || swept.change <= PGS.tolerance {
                     break swept.change <= PGS.tolerance;
                 }
@@ -148,13 +149,13 @@ impl ContactWorkspace {
     }
 
     /// Solve the velocities of the contacts that the PGS position solve left active.
-    pub(super) fn solve_velocities_by_pgs(&mut self, group: &mut IslandView, h: f64) {
+    pub(super) fn solve_velocities_by_pgs(&mut self, island: &mut IslandView, h: f64) {
         let mut dual = std::mem::take(&mut self.pgs);
         dual.b.clear();
         for k in 0..dual.delassus.problem.len() {
             let i = dual.delassus.contact(k);
             let frame = dual.delassus.frame(k);
-            let u = self.relative_velocity(group, i, &frame);
+            let u = self.relative_velocity(island, i, &frame);
             let force = self.cached_forces(&self.detected.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
             dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
@@ -162,7 +163,7 @@ impl ContactWorkspace {
         let swept = dual.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
         self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
-        dual.delassus.apply_velocity_jumps(group, &self.detected.contacts, h);
+        dual.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
             new.extend(dual.forces().map(|(c, velocity)| {

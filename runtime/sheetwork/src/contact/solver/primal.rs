@@ -27,19 +27,19 @@ const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 
 impl ContactWorkspace {
     /// Solve the positions. Returns false if the solver did not converge.
-    pub(crate) fn solve_positions_primal(&mut self, group: &mut IslandView, h: f64, rough: bool) -> bool {
+    pub(crate) fn solve_positions_primal(&mut self, island: &mut IslandView, h: f64, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.augmented_lagrangian);
-        self.choose_working_set(group.sheets.len());
+        self.choose_working_set(island.sheets.len());
         let mut settled = false;
         for time in 1..=SETTINGS.maximum_solves {
-            self.assemble_constraints(&mut primal, group, h);
-            settled = self.solve_primal(&mut primal, group, true, rough);
+            self.assemble_constraints(&mut primal, island, h);
+            settled = self.solve_primal(&mut primal, island, true, rough);
             if !settled && !self.policy.accepts_unconverged {
                 break;
             }
-            self.transfer_displacements(&primal, group);
+            self.transfer_displacements(&primal, island);
             self.cache_position_forces(&primal);
-            self.gaps.update(&self.detected.contacts, group);
+            self.gaps.update(&self.detected.contacts, island);
             if time == SETTINGS.maximum_solves || !self.extend_working_set() {
                 break;
             }
@@ -91,11 +91,11 @@ impl ContactWorkspace {
     }
 
     /// Assemble the constraints of the working set and the joint matrix.
-    fn assemble_constraints(&mut self, primal: &mut AugmentedLagrangian, group: &mut IslandView, h: f64) {
+    fn assemble_constraints(&mut self, primal: &mut AugmentedLagrangian, island: &mut IslandView, h: f64) {
         primal.clear();
-        let known = (&*self, &*group);
+        let known = (&*self, &*island);
         let row_of = |i: &u32| known.0.constraint_of(known.1, *i as usize, h);
-        if group.parallel {
+        if island.parallel {
             let rows = self.working_set.par_iter().with_min_len(SETTINGS.constraints_per_task).map(row_of);
             rows.unzip_into_vecs(&mut primal.constraints, &mut primal.force);
         } else {
@@ -105,11 +105,11 @@ impl ContactWorkspace {
             }
         }
         self.uses_sheet_tangent = self.has_only_fixed_bodies;
-        if let Some(system) = stage::system_mut(group.sheet_mut(0)).filter(|_| self.has_only_fixed_bodies) {
+        if let Some(system) = stage::system_mut(island.sheet_mut(0)).filter(|_| self.has_only_fixed_bodies) {
             self.uses_sheet_tangent = primal.constraints.iter().all(|row| covers_constraint(system.pattern(), row));
         }
         if !self.uses_sheet_tangent {
-            self.island_tangent.fill(group, &primal.constraints, h);
+            self.island_tangent.fill(island, &primal.constraints, h);
         }
     }
 
@@ -133,20 +133,20 @@ impl ContactWorkspace {
     }
 
     /// Solve the velocities of the closed contacts. Returns false if the solver did not converge.
-    pub(crate) fn solve_velocities_primal(&mut self, group: &mut IslandView, h: f64) -> bool {
+    pub(crate) fn solve_velocities_primal(&mut self, island: &mut IslandView, h: f64) -> bool {
         let mut primal = std::mem::take(&mut self.augmented_lagrangian);
         for (k, i) in self.working_set.iter().map(|i| *i as usize).enumerate() {
             let frame = primal.constraints[k].frame;
-            let u = self.relative_velocity(group, i, &frame);
+            let u = self.relative_velocity(island, i, &frame);
             let known = self.cache.of_feature(&self.detected.contacts[i].key).unwrap_or_default();
             primal.force[k] = if u.is_some() { frame.transpose() * known.velocity } else { DVec3::ZERO };
             primal.constraints[k].slipped = known.slipped[1];
             primal.constraints[k].b = u.map_or(DVec3::X, |u| u * h);
             primal.constraints[k].is_new = false;
         }
-        let settled = self.solve_primal(&mut primal, group, false, false);
+        let settled = self.solve_primal(&mut primal, island, false, false);
         if settled || self.policy.accepts_unconverged {
-            self.transfer_velocity_jumps(&primal, group, h);
+            self.transfer_velocity_jumps(&primal, island, h);
             self.cache_velocity_forces(&primal);
         }
         self.augmented_lagrangian = primal;
@@ -170,13 +170,13 @@ impl ContactWorkspace {
     fn solve_primal(
         &mut self,
         primal: &mut AugmentedLagrangian,
-        group: &mut IslandView,
+        island: &mut IslandView,
         first: bool,
         rough: bool,
     ) -> bool {
-        let accuracy = self.settings(rough, group.independent_parts());
+        let accuracy = self.settings(rough, island.independent_parts());
         let tangent: &mut dyn TangentMatrix =
-            match stage::system_mut(group.sheet_mut(0)).filter(|_| self.uses_sheet_tangent) {
+            match stage::system_mut(island.sheet_mut(0)).filter(|_| self.uses_sheet_tangent) {
                 Some(system) => system,
                 None => &mut self.island_tangent,
             };
@@ -204,7 +204,7 @@ impl ContactWorkspace {
 
     /// Constraint of contact `i` in a stage of weight `h` (s), and its initial force (N) in the
     /// contact frame.
-    pub(crate) fn constraint_of(&self, group: &IslandView, i: usize, h: f64) -> (SolverConstraint, DVec3) {
+    pub(crate) fn constraint_of(&self, island: &IslandView, i: usize, h: f64) -> (SolverConstraint, DVec3) {
         let contact = &self.detected.contacts[i];
         let mut row = SolverConstraint::new(frame_of(contact.normal), self.law(i));
         for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
@@ -212,14 +212,14 @@ impl ContactWorkspace {
                 ContactSide::Sheet { sheet, point } => {
                     let first = self.island_tangent.sheet(*sheet);
                     for (mass, weight) in point.terms() {
-                        if let Some((block, free)) = stage::free_row(&group.sheet(*sheet), mass) {
+                        if let Some((block, free)) = stage::free_row(&island.sheet(*sheet), mass) {
                             row.add(first + block, DMat3::from_diagonal(free * (sign * weight)));
                         }
                     }
                 }
                 ContactSide::Body { body, local } => {
-                    if let Some(first) = self.island_tangent.body(group.sheets.len(), *body) {
-                        let mover = &group.solver_bodies[*body as usize];
+                    if let Some(first) = self.island_tangent.body(island.sheets.len(), *body) {
+                        let mover = &island.solver_bodies[*body as usize];
                         let arm = mover.free.world_point(*local) - mover.free.centre();
                         row.add(first, DMat3::IDENTITY * sign);
                         row.add(first + 1, cross_matrix(arm) * -sign);
@@ -227,7 +227,7 @@ impl ContactWorkspace {
                 }
             }
         }
-        row.b = self.relative_position(group, i, &row.frame);
+        row.b = self.relative_position(island, i, &row.frame);
         // Such a contact gets no force from a neighbouring one of the same feature either.
         let left_open = self.open_keys.binary_search(&contact.key).is_ok();
         let known = self.cache.of_feature(&contact.key).filter(|_| !left_open);
@@ -236,23 +236,23 @@ impl ContactWorkspace {
             || (self.closing_gap > 0.0 && known.is_none());
         // A single sheet that penetrates where an earlier iteration left it open starts as closed
         // nevertheless; with several sheets the contact would alternate.
-        row.is_new = is_unknown && (!left_open || group.sheets.len() == 1);
+        row.is_new = is_unknown && (!left_open || island.sheets.len() == 1);
         row.closing_gap = self.closing_gap;
-        row.is_disabled = self.is_duplicate(group, i);
-        row.compute_stiffness(|block| self.island_tangent.diagonal_of(group, block, h));
+        row.is_disabled = self.is_duplicate(island, i);
+        row.compute_stiffness(|block| self.island_tangent.diagonal_of(island, block, h));
         let known = known.unwrap_or_default();
         row.slipped = known.slipped[0];
         (row, row.frame.transpose() * known.position)
     }
 
     /// Store the normal of the contact of each node with a body.
-    pub(crate) fn store_node_normals(&mut self, group: &IslandView) {
+    pub(crate) fn store_node_normals(&mut self, island: &IslandView) {
         self.normals.clear();
         self.normals.resize(self.island_tangent.size(), DVec3::ZERO);
         for contact in &self.detected.contacts {
             if let (ContactSide::Sheet { sheet, point }, ContactSide::Body { .. }) = (contact.a, contact.b)
                 && point.weights[0] == 1.0
-                && let Some((row, _)) = stage::free_row(&group.sheet(sheet), point.nodes[0])
+                && let Some((row, _)) = stage::free_row(&island.sheet(sheet), point.nodes[0])
             {
                 self.normals[(self.island_tangent.sheet(sheet) + row) as usize] = contact.normal;
             }
@@ -261,7 +261,7 @@ impl ContactWorkspace {
 
     /// Whether contact `i` with a body duplicates the contact of one of its nodes. The force would
     /// be distributed arbitrarily between the two.
-    pub(crate) fn is_duplicate(&self, group: &IslandView, i: usize) -> bool {
+    pub(crate) fn is_duplicate(&self, island: &IslandView, i: usize) -> bool {
         let contact = &self.detected.contacts[i];
         if i >= self.detected.first_attachment {
             return false;
@@ -271,7 +271,7 @@ impl ContactWorkspace {
         };
         let first = self.island_tangent.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
-            let row = stage::free_row(&group.sheet(sheet), mass).filter(|_| weight > DUPLICATES.node_weight);
+            let row = stage::free_row(&island.sheet(sheet), mass).filter(|_| weight > DUPLICATES.node_weight);
             row.is_some_and(|(row, _)| {
                 self.normals[(first + row) as usize].dot(contact.normal) > DUPLICATES.normal_cosine
             })
@@ -280,10 +280,10 @@ impl ContactWorkspace {
     }
 
     /// Transfer displacements and forces of the solution to the sheets and solver bodies.
-    fn transfer_displacements(&self, primal: &AugmentedLagrangian, group: &mut IslandView) {
-        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.sheets.len());
+    fn transfer_displacements(&self, primal: &AugmentedLagrangian, island: &mut IslandView) {
+        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), island.sheets.len());
         for local in 0..count as u32 {
-            let (sheet, unit) = group.with_unit(local);
+            let (sheet, unit) = island.with_unit(local);
             unit.prepare_without_list(sheet.node_count());
             stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
         }
@@ -294,15 +294,15 @@ impl ContactWorkspace {
             let contact = &self.detected.contacts[*i as usize];
             for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
                 if let ContactSide::Sheet { sheet, point } = side {
-                    group.with_unit(*sheet).1.add_force(point, row.frame * *p * sign);
+                    island.with_unit(*sheet).1.add_force(point, row.frame * *p * sign);
                 }
             }
         }
         for local in 0..count as u32 {
-            let (sheet, unit) = group.with_unit(local);
+            let (sheet, unit) = island.with_unit(local);
             unit.accelerate(&sheet.inverse_mass);
         }
-        for (body, mover) in group.solver_bodies.iter_mut().enumerate() {
+        for (body, mover) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
                 let at = 3 * first as usize;
                 (mover.displacement, mover.rotation) =
@@ -312,14 +312,14 @@ impl ContactWorkspace {
     }
 
     /// Transfer the velocity jumps of the solution to the sheets and solver bodies.
-    fn transfer_velocity_jumps(&self, primal: &AugmentedLagrangian, group: &mut IslandView, h: f64) {
-        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), group.sheets.len());
+    fn transfer_velocity_jumps(&self, primal: &AugmentedLagrangian, island: &mut IslandView, h: f64) {
+        let (joint, delta, count) = (&self.island_tangent, primal.displacement(), island.sheets.len());
         for local in 0..count as u32 {
-            let (sheet, unit) = group.with_unit(local);
+            let (sheet, unit) = island.with_unit(local);
             stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
             unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
         }
-        for (body, mover) in group.solver_bodies.iter_mut().enumerate() {
+        for (body, mover) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
                 let at = 3 * first as usize;
                 (mover.kick, mover.spin_jump) =

@@ -50,11 +50,11 @@ impl WorkingSet {
     }
 
     /// Add attachments, and contacts that have a cached force and penetrate.
-    pub fn add_cached(&mut self, scratch: &ContactWorkspace) {
-        for (i, contact) in scratch.detected.contacts.iter().enumerate() {
-            let had_force = || scratch.cached_forces(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
-            let was = scratch.gaps.free[i] < 0.0 && had_force();
-            if (i >= scratch.detected.first_attachment || was) && !self.is_active[i] {
+    pub fn add_cached(&mut self, workspace: &ContactWorkspace) {
+        for (i, contact) in workspace.detected.contacts.iter().enumerate() {
+            let had_force = || workspace.cached_forces(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
+            let was = workspace.gaps.free[i] < 0.0 && had_force();
+            if (i >= workspace.detected.first_attachment || was) && !self.is_active[i] {
                 self.new.push(i as u32);
             }
         }
@@ -70,12 +70,12 @@ impl WorkingSet {
     /// deep ones far from the added and the `active` ones.
     pub fn add_violated(
         &mut self,
-        scratch: &ContactWorkspace,
+        workspace: &ContactWorkspace,
         gap: &[f64],
         depth: f64,
         active: impl Iterator<Item = usize>,
     ) {
-        let contacts = &scratch.detected.contacts;
+        let contacts = &workspace.detected.contacts;
         self.new.clear();
         self.violated.clear();
         for (i, contact) in contacts.iter().enumerate() {
@@ -97,7 +97,7 @@ impl WorkingSet {
             held = &held[passed..];
             let own = held.partition_point(|v| v.0 == pair);
             let of_pair = (&violated[..here], &held[..own]);
-            add_from_pair(of_pair, gap, &scratch.gaps, (&mut self.reach, &mut self.new));
+            add_from_pair(of_pair, gap, &workspace.gaps, (&mut self.reach, &mut self.new));
             violated = &violated[here..];
         }
         self.new.sort_unstable();

@@ -46,7 +46,7 @@ impl IslandContext<'_> {
         }
         let (sheet, contact, touches) = (&mut all.sheets[0], &mut all.contacts[0], &mut all.touches[0]);
         instability::begin_energy_check(sheet);
-        let last = advance_free(sheet, contact, touches, self.stage);
+        let last = advance_free(sheet, contact, touches, self.context);
         if sheet.state.status != Status::Awake {
             return;
         }
@@ -54,9 +54,9 @@ impl IslandContext<'_> {
         if !(near && self.resolve_contacts(&mut all, ids, parallel)) {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
             if sheet.state.touching.contains(&true) {
-                instability::finish_energy_check(sheet, touches, self.stage, 0.0);
+                instability::finish_energy_check(sheet, touches, self.context, 0.0);
             }
-            finish_step(sheet, touches, self.stage, last);
+            finish_step(sheet, touches, self.context, last);
         }
     }
 
@@ -64,7 +64,7 @@ impl IslandContext<'_> {
         type SteppedSheet<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut ContactLog);
         let one = |((sheet, contact), touches): SteppedSheet| {
             instability::begin_energy_check(sheet);
-            advance_free(sheet, contact, touches, self.stage);
+            advance_free(sheet, contact, touches, self.context);
         };
         if parallel {
             all.sheets.par_iter_mut().zip(all.contacts.par_iter_mut()).zip(all.touches.par_iter_mut()).for_each(one);
@@ -96,7 +96,7 @@ impl IslandContext<'_> {
     fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
         let SteppedSheets { sheets, contacts, touches, states } = all;
         let Some(state) = states.first_mut() else { return false };
-        let dt = self.stage.dt;
+        let dt = self.context.dt;
         for (sheet, contact) in sheets.iter_mut().zip(contacts.iter_mut()) {
             // Adhesion is not supported with explicit integrators.
             bonds::break_all_bonds(sheet);
@@ -104,107 +104,107 @@ impl IslandContext<'_> {
             sheet.work.touched_colliders.clear();
             node_contact::begin_contact_stage(sheet, dt);
         }
-        let IslandState { contact: scratch, progress, detection: work, body_updates } =
+        let IslandState { contact: workspace, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut scratch.solver_bodies);
-        scratch.profiler.clone_from(self.stage.watch);
-        let mut group =
+        let movers = std::mem::take(&mut workspace.solver_bodies);
+        workspace.profiler.clone_from(self.context.watch);
+        let mut island =
             IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut near = IslandDetection {
-            view: self.stage.view,
+            view: self.context.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
-            gravity: self.stage.field.gravity,
-            sheets_meet: self.stage.sheets_meet,
+            gravity: self.context.field.gravity,
+            sheets_meet: self.context.sheets_meet,
             ids,
             work: &mut *work,
-            watch: self.stage.watch,
+            watch: self.context.watch,
         };
-        let idle = !self.begin(&mut near, &mut group);
+        let idle = !self.begin(&mut near, &mut island);
         let touched = !idle && {
-            near.begin_stage(&mut group, 0.0, dt);
-            let touched = solve_explicit(&mut group, scratch, dt, |group, found| {
-                near.detect_contacts(group, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
+            near.begin_stage(&mut island, 0.0, dt);
+            let touched = solve_explicit(&mut island, workspace, dt, |island, found| {
+                near.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
             });
-            near.end_stage(&mut group);
+            near.end_stage(&mut island);
             touched
         };
-        group.each_unit(|sheet, unit| {
+        island.each_unit(|sheet, unit| {
             node_contact::apply_contact(sheet, (touched && unit.is_touched()).then_some(&unit.jump));
         });
-        let brought = energy_of_surroundings(&group);
-        let IslandView { sheets, solver_bodies: movers, .. } = group;
+        let brought = energy_of_surroundings(&island);
+        let IslandView { sheets, solver_bodies: movers, .. } = island;
         let lone = idle && sheets.len() == 1;
         let mut put_back = false;
         if !lone {
             for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
                 if touched || sheet.state.touching.contains(&true) {
-                    put_back |= instability::finish_energy_check(sheet, touches, self.stage, brought);
+                    put_back |= instability::finish_energy_check(sheet, touches, self.context, brought);
                 }
             }
         }
         if idle || put_back {
-            scratch.reset();
+            workspace.reset();
             progress.reset_contact();
         } else {
-            self.record_contacts(sheets, scratch, work);
-            self.update_bodies(&movers, work, scratch, body_updates);
+            self.record_contacts(sheets, workspace, work);
+            self.update_bodies(&movers, work, workspace, body_updates);
         }
         if !lone {
             for work in sheets.iter_mut().map(|sheet| &mut sheet.work) {
                 work.x_before.clone_from(&work.start.0);
             }
             self.finish_sheets(sheets, touches);
-            if self.stage.sleep {
+            if self.context.sleep {
                 self.sleep_if_resting(sheets, touches, body_updates);
             }
         }
-        scratch.solver_bodies = movers;
+        workspace.solver_bodies = movers;
         !lone
     }
 
     /// Begin detection for an island whose free motions are known. Returns `false` when contact is
     /// impossible.
-    fn begin(&self, near: &mut IslandDetection, group: &mut IslandView) -> bool {
+    fn begin(&self, near: &mut IslandDetection, island: &mut IslandView) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
-        for sheet in group.sheets.iter() {
+        for sheet in island.sheets.iter() {
             let (low, high) = node_contact::bounding_box(sheet);
             around = (around.0.min(low), around.1.max(high));
             travel = travel.max(node_contact::largest_travel(sheet));
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
-        let reach = travel + fastest * self.stage.dt + SETTINGS.broad_phase_margin;
+        let reach = travel + fastest * self.context.dt + SETTINGS.broad_phase_margin;
         // A lone sheet has resolved faces of static bodies in its free advance.
         near.work.limit(DetectionScope { faces: false, stacks: false });
-        near.begin(group, around, reach);
-        let gives = group.solver_bodies.iter().any(|m| m.is_dynamic());
-        if group.sheets.len() > 1 || gives || near.work.has_self_contact() {
+        near.begin(island, around, reach);
+        let gives = island.solver_bodies.iter().any(|m| m.is_dynamic());
+        if island.sheets.len() > 1 || gives || near.work.has_self_contact() {
             near.work.limit(DetectionScope { faces: true, stacks: false });
-            near.begin(group, around, reach);
+            near.begin(island, around, reach);
         }
-        !near.is_idle(group)
+        !near.is_idle(island)
     }
 }
 
 /// Energy that contact partners could transfer to a sheet of the island, J: the kinetic energy of
 /// dynamic bodies and other sheets, and the work of kinematic bodies. Zero when no sheet is
 /// monitored.
-fn energy_of_surroundings(group: &IslandView) -> f64 {
-    let sheets = || group.sheets.iter();
+fn energy_of_surroundings(island: &IslandView) -> f64 {
+    let sheets = || island.sheets.iter();
     if !sheets().any(|s| s.recovery.is_some()) {
         return 0.0;
     }
     let weight: f64 = sheets().map(Sheet::total_mass).sum();
-    let bodies = group.solver_bodies.iter().map(|m| {
+    let bodies = island.solver_bodies.iter().map(|m| {
         if m.is_dynamic() {
             m.start.kinetic_energy()
         } else {
             weight * PRESCRIBED_MOTION_ENERGY_FACTOR * m.start.velocity().length_squared()
         }
     });
-    let others = if group.sheets.len() > 1 { sheets().map(energy_at_start).sum() } else { 0.0 };
+    let others = if island.sheets.len() > 1 { sheets().map(energy_at_start).sum() } else { 0.0 };
     bodies.sum::<f64>() + others
 }
 

@@ -64,19 +64,19 @@ pub(crate) struct IslandTangent {
 }
 
 impl IslandTangent {
-    /// Lay out the block rows of `group`. Constraints are assembled after this.
-    pub fn lay_out(&mut self, group: &IslandView) {
+    /// Lay out the block rows of `island`. Constraints are assembled after this.
+    pub fn lay_out(&mut self, island: &IslandView) {
         self.first.clear();
         self.layout.clear();
         let mut next = 0;
-        for local in 0..group.sheets.len() as u32 {
-            let sheet = group.sheet(local);
+        for local in 0..island.sheets.len() as u32 {
+            let sheet = island.sheet(local);
             let (rows, blocks) = stage::tangent(sheet).map_or((0, 0), |t| (t.pattern().size(), t.pattern().blocks()));
             self.first.push(next);
             self.layout.push((next, blocks as u32));
             next += rows as u32;
         }
-        for mover in &group.solver_bodies {
+        for mover in &island.solver_bodies {
             let first = if mover.is_dynamic() { next } else { NO_ROWS };
             self.first.push(first);
             self.layout.push((first, 0));
@@ -102,15 +102,15 @@ impl IslandTangent {
     }
 
     /// Diagonal block of `row` in a stage of weight `h` (s), N/m.
-    pub fn diagonal_of(&self, group: &IslandView, row: u32, h: f64) -> DMat3 {
-        let sheets = group.sheets.len();
+    pub fn diagonal_of(&self, island: &IslandView, row: u32, h: f64) -> DMat3 {
+        let sheets = island.sheets.len();
         let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
         let within = row - self.first[local];
-        let tangent = stage::tangent(&group.sheet(local as u32));
+        let tangent = stage::tangent(&island.sheet(local as u32));
         if let Some(tangent) = tangent.filter(|t| (within as usize) < t.pattern().size()) {
             return tangent.diagonal(within);
         }
-        let bodies = self.first[sheets..].iter().zip(&group.solver_bodies);
+        let bodies = self.first[sheets..].iter().zip(&island.solver_bodies);
         let of = bodies.into_iter().find(|(first, _)| **first != NO_ROWS && row.wrapping_sub(**first) < 2);
         of.map_or(DMat3::IDENTITY, |(first, mover)| {
             let (mass, inertia) = inertia_blocks(mover, h);
@@ -120,27 +120,27 @@ impl IslandTangent {
 
     /// Copy the tangents of the sheets and the inertia of the bodies in a stage of weight `h` (s)
     /// into the joint matrix. The pattern is extended if it does not cover `rows`.
-    pub fn fill(&mut self, group: &IslandView, rows: &[SolverConstraint], h: f64) {
+    pub fn fill(&mut self, island: &IslandView, rows: &[SolverConstraint], h: f64) {
         if std::mem::take(&mut self.restored) && self.pattern_layout == self.layout {
-            self.analyse_factor(group);
+            self.analyse_factor(island);
         }
         if self.pattern_layout != self.layout || !rows.iter().all(|row| covers_constraint(&self.pattern, row)) {
-            self.analyse(group, rows);
+            self.analyse(island, rows);
         }
         if let Some(factor) = &mut self.factor {
-            factor.set_parallel(group.parallel);
+            factor.set_parallel(island.parallel);
         }
         self.base.fill(0.0);
         let mut slots = self.slots.iter();
-        for local in 0..group.sheets.len() as u32 {
-            let Some(tangent) = stage::tangent(&group.sheet(local)) else { continue };
+        for local in 0..island.sheets.len() as u32 {
+            let Some(tangent) = stage::tangent(&island.sheet(local)) else { continue };
             for (block, slot) in tangent.values().chunks_exact(9).zip(slots.by_ref()) {
                 let at = 9 * *slot as usize;
                 self.base[at..at + 9].copy_from_slice(block);
             }
         }
-        for (i, mover) in group.solver_bodies.iter().enumerate() {
-            if let Some(first) = self.body(group.sheets.len(), i as u32) {
+        for (i, mover) in island.solver_bodies.iter().enumerate() {
+            if let Some(first) = self.body(island.sheets.len(), i as u32) {
                 let (mass, inertia) = inertia_blocks(mover, h);
                 for (row, block) in [(first, mass), (first + 1, inertia)] {
                     let at = 9 * self.pattern.starts[row as usize] as usize;
@@ -151,13 +151,13 @@ impl IslandTangent {
     }
 
     /// Analyse the pattern of the sheets and the pairs of `rows`.
-    fn analyse(&mut self, group: &IslandView, rows: &[SolverConstraint]) {
+    fn analyse(&mut self, island: &IslandView, rows: &[SolverConstraint]) {
         self.analyses += 1;
         let same = self.pattern_layout == self.layout;
         self.pattern_layout.clone_from(&self.layout);
         let mut pairs = Vec::new();
-        for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = stage::tangent(&group.sheet(local)) {
+        for (local, first) in (0..island.sheets.len() as u32).zip(&self.first) {
+            if let Some(tangent) = stage::tangent(&island.sheet(local)) {
                 pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
             }
         }
@@ -171,8 +171,8 @@ impl IslandTangent {
         let joined = Pattern::new(self.size(), pairs);
         let is_little = joined.blocks() as f64 <= SETTINGS.maximum_fill_ratio * fresh.blocks() as f64;
         self.pattern = if is_little { joined } else { fresh };
-        self.compute_ordering_positions(group);
-        self.analyse_factor(group);
+        self.compute_ordering_positions(island);
+        self.analyse_factor(island);
     }
 
     /// Serialise the pattern and the data of the elimination order, which depend on earlier steps.
@@ -231,10 +231,10 @@ impl IslandTangent {
     }
 
     /// Analyse the present pattern for factorisation.
-    fn analyse_factor(&mut self, group: &IslandView) {
+    fn analyse_factor(&mut self, island: &IslandView) {
         self.slots.clear();
-        for (local, first) in (0..group.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = stage::tangent(&group.sheet(local)) {
+        for (local, first) in (0..island.sheets.len() as u32).zip(&self.first) {
+            if let Some(tangent) = stage::tangent(&island.sheet(local)) {
                 let slot =
                     |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
                 self.slots.extend(tangent.pattern().iter().map(slot));
@@ -247,11 +247,11 @@ impl IslandTangent {
 
     /// Compute the positions of the block rows that guide the elimination order: horizontal
     /// position, and height of the sheet's centre, which separates the sheets of a pile.
-    fn compute_ordering_positions(&mut self, group: &IslandView) {
+    fn compute_ordering_positions(&mut self, island: &IslandView) {
         self.places.clear();
         self.depths.clear();
-        for local in 0..group.sheets.len() as u32 {
-            let sheet = group.sheet(local);
+        for local in 0..island.sheets.len() as u32 {
+            let sheet = island.sheet(local);
             let height = sheet.centre_of_mass().y;
             for mass in stage::block_masses(sheet) {
                 let x = sheet.state.x.get(*mass as usize);
@@ -259,7 +259,7 @@ impl IslandTangent {
                 self.depths.push(height);
             }
         }
-        for mover in group.solver_bodies.iter().filter(|m| m.is_dynamic()) {
+        for mover in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
             let centre = mover.free.centre();
             self.places.extend([[centre.x, centre.z]; 2]);
             self.depths.extend([centre.y; 2]);
