@@ -39,8 +39,8 @@ pub(crate) enum Fallback {
     /// Bodies move without contact with sheets, then `FreezeThenStopUnstable`: the work budget of the
     /// step is spent.
     SkipContact,
-    /// The island returns to the start of the substep and is stopped. This sheet of it, which
-    /// started deep inside a body, is unstable.
+    /// The sheets return to the start of the substep and the island is stopped. This sheet of it,
+    /// which started deep inside a body, is unstable.
     StopBuriedSheet(u32),
 }
 

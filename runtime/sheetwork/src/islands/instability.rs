@@ -13,9 +13,10 @@
 //! result. Implicit integrators check their own energy ([`crate::islands::energy_budget`]); when
 //! their fallbacks fail, the sheet is frozen. Energies in J.
 
+use crate::islands::StepContext;
 use crate::islands::event::{ContactLog, EventKind, InstabilityReport, RecoveryAction};
 use crate::islands::settings::{InstabilitySettings, StepSettings};
-use crate::islands::{StepContext, is_unstable};
+use crate::islands::unstable::{freeze, is_unstable};
 use crate::scene::WhenUnstable;
 use crate::sheet::accelerations;
 use crate::sheet::creep;
@@ -88,7 +89,7 @@ pub(crate) fn finish_energy_check(
             Some(handled) => {
                 touches.report_instability(context.time, EventKind::Contained, InstabilityReport { handled, ..seen })
             }
-            None => crate::islands::freeze(sheet, touches, context.time, seen),
+            None => freeze(sheet, touches, context.time, seen),
         }
     }
     sheet.recovery = Some(guard);
@@ -141,7 +142,7 @@ impl RecoveryPolicy {
             let Some(handled) = self.next_action() else {
                 stage::restore_state(sheet);
                 stage::restart_engine(sheet);
-                crate::islands::freeze(sheet, touches, time, seen);
+                freeze(sheet, touches, time, seen);
                 return None;
             };
             alarm = Some(InstabilityReport { handled, ..alarm.unwrap_or(seen) });

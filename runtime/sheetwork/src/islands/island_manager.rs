@@ -13,11 +13,12 @@ use crate::islands::island_builder::{IslandBuilder, IslandRange};
 use crate::islands::island_detection::DetectionCache;
 use crate::islands::island_progress::IslandProgress;
 use crate::islands::step_report::StepReport;
-use crate::islands::{StepContext, instability, stop_unstable};
+use crate::islands::unstable::stop_unstable;
+use crate::islands::{StepContext, instability};
 use crate::parallel::join;
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
 use crate::sheet::stage;
 use crate::sheet::{Sheet, Status};
@@ -139,7 +140,8 @@ impl IslandManager {
         let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
         context.watch.measure(Phase::Islands, || builder.build(sheets, touches, context, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
-        bring_together(&mut all, &builder.order, exchanges);
+        exchanges_to(&builder.order, exchanges);
+        exchanges.iter().for_each(|(a, b)| all.swap(*a as usize, *b as usize));
         let context = IslandContext { context, surroundings, body_contacts, order: &builder.order, parallel };
         context.step_islands(&builder.islands, 0, all.reborrow());
         for island in &builder.islands {
@@ -150,26 +152,7 @@ impl IslandManager {
         }
         exchanges.drain(..).rev().for_each(|(a, b)| all.swap(a as usize, b as usize));
     }
-}
 
-/// Move every sheet to its place in `order`, and note the exchanges.
-fn bring_together(all: &mut SteppedSheets, order: &[u32], exchanges: &mut Vec<(u32, u32)>) {
-    exchanges.clear();
-    for place in 0..order.len() {
-        // Places before this one are final: a sheet that stood there went where its own exchange
-        // sent it.
-        let mut from = order[place] as usize;
-        while from < place {
-            from = order[from] as usize;
-        }
-        if from != place {
-            all.swap(place, from);
-            exchanges.push((place as u32, from as u32));
-        }
-    }
-}
-
-impl IslandManager {
     /// Counters of collision detection of the island whose first sheet is `index`.
     pub fn detection_counters(&self, index: usize) -> DetectionCounters {
         self.state(index).map(|state| state.detection.counters()).unwrap_or_default()
@@ -212,7 +195,6 @@ impl IslandManager {
                 state.contact.serialise(to);
                 state.progress.serialise(to);
             });
-            to.flag(state.is_some());
             state.iter().for_each(|state| state.detection.serialise(to));
         }
     }
@@ -230,15 +212,28 @@ impl IslandManager {
             } else {
                 *state = None;
             }
-            if from.flag()? != state.is_some() {
-                return Err(CorruptState);
-            }
             if let Some(state) = state {
                 let surface = |id: u32| contacts.get(id as usize).and_then(|c| c.surface.as_deref());
                 state.detection = DetectionCache::deserialise(from, surface)?;
             }
         }
         Ok(())
+    }
+}
+
+/// Exchanges that move every sheet to its place in `order`.
+fn exchanges_to(order: &[u32], exchanges: &mut Vec<(u32, u32)>) {
+    exchanges.clear();
+    for place in 0..order.len() {
+        // Places before this one are final: a sheet that stood there went where its own exchange
+        // sent it.
+        let mut from = order[place] as usize;
+        while from < place {
+            from = order[from] as usize;
+        }
+        if from != place {
+            exchanges.push((place as u32, from as u32));
+        }
     }
 }
 
@@ -288,25 +283,18 @@ impl IslandContext<'_> {
 
 #[cfg(test)]
 mod tests {
-    /// Exchanges by the rule of `bring_together`, on a list of numbers.
-    fn arranged(order: &[u32]) -> Vec<u32> {
-        let mut list: Vec<u32> = (0..order.len() as u32).collect();
-        for place in 0..order.len() {
-            let mut from = order[place] as usize;
-            while from < place {
-                from = order[from] as usize;
-            }
-            list.swap(place, from);
-        }
-        list
-    }
+    use super::*;
 
     #[test]
     fn exchanges_put_every_sheet_in_its_place() {
         for order in
             [vec![0, 1, 2], vec![2, 0, 1], vec![0, 3, 1, 4, 2, 5], vec![5, 4, 3, 2, 1, 0], vec![0, 5, 1, 2, 3, 4]]
         {
-            assert_eq!(arranged(&order), order);
+            let mut exchanges = Vec::new();
+            exchanges_to(&order, &mut exchanges);
+            let mut list: Vec<u32> = (0..order.len() as u32).collect();
+            exchanges.iter().for_each(|(a, b)| list.swap(*a as usize, *b as usize));
+            assert_eq!(list, order);
         }
     }
 }

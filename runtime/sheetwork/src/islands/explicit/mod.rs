@@ -9,6 +9,7 @@
 //! sheet near none of these costs a few box tests. A sheet with an implicit integrator in the same
 //! island is treated in the same way.
 
+pub(crate) mod sheet_step;
 #[cfg(test)]
 mod tests;
 
@@ -19,12 +20,13 @@ use crate::collision::narrow_phase::DetectionScope;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_explicit};
 use crate::contact::{IslandView, SheetContact};
 use crate::islands::event::ContactLog;
+use crate::islands::explicit::sheet_step::{advance_free, finish_step};
 use crate::islands::implicit_step::ContactDetector;
+use crate::islands::instability;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
-use crate::islands::{advance_free, finish_step, instability};
 use crate::sheet::attachment;
 use crate::sheet::bonds;
 use crate::sheet::instability::energy_at_start;
@@ -92,7 +94,7 @@ impl IslandContext<'_> {
     }
 
     /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
-    /// end the step. Returns `false`, without changes, when a single sheet has no contact.
+    /// end the step. Returns `false`, with the motion unchanged, when a single sheet has no contact.
     fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
         let SteppedSheets { sheets, contacts, touches, states } = all;
         let Some(state) = states.first_mut() else { return false };

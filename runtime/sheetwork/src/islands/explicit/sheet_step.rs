@@ -1,0 +1,109 @@
+//! One step of a sheet by an explicit integrator: the order of its phases.
+//!
+//!   move kinematic nodes → integrator → flexion limit → instability detector → contact
+//!     → thickness limit
+//!     → (again, where the integrator took less than the step)
+//!     → contact with dynamic bodies and sharp edges ([`crate::islands::explicit`])
+//!     → place kinematic nodes → sleep test
+
+use crate::contact::SheetContact;
+use crate::contact::node::detection::resolve_node_contact;
+use crate::islands::event::{ContactLog, ContactRecorder};
+use crate::islands::resting::fall_asleep;
+use crate::islands::settings::{InstabilitySettings, StepSettings};
+use crate::islands::unstable::{is_unstable, stop_unstable};
+use crate::islands::{StepContext, instability};
+use crate::profiler::Phase;
+use crate::sheet::{Sheet, accelerations, node_contact};
+
+const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
+
+/// Advance one sheet through `context.dt` with contact of its nodes with static and kinematic bodies
+/// only. Used for sheets of explicit integrators and for sheets in their islands. [`finish_step`]
+/// ends the step.
+///
+/// Returns the length of the last substep, s.
+pub(crate) fn advance_free(
+    sheet: &mut Sheet,
+    contact: &mut SheetContact,
+    touches: &mut ContactLog,
+    context: &StepContext,
+) -> f64 {
+    node_contact::resize_workspace(sheet);
+    touches.begin(context.time);
+    sheet.state.touching.fill(false);
+    node_contact::save_start(sheet);
+    let mut done = 0.0;
+    let mut substeps = 0;
+    let mut last = context.dt;
+    let most = context.dt / f64::from(sheet.substeps_of_step(context.dt)) * (1.0 + 1e-12);
+    // A rest below rounding error belongs to the last substep.
+    while context.dt - done > context.dt * 1e-12 {
+        let part = (context.dt - done).min(most);
+        let Some(taken) = substep((sheet, contact, touches), context, done, part) else { break };
+        last = taken;
+        done += last;
+        substeps += 1;
+        if substeps > SETTINGS.maximum_adaptive_substeps {
+            stop_unstable(sheet, touches, context, last);
+            break;
+        }
+    }
+    last
+}
+
+/// End the step of a sheet that touched no dynamic body: place pins, record touches, test for
+/// sleep.
+pub(crate) fn finish_step(sheet: &mut Sheet, touches: &mut ContactLog, context: &StepContext, last: f64) {
+    if !sheet.pins.is_empty() {
+        sheet.pins.prescribe_positions(context.time + context.dt, &mut sheet.state.x);
+    }
+    touches.end(context.time + context.dt, sheet);
+    if context.sleep {
+        fall_asleep(sheet, touches, context, last);
+    }
+}
+
+/// Take one step of the integrator and apply limits, instability detector and contact. Returns the
+/// time taken, s; `None` when the sheet is stopped for the rest of the step.
+fn substep(
+    (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut ContactLog),
+    context: &StepContext,
+    done: f64,
+    part: f64,
+) -> Option<f64> {
+    let time = context.time + done;
+    if !sheet.pins.is_empty() {
+        sheet.pins.prescribe_velocities(time, part, &sheet.state.x, &mut sheet.state.v);
+    }
+    sheet.work.x_before.copy_from(&sheet.state.x);
+    sheet.work.v_before.copy_from(&sheet.state.v);
+    let taken = match sheet.recovery {
+        // The implicit step checks its own energy.
+        Some(_) if node_contact::is_explicit(sheet) => instability::advance(sheet, touches, context, time, part)?,
+        _ => accelerations::advance(sheet, context.field, time, part).elapsed,
+    };
+    if let Some(limit) = &sheet.parameters.flexion.limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
+    }
+    if is_unstable(sheet) {
+        stop_unstable(sheet, touches, context, taken);
+        return None;
+    }
+    if let Some(view) = context.view {
+        let remaining = (context.dt - done - taken).max(0.0);
+        context.watch.measure(Phase::Detection, || {
+            resolve_node_contact(
+                sheet,
+                &mut contact.clearance,
+                view,
+                (taken, remaining),
+                &mut ContactRecorder { touches, view },
+            );
+        });
+    }
+    if let Some(limit) = &sheet.parameters.thickness_limit {
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, taken);
+    }
+    Some(taken)
+}
