@@ -15,8 +15,8 @@ pub enum Phase {
     Motion,
     /// Broad phase over the world, and building of islands.
     Islands,
-    /// Collision detection within islands. Explicit integrators resolve node contacts with static bodies in the
-    /// same pass, which counts here.
+    /// Collision detection within islands. Explicit integrators resolve node contacts with static
+    /// bodies in the same pass, which counts here.
     Detection,
     /// Contact solver.
     Contact,

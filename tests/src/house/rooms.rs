@@ -11,11 +11,11 @@ use std::fmt::Write;
 /// Rooms in order, with the content of each: a room imports only rooms above it.
 pub const ROOMS: [(&str, &str); 19] = [
     ("error", "error types that several rooms return"),
-    ("units", "units and their conversion to SI"),
+    ("units", "units, their conversion to SI, and the table of parameters"),
     ("math", "structure-of-arrays vectors, frames, small dense kernels, complex numbers"),
     ("serialize", "binary encoding of state for snapshots"),
     ("parallel", "parallel iterators and thread pools, or sequential stand-ins"),
-    ("profiler", "times and counts of the phases of a step"),
+    ("profiler", "phases of a step, for an observer that has a clock"),
     ("mesh", "grids, outlines, triangulation, topology, interpolation between grids"),
     ("material", "material laws and the library; homogenisation and calibration of lattices"),
     ("scene", "specifications, builders, file formats in and out"),
@@ -23,16 +23,16 @@ pub const ROOMS: [(&str, &str); 19] = [
     ("linear", "sparsity pattern, ordering, Cholesky factorisation"),
     ("integrators", "explicit and implicit time integrators"),
     ("rigid", "rigid bodies, bridge to Rapier, colliders"),
-    ("sheet", "model (mesh, rest state, element layout) and state of a sheet"),
-    ("collision", "collision surfaces, broad phase, narrow phase, CCD"),
-    ("contact", "contact constraints, friction law, warm start, solvers"),
+    ("sheet", "model, parameters and state of a sheet"),
+    ("collision", "collision surfaces, narrow phase, CCD, contact constraints"),
+    ("contact", "contact problem, friction law, warm start, solvers"),
     ("thermal", "temperatures, conduction, radiative exchange, heat sources"),
     ("islands", "island building, contact state of islands, sleeping, step policy"),
-    ("world", "world, events, parameters, snapshots, journals, recordings"),
+    ("world", "world, ids, events, parameters, snapshots, journals, recordings"),
 ];
 
 /// Top-level modules that only re-export: they import any room and no room imports them.
-pub const FACADES: [&str; 2] = ["prelude", "internals"];
+pub const FACADES: [&str; 1] = ["prelude"];
 
 /// Opening marker of the table in `docs/architecture.md`.
 pub const OPENING: &str = "<!-- rooms -->";

@@ -46,8 +46,8 @@ impl SheetContact {
         to.count(self.surface.as_ref().map_or(0, |surface| 1 + u64::from(surface.checksum())));
     }
 
-    /// Deserialise the output of [`SheetContact::serialise_surface`]. A missing surface is built from
-    /// the present state of the sheet, which for a new one is its state before the first step.
+    /// Deserialise the output of [`SheetContact::serialise_surface`]. A missing surface is built
+    /// from the present state of the sheet, which for a new one is its state before the first step.
     pub fn deserialise_surface(&mut self, sheet: &Sheet, from: &mut StateReader) -> ReadResult {
         let Some(make) = from.count()?.checked_sub(1) else { return Ok(()) };
         self.prepare_surface(sheet);

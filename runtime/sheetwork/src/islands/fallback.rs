@@ -36,8 +36,8 @@ pub(crate) enum Fallback {
     FreezeThenStop,
     /// `FreezeThenStop`; the sheets of a stopped island are unstable.
     FreezeThenStopUnstable,
-    /// Bodies move without contact with sheets, then `FreezeThenStopUnstable`: the work budget of the
-    /// step is spent.
+    /// Bodies move without contact with sheets, then `FreezeThenStopUnstable`: the work budget of
+    /// the step is spent.
     SkipContact,
     /// The sheets return to the start of the substep and the island is stopped. This sheet of it,
     /// which started deep inside a body, is unstable.

@@ -47,8 +47,8 @@ pub(crate) struct Substep {
 
 /// Contact detection of an island.
 pub(crate) trait ContactDetector {
-    /// Move the bodies of `island` to the start of a stage from `from` to `to` (s after the start of
-    /// the whole step), and set their motion without contact with sheets.
+    /// Move the bodies of `island` to the start of a stage from `from` to `to` (s after the start
+    /// of the whole step), and set their motion without contact with sheets.
     fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64);
 
     /// Write to `found` the contacts of `look` that are closer than `margins`, from the motions in

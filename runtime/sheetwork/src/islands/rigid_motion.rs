@@ -110,9 +110,9 @@ pub(crate) fn is_free(island: &IslandView, workspace: &ContactWorkspace) -> bool
 }
 
 impl IslandSolve<'_, '_> {
-    /// Move the sheets rigidly from the start to the end of `substep`, together with the bodies that
-    /// they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
-    /// kinematic body is near: a sheet that lies on such a body must come to rest.
+    /// Move the sheets rigidly from the start to the end of `substep`, together with the bodies
+    /// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static
+    /// or kinematic body is near: a sheet that lies on such a body must come to rest.
     pub fn move_rigidly(&mut self, substep: &Substep) -> bool {
         if !is_free(self.view, self.workspace) {
             return false;
@@ -142,8 +142,8 @@ impl IslandSolve<'_, '_> {
     }
 
     /// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and
-    /// at the end of `substep`. Writes the node positions to the stages of the sheets and the motions
-    /// to the solver bodies. `None` when a static or kinematic body would be penetrated.
+    /// at the end of `substep`. Writes the node positions to the stages of the sheets and the
+    /// motions to the solver bodies. `None` when a static or kinematic body would be penetrated.
     fn predict_rigid_motion(&mut self, substep: &Substep, own: &BodyState) -> Option<(BodyState, BodyState)> {
         let (island, along) = (&mut *self.view, &mut self.progress.moves_rigidly);
         along.clear();

@@ -68,8 +68,9 @@ pub(crate) fn advance(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> Advan
     done
 }
 
-/// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
-/// [`Sheet::end_inelastic_step`] stores it once the step is accepted.
+/// Advance as [`advance`] does, without storing the inelastic strain:
+/// [`end_inelastic_step`](crate::sheet::creep::end_inelastic_step) stores it once the step is
+/// accepted.
 pub(crate) fn advance_uncommitted(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
     if sheet.work.force.len() != sheet.state.x.len() {
         sheet.work.force = Vectors::zeros(sheet.state.x.len());

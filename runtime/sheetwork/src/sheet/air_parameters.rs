@@ -5,7 +5,8 @@ use crate::sheet::Sheet;
 use crate::units::parameters::ParameterId as Id;
 
 impl Sheet {
-    /// Length and width at rest (m) to which [`Sheet::uv`] refers.
+    /// Length and width at rest (m) to which [`SheetModel::uv`](crate::sheet::SheetModel::uv)
+    /// refers.
     pub fn rest_size(&self) -> (f64, f64) {
         self.model.extent
     }

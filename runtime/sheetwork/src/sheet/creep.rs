@@ -1,7 +1,7 @@
 //! Creep and plasticity of a sheet: update of the material law at the start and the end of a step.
 //!
-//! Integrators use a constant law (see [`crate::elements::creep`]). [`Sheet::begin_inelastic_step`]
-//! sets the law of a step, and [`Sheet::end_inelastic_step`] stores the inelastic strain. An
+//! Integrators use a constant law (see [`crate::elements::creep`]). [`begin_inelastic_step`]
+//! sets the law of a step, and [`end_inelastic_step`] stores the inelastic strain. An
 //! elastic sheet has none of this state.
 
 use crate::elements::creep::{CreepStrain, InelasticLaw, InelasticStep};

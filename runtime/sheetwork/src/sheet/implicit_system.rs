@@ -509,7 +509,7 @@ pub(crate) fn with_implicit_sheet<R>(
     work(&mut problem)
 }
 
-/// Advance by an implicit integrator; see [`Sheet::advance`].
+/// Advance by an implicit integrator; see [`advance`](crate::sheet::accelerations::advance).
 pub(crate) fn advance_implicit(sheet: &mut Sheet, field: Field, t: f64, dt: f64) -> AdvanceReport {
     prepare_implicit(sheet, field);
     let Some(mut system) = sheet.system.take() else { return AdvanceReport::default() };

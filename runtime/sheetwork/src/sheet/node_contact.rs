@@ -53,7 +53,7 @@ pub(crate) fn bounding_box(sheet: &Sheet) -> (DVec3, DVec3) {
     (low - offset, high + offset)
 }
 
-/// Bounding box of a moving sheet, m; invalidates the box of [`Sheet::resting_box`].
+/// Bounding box of a moving sheet, m; invalidates the box of [`resting_box`].
 pub(crate) fn moving_box(sheet: &mut Sheet) -> (DVec3, DVec3) {
     sheet.work.resting = None;
     bounding_box(sheet)

@@ -1,8 +1,8 @@
 //! One implicit stage of a sheet in contact.
 //!
-//! [`crate::contact`] drives the stage: [`Sheet::prepare_stage`], then outer iterations of
-//! [`Sheet::solve_free_motion`] (positions without contact, linearised at the last iterate) and
-//! [`Sheet::update_iterate`] (positions with contact), then [`Sheet::finish_stage`]. In between,
+//! [`crate::contact`] drives the stage: [`prepare_stage`], then outer iterations of
+//! [`solve_free_motion`] (positions without contact, linearised at the last iterate) and
+//! [`update_iterate`] (positions with contact), then [`finish_stage`]. In between,
 //! the factor of the tangent gives the displacement of the nodes by contact forces.
 
 use glam::DVec3;
@@ -318,7 +318,7 @@ pub(crate) fn free_row(sheet: &Sheet, i: u32) -> Option<(u32, DVec3)> {
     (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
 }
 
-/// Save the state of the sheet for [`Sheet::restore_state`].
+/// Save the state of the sheet for [`restore_state`].
 pub(crate) fn save_state(sheet: &mut Sheet) {
     stage_trace::update_trace(sheet, |trace, _| trace.mark_saved());
     let Sheet { work, state: SheetState { x, v, .. }, engine, .. } = sheet;

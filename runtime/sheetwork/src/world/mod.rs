@@ -243,7 +243,8 @@ impl World {
     }
 
     /// Creep of every sheet over `dt` (s), in equilibrium throughout; see
-    /// [`Sheet::creep_in_equilibrium`]. The world's time does not advance.
+    /// [`creep_in_equilibrium`](crate::sheet::equilibrium::creep_in_equilibrium). The world's time
+    /// does not advance.
     #[doc(hidden)]
     pub fn creep_in_equilibrium(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();

@@ -121,9 +121,9 @@ impl ContactWorkspace {
                 return settled || self.policy.accepts_unconverged;
             }
             island.for_each_sheet(|sheet| stage::restore_factor(sheet));
-            let mut dual = std::mem::take(&mut self.pgs);
-            dual.begin_closed(self, island, h);
-            self.pgs = dual;
+            let mut pgs = std::mem::take(&mut self.pgs);
+            pgs.begin_closed(self, island, h);
+            self.pgs = pgs;
         }
         self.solve_velocities_by_pgs(island, h);
         true

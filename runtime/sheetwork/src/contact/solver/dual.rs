@@ -44,41 +44,41 @@ impl DualSolver {
     /// Solve the working set with three methods in turn. Returns false if none converges.
     fn solve(
         &mut self,
-        primal: &mut AugmentedLagrangian,
+        lagrangian: &mut AugmentedLagrangian,
         counters: &mut ContactCounters,
         accuracy: &AugmentedLagrangianTolerances,
     ) -> bool {
-        self.initial_forces.clone_from(&primal.force);
-        if primal.constraints.is_empty() || solve_counted(primal, &mut self.space, counters, accuracy) {
+        self.initial_forces.clone_from(&lagrangian.force);
+        if lagrangian.constraints.is_empty() || solve_counted(lagrangian, &mut self.space, counters, accuracy) {
             return true;
         }
-        if self.solve_alart_curnier(primal, counters, accuracy) {
+        if self.solve_alart_curnier(lagrangian, counters, accuracy) {
             return true;
         }
         self.b.clear();
-        self.b.extend(primal.constraints.iter().map(|row| row.b));
+        self.b.extend(lagrangian.constraints.iter().map(|row| row.b));
         let problem = &mut self.space.delassus.problem;
         problem.force.clone_from(&self.initial_forces);
         let swept = problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps);
         counters.sweeps += u64::from(swept.sweeps);
         self.initial_forces.clone_from(&problem.force);
-        primal.force.clone_from(&self.initial_forces);
-        if solve_counted(primal, &mut self.space, counters, accuracy) {
+        lagrangian.force.clone_from(&self.initial_forces);
+        if solve_counted(lagrangian, &mut self.space, counters, accuracy) {
             return true;
         }
-        primal.force.clone_from(&self.initial_forces);
+        lagrangian.force.clone_from(&self.initial_forces);
         swept.change <= PGS.tolerance
     }
 
     /// Solve by the Alart-Curnier Newton method from the initial forces.
     fn solve_alart_curnier(
         &mut self,
-        primal: &mut AugmentedLagrangian,
+        lagrangian: &mut AugmentedLagrangian,
         counters: &mut ContactCounters,
         accuracy: &AugmentedLagrangianTolerances,
     ) -> bool {
         let before = self.alart_curnier.steps;
-        let settled = primal.adopt(&self.initial_forces, |rows, state| {
+        let settled = lagrangian.adopt(&self.initial_forces, |rows, state| {
             self.alart_curnier.solve(&self.space.delassus.problem, rows, accuracy, state)
         });
         let steps = self.alart_curnier.steps - before;
@@ -124,55 +124,56 @@ impl ContactWorkspace {
         rough: bool,
         most: usize,
     ) -> Option<bool> {
-        let (mut few, mut primal) = (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
+        let (mut dual, mut lagrangian) =
+            (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
         let factors = self.counters.factors;
         island.for_each_sheet(|sheet| stage::restore_factor(sheet));
-        few.space.delassus.clear(island);
-        primal.clear();
+        dual.space.delassus.clear(island);
+        lagrangian.clear();
         self.working_set.clear();
-        few.working_set.begin(self.detected.contacts.len());
+        dual.working_set.begin(self.detected.contacts.len());
         for i in (0..self.detected.first_attachment).filter(|i| self.is_duplicate(island, *i)) {
-            few.working_set.exclude(i);
+            dual.working_set.exclude(i);
         }
-        few.working_set.add_cached(self);
-        if few.working_set.new.is_empty() {
-            few.working_set.add_violated(self, &self.gaps.free, SETTINGS.penetration, std::iter::empty());
+        dual.working_set.add_cached(self);
+        if dual.working_set.new.is_empty() {
+            dual.working_set.add_violated(self, &self.gaps.free, SETTINGS.penetration, std::iter::empty());
         }
-        if few.working_set.new.is_empty() {
-            few.working_set.add_deepest(&self.gaps.free);
+        if dual.working_set.new.is_empty() {
+            dual.working_set.add_deepest(&self.gaps.free);
         }
         let mut settled = Some(true);
         for _ in 0..WORKING_SET.maximum_extensions {
-            if self.working_set.len() + few.working_set.new.len() > most {
+            if self.working_set.len() + dual.working_set.new.len() > most {
                 settled = None;
                 break;
             }
-            self.activate(&mut few, &mut primal, island, h);
+            self.activate(&mut dual, &mut lagrangian, island, h);
             let accuracy = self.settings(rough, island.independent_parts());
-            let done = few.solve(&mut primal, &mut self.counters, &accuracy);
+            let done = dual.solve(&mut lagrangian, &mut self.counters, &accuracy);
             settled = Some(done);
             if !done && !self.policy.accepts_unconverged {
                 break;
             }
-            few.space.delassus.problem.force.clone_from(&primal.force);
-            few.space.delassus.displace(island, &self.detected.contacts, h);
+            dual.space.delassus.problem.force.clone_from(&lagrangian.force);
+            dual.space.delassus.displace(island, &self.detected.contacts, h);
             self.gaps.update(&self.detected.contacts, island);
-            few.working_set.add_violated(
+            dual.working_set.add_violated(
                 self,
                 &self.gaps.now,
                 SETTINGS.penetration,
                 self.working_set.iter().map(|i| *i as usize),
             );
-            if few.working_set.new.is_empty() {
+            if dual.working_set.new.is_empty() {
                 break;
             }
         }
         if settled.is_some() {
-            self.cache_position_forces(&primal);
+            self.cache_position_forces(&lagrangian);
         }
         self.work += (self.counters.factors - factors) * (self.working_set.len() * self.working_set.len()) as u64
             / SETTINGS.work_divisor;
-        (self.dual, self.augmented_lagrangian) = (few, primal);
+        (self.dual, self.augmented_lagrangian) = (dual, lagrangian);
         settled
     }
 
@@ -185,18 +186,24 @@ impl ContactWorkspace {
     }
 
     /// Add the new contacts of the working set to the problem.
-    fn activate(&mut self, few: &mut DualSolver, primal: &mut AugmentedLagrangian, island: &mut IslandView, h: f64) {
-        primal.mark_known();
-        for i in few.working_set.new.iter().map(|i| *i as usize) {
+    fn activate(
+        &mut self,
+        dual: &mut DualSolver,
+        lagrangian: &mut AugmentedLagrangian,
+        island: &mut IslandView,
+        h: f64,
+    ) {
+        lagrangian.mark_known();
+        for i in dual.working_set.new.iter().map(|i| *i as usize) {
             let (mut row, force) = self.constraint_of(island, i, h);
             row.is_new = force == DVec3::ZERO;
-            primal.constraints.push(row);
-            primal.force.push(force);
-            few.space.delassus.problem.push(self.law(i), force);
+            lagrangian.constraints.push(row);
+            lagrangian.force.push(force);
+            dual.space.delassus.problem.push(self.law(i), force);
         }
-        few.space.delassus.add(island, &self.detected.contacts, &few.working_set.new, h);
-        self.working_set.extend_from_slice(&few.working_set.new);
-        few.working_set.activate();
+        dual.space.delassus.add(island, &self.detected.contacts, &dual.working_set.new, h);
+        self.working_set.extend_from_slice(&dual.working_set.new);
+        dual.working_set.activate();
     }
 
     /// Transfer the working set of a single sheet from the primal solver. Returns false if it is
@@ -205,17 +212,17 @@ impl ContactWorkspace {
         if self.working_set.len() > ALART_CURNIER.maximum_contacts || island.sheets.len() > 1 {
             return false;
         }
-        let mut few = std::mem::take(&mut self.dual);
+        let mut dual = std::mem::take(&mut self.dual);
         island.for_each_sheet(|sheet| stage::restore_factor(sheet));
-        few.space.delassus.clear_for_velocities(island);
-        few.working_set.begin(self.detected.contacts.len());
-        few.working_set.new.extend_from_slice(&self.working_set);
+        dual.space.delassus.clear_for_velocities(island);
+        dual.working_set.begin(self.detected.contacts.len());
+        dual.working_set.new.extend_from_slice(&self.working_set);
         for i in &self.working_set {
-            few.space.delassus.problem.push(self.law(*i as usize), DVec3::ZERO);
+            dual.space.delassus.problem.push(self.law(*i as usize), DVec3::ZERO);
         }
-        few.space.delassus.add(island, &self.detected.contacts, &self.working_set, h);
-        few.working_set.activate();
-        self.dual = few;
+        dual.space.delassus.add(island, &self.detected.contacts, &self.working_set, h);
+        dual.working_set.activate();
+        self.dual = dual;
         true
     }
 
@@ -224,57 +231,58 @@ impl ContactWorkspace {
         if self.working_set.is_empty() {
             return true;
         }
-        let (mut few, mut primal) = (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
+        let (mut dual, mut lagrangian) =
+            (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
         let mut begun = 0;
         let mut settled = true;
         for pass in 0..WORKING_SET.maximum_extensions {
             if pass > 0 {
-                self.activate(&mut few, &mut primal, island, h);
+                self.activate(&mut dual, &mut lagrangian, island, h);
             }
             for (k, i) in self.working_set.iter().map(|i| *i as usize).enumerate().skip(begun) {
-                let row = &mut primal.constraints[k];
+                let row = &mut lagrangian.constraints[k];
                 let u = self.relative_velocity(island, i, &row.frame);
                 let known = self.cache.of_feature(&self.detected.contacts[i].key).unwrap_or_default();
                 row.slipped = known.slipped[1];
                 row.b = u.map_or(DVec3::X, |u| u * h);
                 row.is_new = begun > 0;
-                primal.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
+                lagrangian.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
             }
             begun = self.working_set.len();
             let accuracy = self.settings(false, island.independent_parts());
-            settled = few.solve(&mut primal, &mut self.counters, &accuracy);
+            settled = dual.solve(&mut lagrangian, &mut self.counters, &accuracy);
             if !settled && !self.policy.accepts_unconverged {
                 break;
             }
-            few.space.delassus.problem.force.clone_from(&primal.force);
-            few.space.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
-            self.compute_approaches(&mut few, island, h);
-            few.working_set.add_violated(
+            dual.space.delassus.problem.force.clone_from(&lagrangian.force);
+            dual.space.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
+            self.compute_approaches(&mut dual, island, h);
+            dual.working_set.add_violated(
                 self,
-                &few.gap,
+                &dual.gap,
                 SETTINGS.penetration,
                 self.working_set.iter().map(|i| *i as usize),
             );
-            if few.working_set.new.is_empty() {
+            if dual.working_set.new.is_empty() {
                 break;
             }
         }
-        self.cache_velocity_forces(&primal);
-        (self.dual, self.augmented_lagrangian) = (few, primal);
+        self.cache_velocity_forces(&lagrangian);
+        (self.dual, self.augmented_lagrangian) = (dual, lagrangian);
         settled
     }
 
     /// Compute the approach of closed contacts outside the working set in a stage of weight `h`
     /// (s).
-    fn compute_approaches(&self, few: &mut DualSolver, island: &IslandView, h: f64) {
-        few.gap.clear();
+    fn compute_approaches(&self, dual: &mut DualSolver, island: &IslandView, h: f64) {
+        dual.gap.clear();
         for (i, contact) in self.detected.contacts.iter().enumerate() {
-            let free = if few.working_set.is_active(i) {
+            let free = if dual.working_set.is_active(i) {
                 None
             } else {
                 self.relative_velocity(island, i, &frame_of(contact.normal))
             };
-            few.gap.push(free.map_or(f64::INFINITY, |free| {
+            dual.gap.push(free.map_or(f64::INFINITY, |free| {
                 let jump = contact_velocity_jump(island, &contact.a) - contact_velocity_jump(island, &contact.b);
                 (free.x + contact.normal.dot(jump)) * h
             }));

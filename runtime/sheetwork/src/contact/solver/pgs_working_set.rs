@@ -115,22 +115,22 @@ impl PgsContactSolver {
 impl ContactWorkspace {
     /// Solve the positions by PGS: coarsely while the working set grows, then to the tolerance.
     pub(super) fn solve_positions_by_pgs(&mut self, island: &mut IslandView, h: f64) {
-        let mut dual = std::mem::take(&mut self.pgs);
-        dual.begin(self, island, h);
+        let mut pgs = std::mem::take(&mut self.pgs);
+        pgs.begin(self, island, h);
         let mut rough = true;
         let settled = loop {
-            dual.b.clear();
-            for k in 0..dual.delassus.problem.len() {
-                let u = self.relative_position(island, dual.delassus.contact(k), &dual.delassus.frame(k));
-                dual.b.push(u);
+            pgs.b.clear();
+            for k in 0..pgs.delassus.problem.len() {
+                let u = self.relative_position(island, pgs.delassus.contact(k), &pgs.delassus.frame(k));
+                pgs.b.push(u);
             }
             // Approximate forces are accurate enough to extend the working set.
-            let swept = if rough { dual.sweep_roughly() } else { dual.sweep() };
+            let swept = if rough { pgs.sweep_roughly() } else { pgs.sweep() };
             self.counters.sweeps += u64::from(swept.sweeps);
-            self.work += u64::from(swept.sweeps) * dual.delassus.problem.len() as u64;
-            dual.delassus.displace(island, &self.detected.contacts, h);
+            self.work += u64::from(swept.sweeps) * pgs.delassus.problem.len() as u64;
+            pgs.delassus.displace(island, &self.detected.contacts, h);
             self.gaps.update(&self.detected.contacts, island);
-            if !dual.extend(self, island, h) {
+            if !pgs.extend(self, island, h) {
                 if !rough || swept.change <= PGS.tolerance {
                     break swept.change <= PGS.tolerance;
                 }
@@ -140,37 +140,37 @@ impl ContactWorkspace {
         self.counters.unsettled += u64::from(!settled);
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
-            new.extend(dual.forces().map(|(c, position)| {
+            new.extend(pgs.forces().map(|(c, position)| {
                 let key = contacts[c].key;
                 (key, CachedForces { position, ..old.of(&key).unwrap_or_default() })
             }));
         });
-        self.pgs = dual;
+        self.pgs = pgs;
     }
 
     /// Solve the velocities of the contacts that the PGS position solve left active.
     pub(super) fn solve_velocities_by_pgs(&mut self, island: &mut IslandView, h: f64) {
-        let mut dual = std::mem::take(&mut self.pgs);
-        dual.b.clear();
-        for k in 0..dual.delassus.problem.len() {
-            let i = dual.delassus.contact(k);
-            let frame = dual.delassus.frame(k);
+        let mut pgs = std::mem::take(&mut self.pgs);
+        pgs.b.clear();
+        for k in 0..pgs.delassus.problem.len() {
+            let i = pgs.delassus.contact(k);
+            let frame = pgs.delassus.frame(k);
             let u = self.relative_velocity(island, i, &frame);
             let force = self.cached_forces(&self.detected.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
-            dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
-            dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
+            pgs.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
+            pgs.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
-        let swept = dual.sweep();
+        let swept = pgs.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
         self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
-        dual.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
+        pgs.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
-            new.extend(dual.forces().map(|(c, velocity)| {
+            new.extend(pgs.forces().map(|(c, velocity)| {
                 let key = contacts[c].key;
                 (key, CachedForces { velocity, ..old.of(&key).unwrap_or_default() })
             }));
         });
-        self.pgs = dual;
+        self.pgs = pgs;
     }
 }

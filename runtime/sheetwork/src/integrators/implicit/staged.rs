@@ -73,8 +73,8 @@ pub trait StagedIntegrator {
     fn work(&mut self) -> &mut NewtonWorkspace;
 }
 
-/// A whole step without contact: implements [`crate::integrators::Engine::advance`] for implicit
-/// integrators.
+/// A whole step without contact: implements [`crate::integrators::Integrator::advance`] for
+/// implicit integrators.
 pub(crate) fn advance(
     scheme: &mut dyn StagedIntegrator,
     forces: &mut dyn Forces,

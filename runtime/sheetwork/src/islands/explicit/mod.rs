@@ -94,7 +94,8 @@ impl IslandContext<'_> {
     }
 
     /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
-    /// end the step. Returns `false`, with the motion unchanged, when a single sheet has no contact.
+    /// end the step. Returns `false`, with the motion unchanged, when a single sheet has no
+    /// contact.
     fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
         let SteppedSheets { sheets, contacts, touches, states } = all;
         let Some(state) = states.first_mut() else { return false };

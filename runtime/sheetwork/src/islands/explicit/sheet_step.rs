@@ -18,9 +18,9 @@ use crate::sheet::{Sheet, accelerations, node_contact};
 
 const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 
-/// Advance one sheet through `context.dt` with contact of its nodes with static and kinematic bodies
-/// only. Used for sheets of explicit integrators and for sheets in their islands. [`finish_step`]
-/// ends the step.
+/// Advance one sheet through `context.dt` with contact of its nodes with static and kinematic
+/// bodies only. Used for sheets of explicit integrators and for sheets in their islands.
+/// [`finish_step`] ends the step.
 ///
 /// Returns the length of the last substep, s.
 pub(crate) fn advance_free(
