@@ -26,7 +26,7 @@ pub struct Sample {
     /// Wall-clock time of a step, s; 0 before the first.
     pub step_s: f64,
     /// Wall-clock time of each phase of a step ([`Phase::ALL`]), s; `None` while not measured.
-    pub stages: Option<[f64; 5]>,
+    pub stages: Option<[f64; Phase::ALL.len()]>,
     /// Height of each probe, or of the centre of mass of each sheet without probes, m.
     pub heights: Vec<f64>,
     /// Smallest ratio of delivered to requested stiffness; `None` where no sheet requests a

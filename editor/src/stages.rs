@@ -84,7 +84,7 @@ mod tests {
         let all = clock.take();
         // Lower bounds: the clock includes its own overhead.
         assert!(all[0] >= first + second && all[2] >= inner, "{all:?}");
-        assert_eq!((all[1], all[3], all[4]), (0.0, 0.0, 0.0));
-        assert_eq!(clock.take(), [0.0; 5]);
+        assert_eq!((all[1], all[3], all[4], all[5]), (0.0, 0.0, 0.0, 0.0));
+        assert_eq!(clock.take(), [0.0; 6]);
     }
 }

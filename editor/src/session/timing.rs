@@ -13,5 +13,5 @@ pub struct Timing {
     pub steps: u32,
     /// Wall-clock time of each phase of a step ([`sheetwork::profiler::Phase::ALL`]), s, while the
     /// profiler is on.
-    pub stages: Option<[f64; 5]>,
+    pub stages: Option<[f64; sheetwork::profiler::Phase::ALL.len()]>,
 }

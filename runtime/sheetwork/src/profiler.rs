@@ -30,11 +30,11 @@ impl Phase {
     /// All phases with their names.
     pub const ALL: [(Self, &'static str); 6] = [
         (Self::Motion, "motion"),
-        (Self::Islands, "islands"),
         (Self::Detection, "detection"),
         (Self::Contact, "contact"),
         (Self::Heat, "heat"),
         (Self::Rigid, "bodies"),
+        (Self::Islands, "islands"),
     ];
 }
 
