@@ -215,9 +215,10 @@ fn every_file_is_mentioned_and_valid() {
             let name = format!("{folder}/{}", path.file_name().and_then(|n| n.to_str()).expect("a name"));
             assert!(readme.contains(&format!("`{name}`")), "{name} is not in assets/README.md");
             let valid = match folder {
-                "scenes" => {
-                    Scene::load(&path).map_err(InputError::from).and_then(|scene| Ok(drop(World::new(&scene)?)))
-                }
+                "scenes" => Scene::load(&path).map_err(InputError::from).and_then(|scene| {
+                    let _: () = drop(World::new(&scene)?);
+                    Ok(())
+                }),
                 "sheets" => sht::read_sht_file(&path).and_then(|f| sheetwork::sheet::from_file(&f)).map(drop),
                 "materials" => material::read_material_file(&path).map(drop),
                 "polyhedra" => pol::read_pol_file(&path).map(drop),

@@ -71,9 +71,9 @@ impl IslandView<'_> {
     /// must not depend on the others.
     pub fn for_each_sheet(&mut self, work: impl Fn(&mut Sheet) + Sync) {
         if self.parallel {
-            self.sheets.par_iter_mut().for_each(|sheet| work(sheet));
+            self.sheets.par_iter_mut().for_each(&work);
         } else {
-            self.sheets.iter_mut().for_each(|sheet| work(sheet));
+            self.sheets.iter_mut().for_each(work);
         }
     }
 }

@@ -95,7 +95,7 @@ mod tests {
         let mut boxes: Vec<SweptBox> = (0..80).map(|_| draw()).map(|at| swept(at, at + 0.02, 0.003)).collect();
         boxes.push(swept(f64::NEG_INFINITY, 0.5, 0.0));
         boxes.push(swept(f64::INFINITY, f64::NEG_INFINITY, 0.0));
-        let is_moving = |i: usize| i % 3 > 0;
+        let is_moving = |i: usize| !i.is_multiple_of(3);
         let mut sweep = SweepAndPrune::default();
         boxes.iter().enumerate().for_each(|(i, b)| sweep.push(i, b, is_moving(i)));
         let mut found = Vec::new();

@@ -72,7 +72,7 @@ impl IslandSolve<'_, '_> {
             }
             Fallback::StopBuriedSheet(sheet) => {
                 self.progress.report.stopped = 1;
-                self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
+                self.view.for_each_sheet(stage::restore_state);
                 self.view.sheet_mut(sheet).work.stage.has_diverged = true;
             }
         }

@@ -169,12 +169,12 @@ impl IslandSolve<'_, '_> {
     }
 
     fn end_substep(&mut self) {
-        self.view.for_each_sheet(|sheet| creep::end_inelastic_step(sheet));
+        self.view.for_each_sheet(creep::end_inelastic_step);
     }
 
     /// Return to the start of the substep.
     pub fn roll_back(&mut self) {
-        self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
+        self.view.for_each_sheet(stage::restore_state);
         self.workspace.restore_saved(&mut self.view.solver_bodies);
     }
 
@@ -217,7 +217,7 @@ impl IslandSolve<'_, '_> {
         }
         let mut before = EnergyBudget::before(self.view, substep);
         let mut record = StageRecord { met: false, has_no_fixed_body: true, penetration: 0.0, crossed: false };
-        let stages = stage::stages(&mut self.view.sheet_mut(0));
+        let stages = stage::stages(self.view.sheet_mut(0));
         let mut at = substep.done;
         for k in 0..stages {
             let outcome = self.solve_stage(substep, k, &mut at, &mut before, &mut record);

@@ -179,7 +179,7 @@ impl IslandDetection<'_> {
 
     /// Whether contact is impossible in this step.
     pub fn is_idle(&self, island: &IslandView) -> bool {
-        self.work.finder.is_idle() && !island.sheets.iter().any(|sheet| attachment::has_dynamic_attachments(sheet))
+        self.work.finder.is_idle() && !island.sheets.iter().any(attachment::has_dynamic_attachments)
     }
 
     /// Call `run_detection` with the finder and the problem of `look`.

@@ -93,7 +93,7 @@ impl IslandContext<'_> {
             progress.reset_contact();
         } else {
             let detector = &mut near;
-            IslandSolve { view: &mut island, workspace: workspace, progress: &mut *progress, detector }.advance(part);
+            IslandSolve { view: &mut island, workspace, progress: &mut *progress, detector }.advance(part);
             if progress.begins_fallbacks() {
                 touches.iter_mut().for_each(|t| t.events.push((context.time + context.dt, EventKind::GivenUp, None)));
             }

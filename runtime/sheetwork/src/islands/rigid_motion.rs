@@ -117,7 +117,7 @@ impl IslandSolve<'_, '_> {
         if !is_free(self.view, self.workspace) {
             return false;
         }
-        self.view.for_each_sheet(|sheet| stage::restore_state(sheet));
+        self.view.for_each_sheet(stage::restore_state);
         let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
         self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
         self.detector.begin_stage(self.view, substep.done, substep.done + substep.dt);

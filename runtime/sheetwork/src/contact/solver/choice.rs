@@ -62,7 +62,7 @@ impl ContactWorkspace {
             // iteration, and another solver takes too long.
             if self.has_only_fixed_bodies {
                 // The primal solver has left contact in the factor.
-                island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+                island.for_each_sheet(stage::restore_factor);
                 self.solve_positions_by_pgs(island, h);
                 self.position_solver = PositionSolver::Pgs;
             }
@@ -120,7 +120,7 @@ impl ContactWorkspace {
             if settled || !self.policy.accepts_unconverged || !self.has_only_fixed_bodies {
                 return settled || self.policy.accepts_unconverged;
             }
-            island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+            island.for_each_sheet(stage::restore_factor);
             let mut pgs = std::mem::take(&mut self.pgs);
             pgs.begin_closed(self, island, h);
             self.pgs = pgs;

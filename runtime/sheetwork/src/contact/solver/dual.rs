@@ -127,7 +127,7 @@ impl ContactWorkspace {
         let (mut dual, mut lagrangian) =
             (std::mem::take(&mut self.dual), std::mem::take(&mut self.augmented_lagrangian));
         let factors = self.counters.factors;
-        island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+        island.for_each_sheet(stage::restore_factor);
         dual.space.delassus.clear(island);
         lagrangian.clear();
         self.working_set.clear();
@@ -213,7 +213,7 @@ impl ContactWorkspace {
             return false;
         }
         let mut dual = std::mem::take(&mut self.dual);
-        island.for_each_sheet(|sheet| stage::restore_factor(sheet));
+        island.for_each_sheet(stage::restore_factor);
         dual.space.delassus.clear_for_velocities(island);
         dual.working_set.begin(self.detected.contacts.len());
         dual.working_set.new.extend_from_slice(&self.working_set);

@@ -212,7 +212,7 @@ impl ContactWorkspace {
                 ContactSide::Sheet { sheet, point } => {
                     let first = self.island_tangent.sheet(*sheet);
                     for (mass, weight) in point.terms() {
-                        if let Some((block, free)) = stage::free_row(&island.sheet(*sheet), mass) {
+                        if let Some((block, free)) = stage::free_row(island.sheet(*sheet), mass) {
                             row.add(first + block, DMat3::from_diagonal(free * (sign * weight)));
                         }
                     }
@@ -252,7 +252,7 @@ impl ContactWorkspace {
         for contact in &self.detected.contacts {
             if let (ContactSide::Sheet { sheet, point }, ContactSide::Body { .. }) = (contact.a, contact.b)
                 && point.weights[0] == 1.0
-                && let Some((row, _)) = stage::free_row(&island.sheet(sheet), point.nodes[0])
+                && let Some((row, _)) = stage::free_row(island.sheet(sheet), point.nodes[0])
             {
                 self.normals[(self.island_tangent.sheet(sheet) + row) as usize] = contact.normal;
             }
@@ -271,7 +271,7 @@ impl ContactWorkspace {
         };
         let first = self.island_tangent.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
-            let row = stage::free_row(&island.sheet(sheet), mass).filter(|_| weight > DUPLICATES.node_weight);
+            let row = stage::free_row(island.sheet(sheet), mass).filter(|_| weight > DUPLICATES.node_weight);
             row.is_some_and(|(row, _)| {
                 self.normals[(first + row) as usize].dot(contact.normal) > DUPLICATES.normal_cosine
             })

@@ -69,7 +69,7 @@ impl HeatSource for HotBody {
     fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let (Some(view), Some(rigid)) = (moment.view, moment.rigid) else { return };
         let Some(index) = rigid.index_of(&self.name) else { return };
-        let offset = node_contact::contact_offset(&target.sheet);
+        let offset = node_contact::contact_offset(target.sheet);
         for handle in rigid.colliders(index) {
             if let Some(collider) = view.colliders.get(*handle) {
                 self.give_from(collider, offset, target);

@@ -106,7 +106,7 @@ impl IslandTangent {
         let sheets = island.sheets.len();
         let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
         let within = row - self.first[local];
-        let tangent = stage::tangent(&island.sheet(local as u32));
+        let tangent = stage::tangent(island.sheet(local as u32));
         if let Some(tangent) = tangent.filter(|t| (within as usize) < t.pattern().size()) {
             return tangent.diagonal(within);
         }
@@ -133,7 +133,7 @@ impl IslandTangent {
         self.base.fill(0.0);
         let mut slots = self.slots.iter();
         for local in 0..island.sheets.len() as u32 {
-            let Some(tangent) = stage::tangent(&island.sheet(local)) else { continue };
+            let Some(tangent) = stage::tangent(island.sheet(local)) else { continue };
             for (block, slot) in tangent.values().chunks_exact(9).zip(slots.by_ref()) {
                 let at = 9 * *slot as usize;
                 self.base[at..at + 9].copy_from_slice(block);
@@ -157,7 +157,7 @@ impl IslandTangent {
         self.pattern_layout.clone_from(&self.layout);
         let mut pairs = Vec::new();
         for (local, first) in (0..island.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = stage::tangent(&island.sheet(local)) {
+            if let Some(tangent) = stage::tangent(island.sheet(local)) {
                 pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
             }
         }
@@ -234,7 +234,7 @@ impl IslandTangent {
     fn analyse_factor(&mut self, island: &IslandView) {
         self.slots.clear();
         for (local, first) in (0..island.sheets.len() as u32).zip(&self.first) {
-            if let Some(tangent) = stage::tangent(&island.sheet(local)) {
+            if let Some(tangent) = stage::tangent(island.sheet(local)) {
                 let slot =
                     |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
                 self.slots.extend(tangent.pattern().iter().map(slot));
