@@ -1,6 +1,5 @@
 //! Contact of the nodes of an explicit integrator with kinematic and static bodies. All other
-//! contacts of explicit integrators go through
-//! [`solve_explicit`](crate::contact::outer_iteration::solve_explicit).
+//! contacts of explicit integrators go through `contact::outer_iteration::solve_explicit`.
 //!
 //! Rapier's broad phase returns the colliders near the swept box of the sheet. Nodes that may have
 //! reached one (see `clearance`) are tested in its frame (`target`), and `response` computes their
