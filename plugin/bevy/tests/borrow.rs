@@ -35,3 +35,19 @@ fn a_sheet_rests_on_a_body_of_the_callers_world() {
     let state = app.world().get::<SheetState>(sheet).expect("has one");
     assert!((state.centre.y - 0.1105).abs() < 1e-3 && state.contacts > 0, "{state:?}");
 }
+
+#[test]
+fn a_pin_with_an_end_is_released_in_the_callers_world_too() {
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    explicit(&mut app);
+    app.insert_resource(Game(PhysicsWorld::new())).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    let mut held = Sheet::thesis();
+    held.spec.pins.push(PinSpec { until: Some(0.2), ..PinSpec::fixed(Region::All) });
+    let sheet = app.world_mut().spawn((held, Transform::from_xyz(0.0, 1.0, 0.0))).id();
+    run(&mut app, 0.15);
+    let height = |app: &App| app.world().get::<SheetState>(sheet).expect("has one").centre.y;
+    let held = height(&app);
+    assert!((held - 1.0).abs() < 2e-3, "{held}");
+    run(&mut app, 0.3);
+    assert!(height(&app) < 0.9 * held, "{} m", height(&app));
+}

@@ -85,6 +85,7 @@ pub(crate) fn insert_sheet(
     let mut spec = spec.clone();
     for pin in &mut spec.pins {
         delay(&mut pin.path, world.time());
+        pin.until = pin.until.map(|time| time + world.time());
     }
     let id = world.add_sheet(&spec)?;
     let added = world.get_sheet(id).ok_or_else(|| InputError::new("sheets", "the added sheet is gone"))?;
