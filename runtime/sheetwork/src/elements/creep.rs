@@ -24,7 +24,7 @@
 
 use crate::math::Vectors;
 use crate::scene::Material;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Largest absolute power of ten of the shift a_T. Far below the glass transition creep is
 /// negligible.
@@ -229,6 +229,8 @@ impl Default for CreepStrain {
     }
 }
 
+state!(CreepStrain { arms, start, rest, stiffness });
+
 impl CreepStrain {
     /// Begins a step at `strain`.
     #[inline]
@@ -266,19 +268,6 @@ impl CreepStrain {
     /// Moves the strain without stress by `change`.
     pub fn move_rest(&mut self, change: f64, share: [f64; 2]) {
         self.arms = [self.arms[0] - share[0] * change, self.arms[1] - share[1] * change];
-    }
-
-    /// Serialises the state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
-    }
-
-    /// Deserialises the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        let mut all = [0.0; 5];
-        from.numbers(&mut all)?;
-        [self.arms[0], self.arms[1], self.start, self.rest, self.stiffness] = all;
-        Ok(())
     }
 
     fn advance_elastically(&mut self, strain: f64, share: [f64; 2]) {

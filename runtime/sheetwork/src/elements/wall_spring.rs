@@ -10,7 +10,7 @@ use crate::elements::fracture::OpenCells;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 
 #[derive(Clone, Copy, Debug)]
 struct ClampSpring {
@@ -48,6 +48,9 @@ struct SpringCreep {
     stiffness: f64,
     strain: CreepStrain,
 }
+
+state!(ClampSpring: softness, expansion, axial.stiffness, axial.rest, axial.dashpot);
+state!(SpringCreep { stiffness, strain });
 
 impl SpringCreep {
     /// Sets rest length and stiffness of the spring to those of the step.
@@ -232,28 +235,15 @@ impl Element for WallSprings {
     }
 
     fn serialise_changes(&self, to: &mut StateWriter) {
-        for s in &self.springs {
-            to.numbers(&[s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot]);
-        }
-        for c in &self.creep {
-            to.number(c.stiffness);
-            c.strain.serialise(to);
-        }
-        to.flag(self.is_in_step);
+        self.springs.serialise(to);
+        self.creep.serialise(to);
+        self.is_in_step.serialise(to);
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        for s in &mut self.springs {
-            let mut all = [0.0; 5];
-            from.numbers(&mut all)?;
-            [s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot] = all;
-        }
-        for c in &mut self.creep {
-            c.stiffness = from.number()?;
-            c.strain.deserialise(from)?;
-        }
-        self.is_in_step = from.flag()?;
-        Ok(())
+        self.springs.deserialise(from)?;
+        self.creep.deserialise(from)?;
+        self.is_in_step.deserialise(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

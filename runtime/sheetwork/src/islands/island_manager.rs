@@ -17,7 +17,7 @@ use crate::islands::{StepContext, instability, stop_unstable};
 use crate::parallel::join;
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::node_contact;
 use crate::sheet::stage;
 use crate::sheet::{Sheet, Status};

@@ -8,7 +8,7 @@ use crate::elements::creep::{CreepStrain, InelasticLaw, InelasticStep};
 use crate::elements::spring::Springs;
 use crate::error::InputError;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::units::parameters::ParameterId as Id;
 
@@ -71,7 +71,7 @@ impl InelasticState {
         to.number(self.dt);
         for (strain, made) in self.springs.strains.iter().zip(&self.springs.instantaneous) {
             strain.serialise(to);
-            to.numbers(&[made.0, made.1]);
+            made.serialise(to);
         }
     }
 
@@ -81,7 +81,7 @@ impl InelasticState {
         self.dt = from.number()?;
         for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.instantaneous) {
             strain.deserialise(from)?;
-            *made = (from.number()?, from.number()?);
+            made.deserialise(from)?;
         }
         Ok(())
     }

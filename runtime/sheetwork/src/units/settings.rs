@@ -1,7 +1,7 @@
 //! Declaration of settings: constants of the numerics, each with unit, reason and value in one
 //! place.
 
-/// Declare structs of settings. Each field has its value; `DEFAULT` of the struct holds all of them.
+/// Declare structs of settings. Each field has its value; `DEFAULT` of a struct holds them all.
 macro_rules! settings {
     ($($(#[$meta:meta])* pub struct $name:ident {
         $($(#[$field_meta:meta])* pub $field:ident: $type:ty = $value:expr,)+

@@ -11,7 +11,7 @@ use crc32fast::Hasher;
 use crate::contact::SheetContact;
 use crate::error::{InputError, SnapshotError};
 use crate::scene::{Air, ContactDefaults, Scene};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::sheet::buckling;
 use crate::sheet::serialization;

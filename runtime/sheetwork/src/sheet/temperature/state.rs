@@ -13,7 +13,7 @@
 use crate::elements::{ThermalFields, rest_strain_after_softening};
 use crate::error::InputError;
 use crate::scene::Material;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::Sheet;
 use crate::sheet::creep;
 use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
@@ -69,6 +69,8 @@ struct SpringThermalState {
     expansion: f64,
 }
 
+state!(SpringThermalState { softness, cold, expansion });
+
 impl SheetTemperature {
     /// State of a sheet at `celsius` (°C), with one or two `points` through the thickness.
     fn new(sheet: &Sheet, celsius: f64, points: usize) -> Self {
@@ -99,9 +101,7 @@ impl SheetTemperature {
         for list in [&self.applied, &self.room, &self.compliance, &self.expansion, &self.curl] {
             to.numbers(list);
         }
-        for spring in &self.springs {
-            to.numbers(&[spring.softness, spring.cold, spring.expansion]);
-        }
+        self.springs.serialise(to);
         to.flag(self.given);
         to.flag(self.body.is_some());
         if let Some(body) = &self.body {
@@ -115,9 +115,7 @@ impl SheetTemperature {
         self.average();
         let lists = [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
         lists.into_iter().try_for_each(|list| from.numbers(list))?;
-        for spring in &mut self.springs {
-            (spring.softness, spring.cold, spring.expansion) = (from.number()?, from.number()?, from.number()?);
-        }
+        self.springs.deserialise(from)?;
         self.given = from.flag()?;
         if !from.flag()? {
             self.body = None;

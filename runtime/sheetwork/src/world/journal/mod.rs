@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::World;
 use crate::error::{InputError, check_range};
 use crate::scene::Scene;
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Maximum length of a header, bytes.
