@@ -25,8 +25,6 @@ settings! {
         /// Slide (m) from the base above which an edge contact is lost, unless an outer iteration
         /// has shown that contact holds it.
         pub maximum_slide: f64 = 3e-3,
-        /// Subdivisions of a triangle side where penetration depths are sampled.
-        pub penetration_subdivisions: u32 = 16,
         /// Surfaces of bodies: faces, edges and corners.
         pub surface: BodySurfaceSettings = BodySurfaceSettings::DEFAULT,
         /// Equivalent constraints.

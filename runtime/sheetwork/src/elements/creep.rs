@@ -259,6 +259,16 @@ impl CreepStrain {
         self.start - self.arms[0] - self.arms[1]
     }
 
+    /// Strain without stress and arms, for transfer to another grid.
+    pub fn stored_state(&self) -> [f64; 3] {
+        [self.stress_free(), self.arms[0], self.arms[1]]
+    }
+
+    /// State at rest with this stored state.
+    pub fn from_stored_state([left, first, second]: [f64; 3]) -> Self {
+        Self { arms: [first, second], start: left + first + second, rest: left, stiffness: 1.0 }
+    }
+
     /// Multiplies the arms at `strain` by `kept`: a stiffer element keeps its stress.
     pub fn scale_stress(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
         self.advance_elastically(strain, share);

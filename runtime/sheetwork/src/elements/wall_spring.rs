@@ -101,7 +101,7 @@ impl WallSprings {
         self.springs.iter().enumerate().map(|(i, s)| {
             let length = s.expanded();
             let held = match self.creep.get(i) {
-                Some(c) => [c.strain.stress_free(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
+                Some(c) => c.strain.stored_state().map(|e| e / length),
                 None => [s.axial.rest / length - 1.0, 0.0, 0.0],
             };
             (s.mass, s.point, s.along(x).1 / length - 1.0, held)
@@ -113,11 +113,10 @@ impl WallSprings {
     pub(crate) fn set_stored_state(&mut self, held: &[Option<WallSpringState>]) {
         for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
             let Some(held) = held else { continue };
-            let [left, first, second] = held.map(|h| h * s.expanded());
-            s.axial.rest = s.expanded() + left;
+            let held = held.map(|h| h * s.expanded());
+            s.axial.rest = s.expanded() + held[0];
             if let Some(c) = self.creep.get_mut(i) {
-                c.strain.arms = [first, second];
-                (c.strain.start, c.strain.rest, c.strain.stiffness) = (left + first + second, left, 1.0);
+                c.strain = CreepStrain::from_stored_state(held);
                 c.apply(s);
             }
         }

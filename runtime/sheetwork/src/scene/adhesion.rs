@@ -1,6 +1,6 @@
 //! Checks of adhesion in a scene.
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::scene::IntegratorKind;
 use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
 use crate::units::parameters::ParameterId as Id;
@@ -33,9 +33,7 @@ pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
 /// # Errors
 /// When it has none.
 pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
-    if material.tack.is_none() {
-        return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
-    }
+    reject_if!(material.tack.is_none(), "sticky", "asks for tack, which the material does not have");
     Ok(())
 }
 

@@ -90,7 +90,7 @@ impl InelasticState {
     /// where the spring does not creep.
     pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
         let (strain, made) = (self.springs.strains.get(i)?, self.springs.instantaneous.get(i)?);
-        Some([strain.stress_free(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
+        Some(strain.stored_state().map(|s| s / made.1))
     }
 
     /// Set the strains of spring `i`, as [`InelasticState::spring_held`] returns them.

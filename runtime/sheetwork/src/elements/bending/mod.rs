@@ -169,11 +169,6 @@ impl Bending {
         k
     }
 
-    /// Curvatures along the normal of every group, 1/m, for reports.
-    pub fn normal_curvatures(&self, x: &Vectors) -> impl Iterator<Item = [f64; 3]> {
-        self.groups.iter().map(move |g| along(&self.curvature(g, x, &g.prescribed), normal(g, x)))
-    }
-
     /// Adds `scale` Σ wᵀ m to `to`, with the moments m (N m²) of a group.
     #[inline(always)]
     fn add_moments(&self, group: &BendingGroup, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {

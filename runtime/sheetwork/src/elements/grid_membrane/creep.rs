@@ -37,10 +37,7 @@ impl CellCreep {
 
     /// Strain without stress and arms of each strain of a cell.
     pub fn stored_state(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
-        std::array::from_fn(|k| {
-            let s = &self.parts[index].strains[k][l];
-            [s.stress_free(), s.arms[0], s.arms[1]]
-        })
+        std::array::from_fn(|k| self.parts[index].strains[k][l].stored_state())
     }
 
     /// Remaining stiffness of cell `l` of packet `index`, as a fraction of the law's.

@@ -175,11 +175,6 @@ impl SheetTemperature {
         }
     }
 
-    /// Heat content of the sheet above 0 °C, J; `None` before the first thermal step.
-    pub fn heat_content(&self) -> Option<f64> {
-        self.body.as_ref().map(|b| b.stepper.heat(&self.nodes))
-    }
-
     /// Temperature of every node, °C; the mean through the thickness where a node has two.
     pub fn celsius(&self) -> &[f64] {
         if self.mean.is_empty() { &self.nodes } else { &self.mean }
