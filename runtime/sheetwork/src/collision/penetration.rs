@@ -13,8 +13,7 @@ use glam::DVec3;
 use crate::collision::collision_surface::CollisionSurface;
 use crate::collision::features::{ColliderFeatures, ColliderMesh, ColliderPart};
 use crate::collision::geometry::{point_triangle, segment_segment};
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 
 /// Subdivisions of a triangle side where penetration depths are sampled.
 const SUBDIVISIONS: u32 = 16;

@@ -18,9 +18,7 @@ use crate::parallel::join;
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
-use crate::sheet::node_contact;
-use crate::sheet::stage;
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{Sheet, Status, node_contact, stage};
 
 /// State of a dynamic body of the world after the step of its island.
 pub(crate) struct BodyUpdate {

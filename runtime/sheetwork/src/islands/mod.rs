@@ -35,12 +35,7 @@ use crate::math::Vectors;
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::RigidView;
 use crate::scene::sleep::SLEEP;
-use crate::sheet::accelerations;
-use crate::sheet::creep;
-use crate::sheet::fracture;
-use crate::sheet::node_contact;
-use crate::sheet::stage;
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{Sheet, Status, accelerations, creep, fracture, node_contact, stage};
 
 pub use crate::sheet::Field;
 

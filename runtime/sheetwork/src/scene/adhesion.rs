@@ -1,8 +1,7 @@
 //! Checks of adhesion in a scene.
 
 use crate::error::{InputError, check_range, reject_if};
-use crate::scene::IntegratorKind;
-use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
+use crate::scene::{Adhesion, IntegratorKind, Material, MaterialChoice, SheetSpec, material};
 use crate::units::parameters::ParameterId as Id;
 use crate::units::temperature::COLDEST;
 

@@ -27,10 +27,7 @@ use crate::elements::fracture::OpenCells;
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::attachment;
-use crate::sheet::slits;
-use crate::sheet::stage;
+use crate::sheet::{Sheet, attachment, slits, stage};
 use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.

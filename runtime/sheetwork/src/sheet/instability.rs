@@ -14,8 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::elements::strain_limit::{self, LimitedSpring, StrainLimit};
 use crate::math::Vectors;
-use crate::scene::IntegratorKind;
-use crate::scene::WhenUnstable;
+use crate::scene::{IntegratorKind, WhenUnstable};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Field, Sheet, energy};
 

@@ -4,9 +4,8 @@
 use glam::DVec3;
 
 use crate::error::{InputError, reject_if};
-use crate::sheet::Sheet;
-use crate::sheet::fracture;
 use crate::sheet::temperature::playback;
+use crate::sheet::{Sheet, fracture};
 use crate::world::World;
 use crate::world::recording::RecordedFrame;
 

@@ -41,8 +41,7 @@ pub(crate) use crate::collision::narrow_phase::feature_keys::{
 use crate::collision::narrow_phase::height_graph::remains_height_graph;
 use crate::collision::narrow_phase::sheet_pairs::{SheetPairDetector, box_margin, sheet_pair};
 use crate::collision::settings::DetectionSettings;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 
 const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;

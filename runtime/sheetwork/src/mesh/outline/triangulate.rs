@@ -13,10 +13,8 @@ use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 use crate::error::{InputError, reject_if};
-use crate::mesh::outline::boundary_nodes;
-use crate::mesh::outline::boundary_nodes::BoundaryNodes;
-use crate::mesh::outline::inner_row;
-use crate::mesh::outline::inner_row::MIN_POINT_DISTANCE;
+use crate::mesh::outline::boundary_nodes::{self, BoundaryNodes};
+use crate::mesh::outline::inner_row::{self, MIN_POINT_DISTANCE};
 use crate::mesh::outline::line::CellScale;
 use crate::mesh::outline::mesh::TriangleMesh;
 use crate::mesh::outline::ring::distance;

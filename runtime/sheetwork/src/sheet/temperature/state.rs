@@ -14,11 +14,10 @@ use crate::elements::{ThermalFields, rest_strain_after_softening};
 use crate::error::InputError;
 use crate::scene::Material;
 use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
-use crate::sheet::Sheet;
-use crate::sheet::creep;
 use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
 use crate::sheet::temperature::patches::SheetPatches;
 use crate::sheet::temperature::softening::Softening;
+use crate::sheet::{Sheet, creep};
 use crate::units::parameters::ParameterId as Id;
 
 /// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by

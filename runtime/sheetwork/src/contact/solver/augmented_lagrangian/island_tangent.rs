@@ -15,8 +15,7 @@ use crate::contact::solver::augmented_lagrangian::SolverConstraint;
 use crate::contact::solver_body::SolverBody;
 use crate::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
-use crate::sheet::ImplicitSystem;
-use crate::sheet::stage;
+use crate::sheet::{ImplicitSystem, stage};
 
 const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
 
