@@ -17,6 +17,156 @@ pub struct CorruptState;
 /// Result of deserialisation.
 pub type ReadResult<T = ()> = Result<T, CorruptState>;
 
+/// State of known size, written and read in one order. A list has no count: its reader knows it.
+pub trait State: Sized {
+    /// Write the state.
+    fn serialise(&self, to: &mut StateWriter);
+
+    /// Read the state in place.
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult;
+
+    /// Write several states.
+    fn serialise_all(values: &[Self], to: &mut StateWriter) {
+        values.iter().for_each(|value| value.serialise(to));
+    }
+
+    /// Read several states in place.
+    fn deserialise_all(values: &mut [Self], from: &mut StateReader) -> ReadResult {
+        values.iter_mut().try_for_each(|value| value.deserialise(from))
+    }
+}
+
+/// Implement [`State`] by the functions of [`StateWriter`] and [`StateReader`] of one name, and
+/// those for several states where there are any.
+macro_rules! state_of_values {
+    ($($type:ty: $write:ident, $read:ident $(, $all:ident)?;)+) => {$(
+        impl State for $type {
+            fn serialise(&self, to: &mut StateWriter) {
+                to.$write((*self).into());
+            }
+
+            fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+                *self = from.$read()?;
+                Ok(())
+            }
+            $(
+                fn serialise_all(values: &[Self], to: &mut StateWriter) {
+                    to.$all(values);
+                }
+
+                fn deserialise_all(values: &mut [Self], from: &mut StateReader) -> ReadResult {
+                    from.$all(values)
+                }
+            )?
+        }
+    )+};
+}
+
+state_of_values! {
+    bool: flag, flag;
+    u32: count, count_u32;
+    u64: count, count;
+    f32: single, single, singles;
+    f64: number, number, numbers;
+    DVec3: vector, vector;
+    DQuat: rotation, rotation;
+}
+
+/// Implement [`State`] for a type by its fields, in the order of the bytes: all fields of a struct,
+/// or the paths of some of them. `then` names a method that updates derived data after reading.
+macro_rules! state {
+    ($name:ident { $($field:ident),+ $(; without $($skipped:ident),+)? }) => {
+        impl crate::serialize::State for $name {
+            fn serialise(&self, to: &mut crate::serialize::StateWriter) {
+                // Every field is named: a new one that is not serialised does not compile.
+                let Self { $($field,)+ $($($skipped: _,)+)? } = self;
+                $(crate::serialize::State::serialise($field, to);)+
+            }
+
+            fn deserialise(&mut self, from: &mut crate::serialize::StateReader) -> crate::serialize::ReadResult {
+                $(crate::serialize::State::deserialise(&mut self.$field, from)?;)+
+                Ok(())
+            }
+        }
+    };
+    ($name:ident: $($field:ident$(.$part:tt)*),+ $(; then $update:ident)?) => {
+        impl crate::serialize::State for $name {
+            fn serialise(&self, to: &mut crate::serialize::StateWriter) {
+                $(crate::serialize::State::serialise(&self.$field$(.$part)*, to);)+
+            }
+
+            fn deserialise(&mut self, from: &mut crate::serialize::StateReader) -> crate::serialize::ReadResult {
+                $(crate::serialize::State::deserialise(&mut self.$field$(.$part)*, from)?;)+
+                $(self.$update();)?
+                Ok(())
+            }
+        }
+    };
+}
+
+pub(crate) use state;
+
+impl<T: State, const N: usize> State for [T; N] {
+    fn serialise(&self, to: &mut StateWriter) {
+        T::serialise_all(self, to);
+    }
+
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        T::deserialise_all(self, from)
+    }
+}
+
+impl<T: State> State for Vec<T> {
+    fn serialise(&self, to: &mut StateWriter) {
+        T::serialise_all(self, to);
+    }
+
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        T::deserialise_all(self, from)
+    }
+}
+
+impl State for Vectors {
+    fn serialise(&self, to: &mut StateWriter) {
+        self.axes().into_iter().for_each(|axis| to.numbers(axis));
+    }
+
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.axes_mut().into_iter().try_for_each(|axis| from.numbers(axis))
+    }
+}
+
+/// Implement [`State`] for tuples.
+macro_rules! state_of_tuple {
+    ($($part:ident $index:tt),+) => {
+        impl<$($part: State),+> State for ($($part,)+) {
+            fn serialise(&self, to: &mut StateWriter) {
+                $(self.$index.serialise(to);)+
+            }
+
+            fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+                $(self.$index.deserialise(from)?;)+
+                Ok(())
+            }
+        }
+    };
+}
+
+state_of_tuple!(A 0, B 1);
+state_of_tuple!(A 0, B 1, C 2);
+
+impl<T: State + Default> State for Option<T> {
+    fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_some());
+        self.iter().for_each(|value| value.serialise(to));
+    }
+
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        *self = if from.flag()? { Some(from.read()?) } else { None };
+        Ok(())
+    }
+}
+
 /// Writer of state.
 #[derive(Default)]
 pub struct StateWriter {
@@ -46,17 +196,20 @@ impl StateWriter {
         self.bytes.extend_from_slice(&value.to_le_bytes());
     }
 
+    pub fn single(&mut self, value: f32) {
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+    }
+
     pub fn vector(&mut self, value: DVec3) {
-        value.to_array().into_iter().for_each(|v| self.number(v));
+        value.to_array().serialise(self);
     }
 
     pub fn rotation(&mut self, value: DQuat) {
-        value.to_array().into_iter().for_each(|v| self.number(v));
+        value.to_array().serialise(self);
     }
 
     pub fn optional(&mut self, value: Option<f64>) {
-        self.flag(value.is_some());
-        value.into_iter().for_each(|v| self.number(v));
+        value.serialise(self);
     }
 
     pub fn text(&mut self, value: &str) {
@@ -107,14 +260,16 @@ impl StateWriter {
         self.numbers(values);
     }
 
-    pub fn vectors(&mut self, values: &Vectors) {
-        values.axes().into_iter().for_each(|axis| self.numbers(axis));
+    /// Write the count of states, then the states.
+    pub fn states<T: State>(&mut self, values: &[T]) {
+        self.count(values.len() as u64);
+        T::serialise_all(values, self);
     }
 
     /// Write the count of vectors, then the vectors.
     pub fn vector_list(&mut self, values: &Vectors) {
         self.count(values.len() as u64);
-        self.vectors(values);
+        values.serialise(self);
     }
 
     /// Write the count of flags, then the flags, eight per byte.
@@ -207,16 +362,33 @@ impl<'a> StateReader<'a> {
         Ok(f64::from_le_bytes(*bytes))
     }
 
+    pub fn single(&mut self) -> ReadResult<f32> {
+        let bytes = self.take_bytes(4)?.first_chunk().ok_or(CorruptState)?;
+        Ok(f32::from_le_bytes(*bytes))
+    }
+
     pub fn vector(&mut self) -> ReadResult<DVec3> {
-        Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
+        self.read().map(DVec3::from_array)
     }
 
     pub fn rotation(&mut self) -> ReadResult<DQuat> {
-        Ok(DQuat::from_xyzw(self.number()?, self.number()?, self.number()?, self.number()?))
+        self.read().map(DQuat::from_array)
     }
 
     pub fn optional(&mut self) -> ReadResult<Option<f64>> {
-        if self.flag()? { self.number().map(Some) } else { Ok(None) }
+        self.read()
+    }
+
+    /// Read a state.
+    pub fn read<T: State + Default>(&mut self) -> ReadResult<T> {
+        let mut value = T::default();
+        value.deserialise(self)?;
+        Ok(value)
+    }
+
+    /// Read a count of states that take at least `least` bytes each, then the states.
+    pub fn states<T: State + Default>(&mut self, least: usize) -> ReadResult<Vec<T>> {
+        (0..self.length(least)?).map(|_| self.read()).collect()
     }
 
     pub fn text(&mut self) -> ReadResult<&'a str> {
@@ -244,6 +416,12 @@ impl<'a> StateReader<'a> {
         Ok(())
     }
 
+    pub fn sparse_array<const N: usize>(&mut self) -> ReadResult<[f64; N]> {
+        let mut values = [0.0; N];
+        self.sparse(&mut values)?;
+        Ok(values)
+    }
+
     pub fn sparse(&mut self, to: &mut [f64]) -> ReadResult {
         for eight in to.chunks_mut(8) {
             let there = self.byte()?;
@@ -260,18 +438,6 @@ impl<'a> StateReader<'a> {
         Ok(values)
     }
 
-    /// Read a list into a slice of the same length.
-    pub fn list_into(&mut self, to: &mut [f64]) -> ReadResult {
-        if self.count()? != to.len() as u64 {
-            return Err(CorruptState);
-        }
-        self.numbers(to)
-    }
-
-    pub fn vectors(&mut self, to: &mut Vectors) -> ReadResult {
-        to.axes_mut().into_iter().try_for_each(|axis| self.numbers(axis))
-    }
-
     /// Read vectors, either none or one per node.
     pub fn vector_list(&mut self, to: &mut Vectors, masses: usize) -> ReadResult {
         let count = self.length(24)?;
@@ -281,7 +447,7 @@ impl<'a> StateReader<'a> {
         if to.len() != count {
             *to = Vectors::zeros(count);
         }
-        self.vectors(to)
+        to.deserialise(self)
     }
 
     pub fn flags(&mut self, to: &mut Vec<bool>) -> ReadResult {

@@ -11,8 +11,7 @@ use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 use crate::collision::collision_surface::{CollisionSurface, NONE, SurfaceEdge};
 use crate::collision::features::ColliderPart;
 use crate::collision::narrow_phase::SheetStageMotion;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 /// An axis-aligned box, m; the default is empty.

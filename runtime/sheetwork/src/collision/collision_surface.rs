@@ -11,8 +11,7 @@
 use glam::DVec3;
 
 use crate::math::Vectors;
-use crate::sheet::Sheet;
-use crate::sheet::node_contact;
+use crate::sheet::{Sheet, node_contact};
 
 /// Index that stands for no triangle and no feature.
 pub const NONE: u32 = u32::MAX;

@@ -8,5 +8,6 @@ pub mod features;
 pub mod geometry;
 pub mod narrow_phase;
 pub mod overlap;
-pub mod penetration;
+#[cfg(test)]
+mod penetration;
 pub(crate) mod settings;

@@ -13,11 +13,10 @@ use glam::DVec3;
 use crate::collision::collision_surface::CollisionSurface;
 use crate::collision::features::{ColliderFeatures, ColliderMesh, ColliderPart};
 use crate::collision::geometry::{point_triangle, segment_segment};
-use crate::collision::settings::DetectionSettings;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 
-const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
+/// Subdivisions of a triangle side where penetration depths are sampled.
+const SUBDIVISIONS: u32 = 16;
 
 /// Greatest depth (m) of the surface of a sheet (nodes at `x`) in a body; 0 if it is outside. With
 /// `thickness` the surface of the material is meant, one contact offset from the triangles;
@@ -103,7 +102,7 @@ fn sampled_depth(mesh: &ColliderMesh, triangle: [DVec3; 3], offset: f64) -> f64 
         return 0.0;
     }
     let mut deepest = 0.0_f64;
-    let parts = SETTINGS.penetration_subdivisions;
+    let parts = SUBDIVISIONS;
     for i in 0..=parts {
         for j in 0..=parts - i {
             let (v, w) = (f64::from(i) / f64::from(parts), f64::from(j) / f64::from(parts));

@@ -26,8 +26,7 @@ use crate::contact::settings::{AdhesionSettings, ContactSettings};
 use crate::contact::step_bodies::StepBodies;
 use crate::contact::workspace::ContactWorkspace;
 use crate::scene::Adhesion;
-use crate::sheet::Sheet;
-use crate::sheet::bonds;
+use crate::sheet::{Sheet, bonds};
 
 const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
 

@@ -76,8 +76,7 @@ impl ContactCache {
         self.entries.clear();
         for _ in 0..from.length(4)? {
             let key = [from.count()?.rotate_right(8), from.count()?.rotate_right(8)];
-            let mut both = [0.0; 6];
-            from.sparse(&mut both)?;
+            let both: [f64; 6] = from.sparse_array()?;
             let slides = from.byte()?;
             let (position, velocity) = (DVec3::from_slice(&both), DVec3::from_slice(&both[3..]));
             self.entries.push((key, CachedForces { position, velocity, slipped: [slides & 1 == 1, slides & 2 == 2] }));

@@ -1,6 +1,6 @@
 //! Counters of the contact solver, for reports and for the work budget of a step.
 
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Counters of the contact solver since the start of the simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -25,21 +25,4 @@ pub struct ContactCounters {
     pub given_up: u64,
 }
 
-impl ContactCounters {
-    /// Serialise the counters.
-    pub(crate) fn serialise(&self, to: &mut StateWriter) {
-        let mut copy = *self;
-        copy.all_mut().into_iter().for_each(|count| to.count(*count));
-    }
-
-    /// Deserialise the counters.
-    pub(crate) fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        self.all_mut().into_iter().try_for_each(|count| from.count().map(|value| *count = value))
-    }
-
-    /// All counters, in the order of their serialisation.
-    fn all_mut(&mut self) -> [&mut u64; 9] {
-        let Self { rounds, contacts, most, unsettled, sweeps, newton, factors, halved, given_up } = self;
-        [rounds, contacts, most, unsettled, sweeps, newton, factors, halved, given_up]
-    }
-}
+state!(ContactCounters { rounds, contacts, most, unsettled, sweeps, newton, factors, halved, given_up });

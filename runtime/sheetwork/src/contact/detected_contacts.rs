@@ -9,12 +9,11 @@ use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactKey, ContactSide};
 use crate::collision::narrow_phase::is_ball_contact;
-use crate::contact::IslandView;
 use crate::contact::contact_cache::ContactCache;
-use crate::contact::convergence;
 use crate::contact::gap::{StagePose, contact_displacement, gap, position};
 use crate::contact::settings::{ContactSettings, PgsSettings};
 use crate::contact::workspace::ContactWorkspace;
+use crate::contact::{IslandView, convergence};
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 const PGS: PgsSettings = ContactSettings::DEFAULT.pgs;

@@ -14,15 +14,13 @@
 
 use glam::DVec3;
 
-use crate::contact::IslandView;
-use crate::contact::convergence;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
 use crate::contact::solver::choice::PositionSolve;
 use crate::contact::workspace::ContactWorkspace;
+use crate::contact::{IslandView, convergence};
 use crate::sheet::Field;
-use crate::sheet::stage;
-use crate::sheet::stage::StageWorkspace;
+use crate::sheet::stage::{self, StageWorkspace};
 
 const SETTINGS: OuterIterationSettings = ContactSettings::DEFAULT.outer_iteration;
 

@@ -3,12 +3,11 @@
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::collision::narrow_phase::is_node_surface_contact;
-use crate::contact::IslandView;
-use crate::contact::convergence;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::{StagePose, gap};
 use crate::contact::settings::ContactSettings;
 use crate::contact::workspace::ContactWorkspace;
+use crate::contact::{IslandView, convergence};
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 

@@ -5,525 +5,337 @@
 use glam::DVec3;
 
 use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
+use crate::units::settings::settings;
 
-/// Settings of contact, by method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactSettings {
-    /// Gap (m) below which a contact is closed after the position solve. Closed contacts take part
-    /// in the velocity solve.
-    pub closed_gap: f64,
-    /// Penetration (m) that converged contact may leave at the end of a step. A larger one at the
-    /// start of a stage existed before contact began; a fallback accepts an increase by this much.
-    pub residual_penetration: f64,
-    /// Cosine between two normals below which two contacts of the same features oppose each other.
-    pub opposed_normal_cosine: f64,
-    /// Impact distance, m. A contact with a gap above it at the start and a penetration above it
-    /// after the free motion is an impact. Gravity alone moves a node by less in a stage.
-    pub impact_distance: f64,
-    /// Depth inside a body, as a fraction of the sheet's diagonal, above which a node at the start
-    /// of a stage was placed there by an edit of the scene.
-    pub buried_depth: f64,
-    /// Approach speed (m/s) above which restitution applies; resting contacts stay below it.
-    pub restitution_speed: f64,
-    /// Work budget of one step, in node-iterations: the sum of outer iterations × nodes,
-    /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual solver
-    /// × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration ends and the
-    /// remaining substeps are skipped. Steps that need more do not converge, such as those of
-    /// interpenetrating sheets. The largest value in the shipped scenes is 2.5 million: a ball that
-    /// hits a house of fifteen cards.
-    pub maximum_work: u64,
-    /// Work budget of one step of a single sheet on kinematic and static bodies, in
-    /// node-iterations. The largest value in the shipped scenes is 120,000: a film drawn onto its
-    /// mould.
-    pub maximum_work_of_single_sheet: u64,
-    /// Contact of single nodes, for explicit integrators.
-    pub node: NodeContactSettings,
-    /// Bonds.
-    pub adhesion: AdhesionSettings,
-    /// Convergence of the outer iteration.
-    pub convergence: ConvergenceSettings,
-    /// Outer iteration: free motion, detection and position solve.
-    pub outer_iteration: OuterIterationSettings,
-    /// Solution of one contact.
-    pub coulomb: CoulombSettings,
-    /// Working set of contacts.
-    pub working_set: WorkingSetSettings,
-    /// Primal solver: assembly and working set.
-    pub primal: PrimalSettings,
-    /// Augmented Lagrangian iteration of the primal and dual solver.
-    pub augmented_lagrangian: AugmentedLagrangianSettings,
-    /// Interior point method.
-    pub interior_point: InteriorPointSettings,
-    /// Dual solver.
-    pub dual: DualSettings,
-    /// Alart-Curnier semismooth Newton method.
-    pub alart_curnier: AlartCurnierSettings,
-    /// Projected Gauss-Seidel method.
-    pub pgs: PgsSettings,
-    /// PGS solver of contacts between nodes and dynamic bodies.
-    pub node_sweeps: NodeSweepSettings,
-}
-
-impl ContactSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        closed_gap: 1e-5,
-        residual_penetration: 2e-5,
-        opposed_normal_cosine: -0.9,
-        impact_distance: 2e-3,
-        buried_depth: 0.1,
-        restitution_speed: 0.2,
-        maximum_work: 4_000_000,
-        maximum_work_of_single_sheet: 400_000,
-        node: NodeContactSettings::DEFAULT,
-        adhesion: AdhesionSettings::DEFAULT,
-        convergence: ConvergenceSettings::DEFAULT,
-        outer_iteration: OuterIterationSettings::DEFAULT,
-        coulomb: CoulombSettings::DEFAULT,
-        working_set: WorkingSetSettings::DEFAULT,
-        primal: PrimalSettings::DEFAULT,
-        augmented_lagrangian: AugmentedLagrangianSettings::DEFAULT,
-        interior_point: InteriorPointSettings::DEFAULT,
-        dual: DualSettings::DEFAULT,
-        alart_curnier: AlartCurnierSettings::DEFAULT,
-        pgs: PgsSettings::DEFAULT,
-        node_sweeps: NodeSweepSettings::DEFAULT,
-    };
-}
-
-impl Default for ContactSettings {
-    fn default() -> Self {
-        Self::DEFAULT
+settings! {
+    /// Settings of contact, by method.
+    pub struct ContactSettings {
+        /// Gap (m) below which a contact is closed after the position solve. Closed contacts take
+        /// part in the velocity solve.
+        pub closed_gap: f64 = 1e-5,
+        /// Penetration (m) that converged contact may leave at the end of a step. A larger one at
+        /// the start of a stage existed before contact began; a fallback accepts an increase by
+        /// this much.
+        pub residual_penetration: f64 = 2e-5,
+        /// Cosine between two normals below which two contacts of the same features oppose each
+        /// other.
+        pub opposed_normal_cosine: f64 = -0.9,
+        /// Impact distance, m. A contact with a gap above it at the start and a penetration above
+        /// it after the free motion is an impact. Gravity alone moves a node by less in a stage.
+        pub impact_distance: f64 = 2e-3,
+        /// Depth inside a body, as a fraction of the sheet's diagonal, above which a node at the
+        /// start of a stage was placed there by an edit of the scene.
+        pub buried_depth: f64 = 0.1,
+        /// Approach speed (m/s) above which restitution applies; resting contacts stay below it.
+        pub restitution_speed: f64 = 0.2,
+        /// Work budget of one step, in node-iterations: the sum of outer iterations × nodes,
+        /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual
+        /// solver × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration ends
+        /// and the remaining substeps are skipped. Steps that need more do not converge, such as
+        /// those of interpenetrating sheets. The largest value in the shipped scenes is 2.5
+        /// million: a ball that hits a house of fifteen cards.
+        pub maximum_work: u64 = 4_000_000,
+        /// Work budget of one step of a single sheet on kinematic and static bodies, in
+        /// node-iterations. The largest value in the shipped scenes is 120,000: a film drawn onto
+        /// its mould.
+        pub maximum_work_of_single_sheet: u64 = 400_000,
+        /// Contact of single nodes, for explicit integrators.
+        pub node: NodeContactSettings = NodeContactSettings::DEFAULT,
+        /// Bonds.
+        pub adhesion: AdhesionSettings = AdhesionSettings::DEFAULT,
+        /// Convergence of the outer iteration.
+        pub convergence: ConvergenceSettings = ConvergenceSettings::DEFAULT,
+        /// Outer iteration: free motion, detection and position solve.
+        pub outer_iteration: OuterIterationSettings = OuterIterationSettings::DEFAULT,
+        /// Solution of one contact.
+        pub coulomb: CoulombSettings = CoulombSettings::DEFAULT,
+        /// Working set of contacts.
+        pub working_set: WorkingSetSettings = WorkingSetSettings::DEFAULT,
+        /// Primal solver: assembly and working set.
+        pub primal: PrimalSettings = PrimalSettings::DEFAULT,
+        /// Augmented Lagrangian iteration of the primal and dual solver.
+        pub augmented_lagrangian: AugmentedLagrangianSettings = AugmentedLagrangianSettings::DEFAULT,
+        /// Interior point method.
+        pub interior_point: InteriorPointSettings = InteriorPointSettings::DEFAULT,
+        /// Dual solver.
+        pub dual: DualSettings = DualSettings::DEFAULT,
+        /// Alart-Curnier semismooth Newton method.
+        pub alart_curnier: AlartCurnierSettings = AlartCurnierSettings::DEFAULT,
+        /// Projected Gauss-Seidel method.
+        pub pgs: PgsSettings = PgsSettings::DEFAULT,
+        /// PGS solver of contacts between nodes and dynamic bodies.
+        pub node_sweeps: NodeSweepSettings = NodeSweepSettings::DEFAULT,
     }
-}
 
-/// Contact of single nodes, for explicit integrators.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeContactSettings {
-    /// Search margin around the swept box, as a fraction of the sheet's diagonal.
-    pub search_margin: f64,
-    /// Maximum number of iterations for nodes between two bodies.
-    pub maximum_corner_iterations: usize,
-    /// Remaining path (m) below which a node is not tested again after a contact; it cannot
-    /// penetrate deeper than that.
-    pub minimum_remaining_path: f64,
-    /// Cosine between two normals above which they belong to the same face.
-    pub same_face_cosine: f64,
-    /// Radius of an unbounded body, m: the largest allowed coordinate.
-    pub maximum_body_radius: f64,
-    /// Approach speed (m/s) above which a node rebounds. A resting node falls into the surface by g
-    /// dt per step and must stay on it.
-    pub restitution_speed: f64,
-}
+    /// Contact of single nodes, for explicit integrators.
+    pub struct NodeContactSettings {
+        /// Search margin around the swept box, as a fraction of the sheet's diagonal.
+        pub search_margin: f64 = 0.05,
+        /// Maximum number of iterations for nodes between two bodies.
+        pub maximum_corner_iterations: usize = 3,
+        /// Remaining path (m) below which a node is not tested again after a contact; it cannot
+        /// penetrate deeper than that.
+        pub minimum_remaining_path: f64 = 10.0 * MINIMUM_CONTACT_OFFSET,
+        /// Cosine between two normals above which they belong to the same face.
+        pub same_face_cosine: f64 = 1.0 - 1e-6,
+        /// Radius of an unbounded body, m: the largest allowed coordinate.
+        pub maximum_body_radius: f64 = 1e4,
+        /// Approach speed (m/s) above which a node rebounds. A resting node falls into the surface
+        /// by g dt per step and must stay on it.
+        pub restitution_speed: f64 = 0.01,
+    }
 
-impl NodeContactSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        search_margin: 0.05,
-        maximum_corner_iterations: 3,
-        minimum_remaining_path: 10.0 * MINIMUM_CONTACT_OFFSET,
-        same_face_cosine: 1.0 - 1e-6,
-        maximum_body_radius: 1e4,
-        restitution_speed: 0.01,
-    };
-}
+    /// Bonds: load that a bond bears before it opens.
+    pub struct AdhesionSettings {
+        /// Acceleration of a node (m/s²) that a bond bears without an earlier load.
+        pub node_acceleration: f64 = 200.0,
+        /// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an
+        /// earlier load.
+        pub body_acceleration: f64 = 20.0,
+        /// Maximum ratio of the bond force to the load in the last step.
+        pub maximum_load_growth: f64 = 2.0,
+    }
 
-/// Bonds: load that a bond bears before it opens.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AdhesionSettings {
-    /// Acceleration of a node (m/s²) that a bond bears without an earlier load.
-    pub node_acceleration: f64,
-    /// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an earlier
-    /// load.
-    pub body_acceleration: f64,
-    /// Maximum ratio of the bond force to the load in the last step.
-    pub maximum_load_growth: f64,
-}
+    /// Convergence of the outer iteration: displacements and penetrations.
+    pub struct ConvergenceSettings {
+        /// Displacement (m) of all nodes below which a stage of a single sheet needs no further
+        /// detection.
+        pub displacement_single: f64 = 2e-5,
+        /// Displacement (m) of all nodes below which a stage of several sheets needs no further
+        /// detection. It is smaller because sheets would otherwise creep into each other.
+        pub displacement_several: f64 = 2e-6,
+        /// Outer iterations with the finer penetration tolerance.
+        pub fine_iterations: u32 = 5,
+        /// Penetration tolerance (m) of a single sheet in the first [`Self::fine_iterations`]
+        /// iterations.
+        pub fine_penetration: f64 = 1e-5,
+        /// Penetration tolerance (m) of a single sheet in later iterations, after stagnation, and
+        /// after a step that was solved without contact.
+        pub penetration_single: f64 = 6e-5,
+        /// Penetration tolerance (m) with several sheets, of which some are always in motion.
+        pub penetration_several: f64 = 2e-4,
+        /// Penetration of two sheets, as a fraction of the contact offset, above which they may
+        /// exit on the opposite side.
+        pub crossed_penetration: f64 = 0.3,
+        /// Growth of the penetration of two sheets in a stage, as a fraction of the contact offset,
+        /// that would add up from step to step.
+        pub crossed_growth: f64 = 0.2,
+    }
 
-impl AdhesionSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self { node_acceleration: 200.0, body_acceleration: 20.0, maximum_load_growth: 2.0 };
-}
+    /// Outer iteration: free motion, detection and position solve in turn.
+    pub struct OuterIterationSettings {
+        /// Maximum number of outer iterations of a single sheet.
+        pub maximum_iterations_single: u32 = 10,
+        /// Maximum number of outer iterations with several sheets, which rarely converge fully in
+        /// an impact.
+        pub maximum_iterations_several: u32 = 3,
+        /// Maximum number of outer iterations with several sheets in the shortest substep, where
+        /// interpenetration leads to a fallback.
+        pub maximum_iterations_shortest_substep: u32 = 8,
+        /// Additional outer iterations that may be used until the contact status of the last one
+        /// agrees with that of the earlier ones.
+        pub additional_iterations: u32 = 3,
+        /// Outer iterations after which divergence is tested.
+        pub iterations_before_divergence: u32 = 2,
+        /// Strain error, as a multiple of the tolerance, that counts as divergence; the step is
+        /// then bisected.
+        pub divergence_threshold: f64 = 100.0,
+        /// Strain error, as a multiple of the tolerance, that counts as divergence after the second
+        /// outer iteration of several sheets, whose iterations are expensive.
+        pub early_divergence_threshold: f64 = 1e4,
+        /// Ratio of the penetration to that of the previous iteration above which the iteration has
+        /// stagnated.
+        pub stagnation_ratio: f64 = 0.8,
+        /// Maximum search margin, m.
+        pub maximum_margin: f64 = 0.1,
+        /// Maximum number of times that the margins are widened in one position solve.
+        pub maximum_widenings: u32 = 3,
+        /// Displacement by contact (m) above which a single sheet is searched at its displaced
+        /// position, as for a kinematic sheet that is pushed into a body in every step.
+        pub displaced_search_distance: f64 = 5e-3,
+    }
 
-/// Convergence of the outer iteration: displacements and penetrations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConvergenceSettings {
-    /// Displacement (m) of all nodes below which a stage of a single sheet needs no further
-    /// detection.
-    pub displacement_single: f64,
-    /// Displacement (m) of all nodes below which a stage of several sheets needs no further
-    /// detection. It is smaller because sheets would otherwise creep into each other.
-    pub displacement_several: f64,
-    /// Outer iterations with the finer penetration tolerance.
-    pub fine_iterations: u32,
-    /// Penetration tolerance (m) of a single sheet in the first [`Self::fine_iterations`]
-    /// iterations.
-    pub fine_penetration: f64,
-    /// Penetration tolerance (m) of a single sheet in later iterations, after stagnation, and after
-    /// a step that was solved without contact.
-    pub penetration_single: f64,
-    /// Penetration tolerance (m) with several sheets, of which some are always in motion.
-    pub penetration_several: f64,
-    /// Penetration of two sheets, as a fraction of the contact offset, above which they may exit on
-    /// the opposite side.
-    pub crossed_penetration: f64,
-    /// Growth of the penetration of two sheets in a stage, as a fraction of the contact offset,
-    /// that would add up from step to step.
-    pub crossed_growth: f64,
-}
+    /// Fixed-point iteration on the friction bound of one contact.
+    pub struct CoulombSettings {
+        /// Maximum number of fixed-point iterations.
+        pub maximum_iterations: u32 = 40,
+        /// Tolerance of the fixed-point iteration, as a fraction of the normal force.
+        pub tolerance: f64 = 1e-12,
+    }
 
-impl ConvergenceSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        displacement_single: 2e-5,
-        displacement_several: 2e-6,
-        fine_iterations: 5,
-        fine_penetration: 1e-5,
-        penetration_single: 6e-5,
-        penetration_several: 2e-4,
-        crossed_penetration: 0.3,
-        crossed_growth: 0.2,
-    };
-}
+    /// Working set: contacts that a solver includes, extended while others penetrate.
+    pub struct WorkingSetSettings {
+        /// Minimum number of contacts of a pair that are added at a time.
+        pub minimum_addition: usize = 6,
+        /// Maximum number of extensions of the working set in a solve.
+        pub maximum_extensions: u32 = 40,
+    }
 
-/// Outer iteration: free motion, detection and position solve in turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OuterIterationSettings {
-    /// Maximum number of outer iterations of a single sheet.
-    pub maximum_iterations_single: u32,
-    /// Maximum number of outer iterations with several sheets, which rarely converge fully in an
-    /// impact.
-    pub maximum_iterations_several: u32,
-    /// Maximum number of outer iterations with several sheets in the shortest substep, where
-    /// interpenetration leads to a fallback.
-    pub maximum_iterations_shortest_substep: u32,
-    /// Additional outer iterations that may be used until the contact status of the last one agrees
-    /// with that of the earlier ones.
-    pub additional_iterations: u32,
-    /// Outer iterations after which divergence is tested.
-    pub iterations_before_divergence: u32,
-    /// Strain error, as a multiple of the tolerance, that counts as divergence; the step is then
-    /// bisected.
-    pub divergence_threshold: f64,
-    /// Strain error, as a multiple of the tolerance, that counts as divergence after the second
-    /// outer iteration of several sheets, whose iterations are expensive.
-    pub early_divergence_threshold: f64,
-    /// Ratio of the penetration to that of the previous iteration above which the iteration has
-    /// stagnated.
-    pub stagnation_ratio: f64,
-    /// Maximum search margin, m.
-    pub maximum_margin: f64,
-    /// Maximum number of times that the margins are widened in one position solve.
-    pub maximum_widenings: u32,
-    /// Displacement by contact (m) above which a single sheet is searched at its displaced
-    /// position, as for a kinematic sheet that is pushed into a body in every step.
-    pub displaced_search_distance: f64,
-}
+    /// Primal solver: initial states, working set and tolerances.
+    pub struct PrimalSettings {
+        /// Gap (m) at the start of the stage above which a contact counts as new and starts as
+        /// closed.
+        pub new_contact_gap: f64 = 1e-3,
+        /// Gap (m) after the free motion above which contacts of several sheets are not in the
+        /// working set.
+        pub working_set_gap: f64 = 5e-5,
+        /// Gap above which contacts of several sheets are not in the working set, as a fraction of
+        /// the deepest penetration.
+        pub relative_working_set_gap: f64 = 0.05,
+        /// Maximum of the enlarged margin, m. With a larger one, a second solve costs less than the
+        /// additional contacts.
+        pub maximum_enlarged_gap: f64 = 1e-4,
+        /// Gap tolerance of a single sheet as a fraction of the deepest penetration.
+        pub gap_tolerance_single: f64 = 5e-5,
+        /// Gap tolerance of several sheets as a fraction of the deepest penetration.
+        pub gap_tolerance_several: f64 = 1e-2,
+        /// Maximum of the gap tolerance of several sheets, m.
+        pub maximum_gap_tolerance: f64 = 1e-5,
+        /// Maximum number of sheets that are solved with the finest settings for several sheets.
+        pub maximum_sheets_of_finest: usize = 4,
+        /// Maximum number of solves with an extended working set.
+        pub maximum_solves: u32 = 2,
+        /// Minimum number of constraints that one thread assembles.
+        pub constraints_per_task: usize = 64,
+    }
 
-impl OuterIterationSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        maximum_iterations_single: 10,
-        maximum_iterations_several: 3,
-        maximum_iterations_shortest_substep: 8,
-        additional_iterations: 3,
-        iterations_before_divergence: 2,
-        divergence_threshold: 100.0,
-        early_divergence_threshold: 1e4,
-        stagnation_ratio: 0.8,
-        maximum_margin: 0.1,
-        maximum_widenings: 3,
-        displaced_search_distance: 5e-3,
-    };
-}
+    /// Augmented Lagrangian iteration: when it changes method, weights, stagnation, line search.
+    pub struct AugmentedLagrangianSettings {
+        /// Fraction of contacts that open or close unexpectedly above which steps are regularised,
+        /// or the interior point method is used.
+        pub changes_threshold: f64 = 0.03,
+        /// Iterations without regularisation after which [`Self::changes_threshold`] changes switch
+        /// to the interior point method.
+        pub iterations_before_interior_point: u32 = 3,
+        /// Regularised iterations at which the residual decides whether to switch to the interior
+        /// point method. Regularised steps that have not converged by then converge slowly or not
+        /// at all.
+        pub regularised_checks: [u32; 2] = [6, 10],
+        /// Ratio of the residual to its initial value above which the first check switches.
+        pub first_check_ratio: f64 = 0.5,
+        /// Residual, as a multiple of the tolerance, above which the second check switches.
+        pub second_check_residual: f64 = 4.0,
+        /// Additional iterations for each update of the friction bounds.
+        pub iterations_per_update: u32 = 6,
+        /// Maximum number of iterations in contact forces, before additional ones; the primal
+        /// solver may converge where they do not.
+        pub maximum_iterations_in_forces: u32 = 20,
+        /// Minimum relaxation factor of the friction bounds.
+        pub minimum_relaxation: f64 = 0.1,
+        /// Iterations after which the tolerance of the force balance is
+        /// `AugmentedLagrangianTolerances::balance_late`.
+        pub iterations_before_late_balance: u32 = 3,
+        /// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a
+        /// micrometre between two attached rows of nodes means a force of newtons.
+        pub attachment_weight: f64 = 100.0,
+        /// Tolerance of the friction force as a fraction of the friction bound.
+        pub friction_tolerance: f64 = 1e-3,
+        /// Stagnation: relative decrease of the residual in an update of the forces below which it
+        /// is accepted, if it also meets [`Self::stagnation_residual`]. Over-constrained contacts
+        /// leave such a residual.
+        pub stagnation_decrease: f64 = 0.1,
+        /// Largest residual that is accepted after stagnation, as a multiple of the tolerance.
+        pub stagnation_residual: f64 = 10.0,
+        /// Ratio of the residual to that before an update of the forces above which the weights ρ
+        /// grow. Many contacts that hold a soft sheet together are stiffer than each of them alone.
+        pub slow_convergence_ratio: f64 = 0.4,
+        /// Growth factor of the weights ρ.
+        pub weight_growth: f64 = 5.0,
+        /// Sum of forces, as a fraction of the largest sum in the solve, below which only rounding
+        /// errors are left.
+        pub rounding: f64 = 1e-6,
+        /// Fraction of the total normal force below which a contact has no friction.
+        pub negligible_force: f64 = 1e-6,
+        /// Minimum tolerance of a friction bound, as a fraction of the total friction bound times
+        /// [`Self::friction_tolerance`], for contacts with little force.
+        pub minimum_bound_tolerance: f64 = 0.1,
+        /// Maximum number of trial points of a line search.
+        pub maximum_line_search_points: u32 = 12,
+        /// Fraction of the initial slope of Φ at which a line search ends.
+        pub line_search_slope: f64 = 0.1,
+        /// Maximum ratio of the number of blocks with earlier contact pairs to that without them. A
+        /// sparsity pattern that covers earlier pairs is reused up to this size.
+        pub maximum_fill_ratio: f64 = 1.3,
+    }
 
-/// Fixed-point iteration on the friction bound of one contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoulombSettings {
-    /// Maximum number of fixed-point iterations.
-    pub maximum_iterations: u32,
-    /// Tolerance of the fixed-point iteration, as a fraction of the normal force.
-    pub tolerance: f64,
-}
+    /// Interior point method: iteration limit and acceptance at that limit.
+    pub struct InteriorPointSettings {
+        /// Maximum number of iterations; about twenty suffice for any number of contacts.
+        pub maximum_iterations: u32 = 25,
+        /// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
+        pub accepted_mean: f64 = 1e-3,
+        /// Error of gaps and slips (m) that is accepted at the iteration limit.
+        pub accepted_error: f64 = 1e-6,
+        /// Exponent with which the smoothing length ε decreases with m.
+        pub smoothing_exponent: f64 = 0.75,
+        /// Fraction of the step to the boundary that is taken, so that gaps and forces stay
+        /// positive.
+        pub boundary_fraction: f64 = 0.995,
+    }
 
-impl CoulombSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self { maximum_iterations: 40, tolerance: 1e-12 };
-}
+    /// Dual solver: when it is used, its working set and its work.
+    pub struct DualSettings {
+        /// Block rows per contact below which the primal solver is used: W is dense in the contacts
+        /// of a sheet.
+        pub minimum_rows_per_contact: usize = 7,
+        /// Divisor of the work of a factorisation, which is the square of the number of contacts
+        /// divided by this.
+        pub work_divisor: u64 = 16,
+        /// Penetration tolerance outside the working set, m.
+        pub penetration: f64 = 1e-6,
+    }
 
-/// Working set: contacts that a solver includes, extended while others penetrate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WorkingSetSettings {
-    /// Minimum number of contacts of a pair that are added at a time.
-    pub minimum_addition: usize,
-    /// Maximum number of extensions of the working set in a solve.
-    pub maximum_extensions: u32,
-}
+    /// Alart-Curnier semismooth Newton method on normal and friction forces together.
+    pub struct AlartCurnierSettings {
+        /// Maximum number of contacts: the cost grows with the cube.
+        pub maximum_contacts: usize = 128,
+        /// Maximum number of iterations of a variant; doubled if it shortens steps.
+        pub maximum_iterations: u32 = 20,
+        /// Ratio of a contact force to the largest force that would open a single contact, above
+        /// which contacts contradict each other. The ratio reaches 1000 in folds, and at least 10⁴
+        /// where a needle is touched from within.
+        pub contradiction_ratio: f64 = 2000.0,
+        /// Required relative decrease of the squared residual for a full step; proportional to the
+        /// step length.
+        pub required_decrease: f64 = 0.1,
+        /// Relative addition to the diagonal of W in the matrix, which redundant contacts would
+        /// make singular.
+        pub diagonal_shift: f64 = 1e-9,
+        /// Pivot, as a fraction of the largest entry, below which the matrix is singular.
+        pub minimum_pivot: f64 = 1e-14,
+    }
 
-impl WorkingSetSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self { minimum_addition: 6, maximum_extensions: 40 };
-}
+    /// Projected Gauss-Seidel method: sweeps, and Newton steps between them.
+    pub struct PgsSettings {
+        /// Tolerance of position solves, m, and of velocity solves, m per weight of the stage.
+        pub tolerance: f64 = 1e-8,
+        /// Maximum number of sweeps.
+        pub maximum_sweeps: u32 = 200,
+        /// ε of the proximal term, along the normal and the tangents.
+        pub proximal: DVec3 = DVec3::new(3e-3, 1e-1, 1e-1),
+        /// Maximum number of proximal iterations of a solve.
+        pub maximum_proximal_iterations: u32 = 2,
+        /// Sweeps before the first Newton steps.
+        pub first_sweeps: u32 = 8,
+        /// Sweeps between Newton steps.
+        pub sweeps_between: u32 = 8,
+        /// Newton steps at a time.
+        pub newton_steps: u32 = 3,
+        /// Maximum number of step lengths of a line search.
+        pub maximum_step_lengths: u32 = 4,
+    }
 
-/// Primal solver: initial states, working set and tolerances.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PrimalSettings {
-    /// Gap (m) at the start of the stage above which a contact counts as new and starts as closed.
-    pub new_contact_gap: f64,
-    /// Gap (m) after the free motion above which contacts of several sheets are not in the working
-    /// set.
-    pub working_set_gap: f64,
-    /// Gap above which contacts of several sheets are not in the working set, as a fraction of the
-    /// deepest penetration.
-    pub relative_working_set_gap: f64,
-    /// Maximum of the enlarged margin, m. With a larger one, a second solve costs less than the
-    /// additional contacts.
-    pub maximum_enlarged_gap: f64,
-    /// Gap tolerance of a single sheet as a fraction of the deepest penetration.
-    pub gap_tolerance_single: f64,
-    /// Gap tolerance of several sheets as a fraction of the deepest penetration.
-    pub gap_tolerance_several: f64,
-    /// Maximum of the gap tolerance of several sheets, m.
-    pub maximum_gap_tolerance: f64,
-    /// Maximum number of sheets that are solved with the finest settings for several sheets.
-    pub maximum_sheets_of_finest: usize,
-    /// Maximum number of solves with an extended working set.
-    pub maximum_solves: u32,
-    /// Minimum number of constraints that one thread assembles.
-    pub constraints_per_task: usize,
-}
-
-impl PrimalSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        new_contact_gap: 1e-3,
-        working_set_gap: 5e-5,
-        relative_working_set_gap: 0.05,
-        maximum_enlarged_gap: 1e-4,
-        gap_tolerance_single: 5e-5,
-        gap_tolerance_several: 1e-2,
-        maximum_gap_tolerance: 1e-5,
-        maximum_sheets_of_finest: 4,
-        maximum_solves: 2,
-        constraints_per_task: 64,
-    };
-}
-
-/// Augmented Lagrangian iteration: when it changes method, weights, stagnation, line search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AugmentedLagrangianSettings {
-    /// Fraction of contacts that open or close unexpectedly above which steps are regularised, or
-    /// the interior point method is used.
-    pub changes_threshold: f64,
-    /// Iterations without regularisation after which [`Self::changes_threshold`] changes switch to
-    /// the interior point method.
-    pub iterations_before_interior_point: u32,
-    /// Regularised iterations at which the residual decides whether to switch to the interior point
-    /// method. Regularised steps that have not converged by then converge slowly or not at all.
-    pub regularised_checks: [u32; 2],
-    /// Ratio of the residual to its initial value above which the first check switches.
-    pub first_check_ratio: f64,
-    /// Residual, as a multiple of the tolerance, above which the second check switches.
-    pub second_check_residual: f64,
-    /// Additional iterations for each update of the friction bounds.
-    pub iterations_per_update: u32,
-    /// Maximum number of iterations in contact forces, before additional ones; the primal solver
-    /// may converge where they do not.
-    pub maximum_iterations_in_forces: u32,
-    /// Minimum relaxation factor of the friction bounds.
-    pub minimum_relaxation: f64,
-    /// Iterations after which the tolerance of the force balance is
-    /// `AugmentedLagrangianTolerances::balance_late`.
-    pub iterations_before_late_balance: u32,
-    /// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a micrometre
-    /// between two attached rows of nodes means a force of newtons.
-    pub attachment_weight: f64,
-    /// Tolerance of the friction force as a fraction of the friction bound.
-    pub friction_tolerance: f64,
-    /// Stagnation: relative decrease of the residual in an update of the forces below which it is
-    /// accepted, if it also meets [`Self::stagnation_residual`]. Over-constrained contacts leave
-    /// such a residual.
-    pub stagnation_decrease: f64,
-    /// Largest residual that is accepted after stagnation, as a multiple of the tolerance.
-    pub stagnation_residual: f64,
-    /// Ratio of the residual to that before an update of the forces above which the weights ρ grow.
-    /// Many contacts that hold a soft sheet together are stiffer than each of them alone.
-    pub slow_convergence_ratio: f64,
-    /// Growth factor of the weights ρ.
-    pub weight_growth: f64,
-    /// Sum of forces, as a fraction of the largest sum in the solve, below which only rounding
-    /// errors are left.
-    pub rounding: f64,
-    /// Fraction of the total normal force below which a contact has no friction.
-    pub negligible_force: f64,
-    /// Minimum tolerance of a friction bound, as a fraction of the total friction bound times
-    /// [`Self::friction_tolerance`], for contacts with little force.
-    pub minimum_bound_tolerance: f64,
-    /// Maximum number of trial points of a line search.
-    pub maximum_line_search_points: u32,
-    /// Fraction of the initial slope of Φ at which a line search ends.
-    pub line_search_slope: f64,
-    /// Maximum ratio of the number of blocks with earlier contact pairs to that without them. A
-    /// sparsity pattern that covers earlier pairs is reused up to this size.
-    pub maximum_fill_ratio: f64,
-}
-
-impl AugmentedLagrangianSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        changes_threshold: 0.03,
-        iterations_before_interior_point: 3,
-        regularised_checks: [6, 10],
-        first_check_ratio: 0.5,
-        second_check_residual: 4.0,
-        iterations_per_update: 6,
-        maximum_iterations_in_forces: 20,
-        minimum_relaxation: 0.1,
-        iterations_before_late_balance: 3,
-        attachment_weight: 100.0,
-        friction_tolerance: 1e-3,
-        stagnation_decrease: 0.1,
-        stagnation_residual: 10.0,
-        slow_convergence_ratio: 0.4,
-        weight_growth: 5.0,
-        rounding: 1e-6,
-        negligible_force: 1e-6,
-        minimum_bound_tolerance: 0.1,
-        maximum_line_search_points: 12,
-        line_search_slope: 0.1,
-        maximum_fill_ratio: 1.3,
-    };
-}
-
-/// Interior point method: iteration limit and acceptance at that limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InteriorPointSettings {
-    /// Maximum number of iterations; about twenty suffice for any number of contacts.
-    pub maximum_iterations: u32,
-    /// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
-    pub accepted_mean: f64,
-    /// Error of gaps and slips (m) that is accepted at the iteration limit.
-    pub accepted_error: f64,
-    /// Exponent with which the smoothing length ε decreases with m.
-    pub smoothing_exponent: f64,
-    /// Fraction of the step to the boundary that is taken, so that gaps and forces stay positive.
-    pub boundary_fraction: f64,
-}
-
-impl InteriorPointSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        maximum_iterations: 25,
-        accepted_mean: 1e-3,
-        accepted_error: 1e-6,
-        smoothing_exponent: 0.75,
-        boundary_fraction: 0.995,
-    };
-}
-
-/// Dual solver: when it is used, its working set and its work.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DualSettings {
-    /// Block rows per contact below which the primal solver is used: W is dense in the contacts of
-    /// a sheet.
-    pub minimum_rows_per_contact: usize,
-    /// Divisor of the work of a factorisation, which is the square of the number of contacts
-    /// divided by this.
-    pub work_divisor: u64,
-    /// Penetration tolerance outside the working set, m.
-    pub penetration: f64,
-}
-
-impl DualSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self { minimum_rows_per_contact: 7, work_divisor: 16, penetration: 1e-6 };
-}
-
-/// Alart-Curnier semismooth Newton method on normal and friction forces together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AlartCurnierSettings {
-    /// Maximum number of contacts: the cost grows with the cube.
-    pub maximum_contacts: usize,
-    /// Maximum number of iterations of a variant; doubled if it shortens steps.
-    pub maximum_iterations: u32,
-    /// Ratio of a contact force to the largest force that would open a single contact, above which
-    /// contacts contradict each other. The ratio reaches 1000 in folds, and at least 10⁴ where a
-    /// needle is touched from within.
-    pub contradiction_ratio: f64,
-    /// Required relative decrease of the squared residual for a full step; proportional to the step
-    /// length.
-    pub required_decrease: f64,
-    /// Relative addition to the diagonal of W in the matrix, which redundant contacts would make
-    /// singular.
-    pub diagonal_shift: f64,
-    /// Pivot, as a fraction of the largest entry, below which the matrix is singular.
-    pub minimum_pivot: f64,
-}
-
-impl AlartCurnierSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        maximum_contacts: 128,
-        maximum_iterations: 20,
-        contradiction_ratio: 2000.0,
-        required_decrease: 0.1,
-        diagonal_shift: 1e-9,
-        minimum_pivot: 1e-14,
-    };
-}
-
-/// Projected Gauss-Seidel method: sweeps, and Newton steps between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PgsSettings {
-    /// Tolerance of position solves, m, and of velocity solves, m per weight of the stage.
-    pub tolerance: f64,
-    /// Maximum number of sweeps.
-    pub maximum_sweeps: u32,
-    /// ε of the proximal term, along the normal and the tangents.
-    pub proximal: DVec3,
-    /// Maximum number of proximal iterations of a solve.
-    pub maximum_proximal_iterations: u32,
-    /// Sweeps before the first Newton steps.
-    pub first_sweeps: u32,
-    /// Sweeps between Newton steps.
-    pub sweeps_between: u32,
-    /// Newton steps at a time.
-    pub newton_steps: u32,
-    /// Maximum number of step lengths of a line search.
-    pub maximum_step_lengths: u32,
-}
-
-impl PgsSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        tolerance: 1e-8,
-        maximum_sweeps: 200,
-        proximal: DVec3::new(3e-3, 1e-1, 1e-1),
-        maximum_proximal_iterations: 2,
-        first_sweeps: 8,
-        sweeps_between: 8,
-        newton_steps: 3,
-        maximum_step_lengths: 4,
-    };
-}
-
-/// PGS solver of contacts between nodes and dynamic bodies: its working set.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NodeSweepSettings {
-    /// Penetration tolerance outside the working set, m. Explicit integrators use
-    /// [`PgsSettings::tolerance`] instead: their steps are short, and penetration would add up.
-    pub penetration: f64,
-    /// Maximum number of sweeps before the working set is extended.
-    pub rough_sweeps: u32,
-    /// Maximum size of the working set without sheets and bodies. Further contacts wait for the
-    /// next stage, since the cost grows with the cube.
-    pub maximum_contacts: usize,
-    /// Increase of the maximum size of the working set per sheet and body.
-    pub maximum_contacts_per_object: usize,
-}
-
-impl NodeSweepSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self =
-        Self { penetration: 1e-5, rough_sweeps: 20, maximum_contacts: 60, maximum_contacts_per_object: 40 };
+    /// PGS solver of contacts between nodes and dynamic bodies: its working set.
+    pub struct NodeSweepSettings {
+        /// Penetration tolerance outside the working set, m. Explicit integrators use
+        /// [`PgsSettings::tolerance`] instead: their steps are short, and penetration would add up.
+        pub penetration: f64 = 1e-5,
+        /// Maximum number of sweeps before the working set is extended.
+        pub rough_sweeps: u32 = 20,
+        /// Maximum size of the working set without sheets and bodies. Further contacts wait for the
+        /// next stage, since the cost grows with the cube.
+        pub maximum_contacts: usize = 60,
+        /// Increase of the maximum size of the working set per sheet and body.
+        pub maximum_contacts_per_object: usize = 40,
+    }
 }

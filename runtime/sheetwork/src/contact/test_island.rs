@@ -15,8 +15,7 @@ use crate::mesh::spring_class::SpringClass;
 use crate::rigid::{BodyState, MassProperties};
 use crate::scene::IntegratorKind;
 use crate::scene::sht::{SheetFile, SheetFileNode, SheetFileSpring};
-use crate::sheet::{Field, Sheet, from_file};
-use crate::sheet::{node_contact, stage};
+use crate::sheet::{Field, Sheet, from_file, node_contact, stage};
 
 /// A sheet of `side` × `side` nodes of mass `mass` (kg) at 1 m intervals along x, with the springs
 /// (nodes, stiffness in N/m, rest length in m).

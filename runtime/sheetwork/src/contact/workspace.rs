@@ -21,7 +21,7 @@ use crate::contact::solver::dual::DualSolver;
 use crate::contact::solver::pgs_working_set::PgsContactSolver;
 use crate::contact::solver_body::SolverBody;
 use crate::profiler::{Phase, Profiler};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 

@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 use crate::elements::Geometric;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 /// Law and state of one spring.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,24 +29,22 @@ pub(crate) struct Axial {
     pub rate: f64,
 }
 
+impl State for Axial {
+    fn serialise(&self, to: &mut StateWriter) {
+        to.sparse(&[self.force, self.rate]);
+    }
+
+    fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        [self.force, self.rate] = from.sparse_array()?;
+        Ok(())
+    }
+}
+
 impl Axial {
     /// See [`crate::elements::Element::visit_history`].
     pub fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(std::slice::from_mut(&mut self.force));
         visit(std::slice::from_mut(&mut self.rate));
-    }
-
-    /// See [`crate::elements::Element::serialise_history`].
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.sparse(&[self.force, self.rate]);
-    }
-
-    /// See [`crate::elements::Element::deserialise_history`].
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        let mut both = [0.0; 2];
-        from.sparse(&mut both)?;
-        [self.force, self.rate] = both;
-        Ok(())
     }
 
     /// Axial force N at `length` (m), N.

@@ -24,7 +24,7 @@
 
 use crate::math::Vectors;
 use crate::scene::Material;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Largest absolute power of ten of the shift a_T. Far below the glass transition creep is
 /// negligible.
@@ -229,6 +229,8 @@ impl Default for CreepStrain {
     }
 }
 
+state!(CreepStrain { arms, start, rest, stiffness });
+
 impl CreepStrain {
     /// Begins a step at `strain`.
     #[inline]
@@ -257,6 +259,16 @@ impl CreepStrain {
         self.start - self.arms[0] - self.arms[1]
     }
 
+    /// Strain without stress and arms, for transfer to another grid.
+    pub fn stored_state(&self) -> [f64; 3] {
+        [self.stress_free(), self.arms[0], self.arms[1]]
+    }
+
+    /// State at rest with this stored state.
+    pub fn from_stored_state([left, first, second]: [f64; 3]) -> Self {
+        Self { arms: [first, second], start: left + first + second, rest: left, stiffness: 1.0 }
+    }
+
     /// Multiplies the arms at `strain` by `kept`: a stiffer element keeps its stress.
     pub fn scale_stress(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
         self.advance_elastically(strain, share);
@@ -266,19 +278,6 @@ impl CreepStrain {
     /// Moves the strain without stress by `change`.
     pub fn move_rest(&mut self, change: f64, share: [f64; 2]) {
         self.arms = [self.arms[0] - share[0] * change, self.arms[1] - share[1] * change];
-    }
-
-    /// Serialises the state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
-    }
-
-    /// Deserialises the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        let mut all = [0.0; 5];
-        from.numbers(&mut all)?;
-        [self.arms[0], self.arms[1], self.start, self.rest, self.stiffness] = all;
-        Ok(())
     }
 
     fn advance_elastically(&mut self, strain: f64, share: [f64; 2]) {

@@ -10,7 +10,7 @@ use crate::elements::spring::Springs;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 #[derive(Clone, Copy, Debug)]
 struct MixedSpring {

@@ -192,19 +192,6 @@ pub trait Element: std::any::Any + Send + Sync {
     }
 }
 
-/// Serialises 3x3 matrices.
-pub(crate) fn serialise_matrices<'a>(matrices: impl Iterator<Item = &'a [[f64; 3]; 3]>, to: &mut StateWriter) {
-    matrices.flatten().for_each(|row| to.numbers(row));
-}
-
-/// Deserialises 3x3 matrices.
-pub(crate) fn deserialise_matrices<'a>(
-    mut matrices: impl Iterator<Item = &'a mut [[f64; 3]; 3]>,
-    from: &mut StateReader,
-) -> ReadResult {
-    matrices.try_for_each(|m| m.iter_mut().try_for_each(|row| from.numbers(row)))
-}
-
 /// Adds `block` (row by row) to block `slot` of `values`.
 #[inline(always)]
 pub(crate) fn add_block(values: &mut [f64], slot: u32, block: &[f64; 9]) {

@@ -10,7 +10,7 @@ use crate::elements::fracture::OpenCells;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 
 #[derive(Clone, Copy, Debug)]
 struct ClampSpring {
@@ -48,6 +48,9 @@ struct SpringCreep {
     stiffness: f64,
     strain: CreepStrain,
 }
+
+state!(ClampSpring: softness, expansion, axial.stiffness, axial.rest, axial.dashpot);
+state!(SpringCreep { stiffness, strain });
 
 impl SpringCreep {
     /// Sets rest length and stiffness of the spring to those of the step.
@@ -98,7 +101,7 @@ impl WallSprings {
         self.springs.iter().enumerate().map(|(i, s)| {
             let length = s.expanded();
             let held = match self.creep.get(i) {
-                Some(c) => [c.strain.stress_free(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
+                Some(c) => c.strain.stored_state().map(|e| e / length),
                 None => [s.axial.rest / length - 1.0, 0.0, 0.0],
             };
             (s.mass, s.point, s.along(x).1 / length - 1.0, held)
@@ -110,11 +113,10 @@ impl WallSprings {
     pub(crate) fn set_stored_state(&mut self, held: &[Option<WallSpringState>]) {
         for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
             let Some(held) = held else { continue };
-            let [left, first, second] = held.map(|h| h * s.expanded());
-            s.axial.rest = s.expanded() + left;
+            let held = held.map(|h| h * s.expanded());
+            s.axial.rest = s.expanded() + held[0];
             if let Some(c) = self.creep.get_mut(i) {
-                c.strain.arms = [first, second];
-                (c.strain.start, c.strain.rest, c.strain.stiffness) = (left + first + second, left, 1.0);
+                c.strain = CreepStrain::from_stored_state(held);
                 c.apply(s);
             }
         }
@@ -232,28 +234,15 @@ impl Element for WallSprings {
     }
 
     fn serialise_changes(&self, to: &mut StateWriter) {
-        for s in &self.springs {
-            to.numbers(&[s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot]);
-        }
-        for c in &self.creep {
-            to.number(c.stiffness);
-            c.strain.serialise(to);
-        }
-        to.flag(self.is_in_step);
+        self.springs.serialise(to);
+        self.creep.serialise(to);
+        self.is_in_step.serialise(to);
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        for s in &mut self.springs {
-            let mut all = [0.0; 5];
-            from.numbers(&mut all)?;
-            [s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot] = all;
-        }
-        for c in &mut self.creep {
-            c.stiffness = from.number()?;
-            c.strain.deserialise(from)?;
-        }
-        self.is_in_step = from.flag()?;
-        Ok(())
+        self.springs.deserialise(from)?;
+        self.creep.deserialise(from)?;
+        self.is_in_step.deserialise(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

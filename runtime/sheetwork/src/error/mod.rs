@@ -59,6 +59,18 @@ impl InputError {
     }
 }
 
+/// Return an [`InputError`] if a condition holds: `reject_if!(condition, field, problem...)`, where
+/// `problem...` are the arguments of `format!`.
+macro_rules! reject_if {
+    ($condition:expr, $field:expr, $($problem:tt)+) => {
+        if $condition {
+            return Err(crate::error::InputError::new($field, format!($($problem)+)));
+        }
+    };
+}
+
+pub(crate) use reject_if;
+
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(file) = &self.file {

@@ -56,8 +56,17 @@ pub struct AdvanceReport {
 /// A time integrator with its working arrays.
 pub trait Integrator: Send + Sync {
     /// Advances `x` (m) and `v` (m/s) from time `t` (s) by `dt` (s), or by less if the integrator
-    /// is adaptive.
-    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> AdvanceReport;
+    /// is adaptive. Implicit integrators have this default: their stages in turn.
+    fn advance(
+        &mut self,
+        forces: &mut dyn Forces,
+        _t: f64,
+        dt: f64,
+        x: &mut Vectors,
+        v: &mut Vectors,
+    ) -> AdvanceReport {
+        self.staged().map_or_else(AdvanceReport::default, |scheme| implicit::staged::advance(scheme, forces, dt, x, v))
+    }
 
     /// The integrator stage by stage; `None` if it is explicit.
     fn staged(&mut self) -> Option<&mut dyn implicit::staged::StagedIntegrator> {

@@ -15,10 +15,9 @@
 
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
-use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
 use crate::integrators::implicit::{Complex, ImplicitProblem, StageProblem};
-use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
+use crate::integrators::{Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
@@ -216,17 +215,6 @@ impl StagedIntegrator for TrBdf2 {
 }
 
 impl Integrator for TrBdf2 {
-    fn advance(
-        &mut self,
-        forces: &mut dyn Forces,
-        _t: f64,
-        dt: f64,
-        x: &mut Vectors,
-        v: &mut Vectors,
-    ) -> AdvanceReport {
-        staged::advance(self, forces, dt, x, v)
-    }
-
     fn staged(&mut self) -> Option<&mut dyn StagedIntegrator> {
         Some(self)
     }

@@ -8,9 +8,7 @@ use crate::contact::node::detection::TouchListener;
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::instability;
-use crate::sheet::node_contact;
-use crate::sheet::{FractureOpening, Sheet};
+use crate::sheet::{FractureOpening, Sheet, instability, node_contact};
 
 const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
 

@@ -13,8 +13,7 @@ use crate::contact::solver_body::SolverBody;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::scene::sleep::SLEEP;
-use crate::sheet::Field;
-use crate::sheet::stage;
+use crate::sheet::{Field, stage};
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;

@@ -21,11 +21,7 @@ use crate::islands::island_progress::IslandProgress;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
 use crate::islands::settings::{BisectionSettings, FallbackSettings, StepSettings};
 use crate::islands::unstable::is_unstable;
-use crate::sheet::Field;
-use crate::sheet::attachment;
-use crate::sheet::creep;
-use crate::sheet::stage;
-use crate::sheet::stage_trace;
+use crate::sheet::{Field, attachment, creep, stage, stage_trace};
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: BisectionSettings = StepSettings::DEFAULT.bisection;

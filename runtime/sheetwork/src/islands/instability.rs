@@ -18,13 +18,10 @@ use crate::islands::event::{ContactLog, EventKind, InstabilityReport, RecoveryAc
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::unstable::{freeze, is_unstable};
 use crate::scene::WhenUnstable;
-use crate::sheet::accelerations;
-use crate::sheet::creep;
-use crate::sheet::instability;
-use crate::sheet::node_contact;
-use crate::sheet::serialization;
-use crate::sheet::stage;
-use crate::sheet::{KineticElasticEnergy, RECOVERY_INTEGRATOR, RecoveryPolicy, Sheet, Status};
+use crate::sheet::{
+    KineticElasticEnergy, RECOVERY_INTEGRATOR, RecoveryPolicy, Sheet, Status, accelerations, creep, instability,
+    node_contact, serialization, stage,
+};
 
 const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 const STEP: StepSettings = StepSettings::DEFAULT;

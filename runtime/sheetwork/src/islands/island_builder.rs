@@ -15,8 +15,7 @@ use crate::islands::event::{ContactLog, EventKind};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::union_find::UnionFind;
 use crate::rigid::BodyContact;
-use crate::sheet::node_contact;
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{Sheet, Status, node_contact};
 
 use glam::DVec3;
 

@@ -18,16 +18,12 @@ use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::solver_body::{SolverBody, frame_of_body};
 use crate::contact::step_bodies::StepBodies;
 use crate::islands::implicit_step::ContactDetector;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::attachment;
-use crate::sheet::node_contact;
-use crate::sheet::stage;
-use crate::sheet::{Interpenetration, Sheet};
+use crate::sheet::{Interpenetration, Sheet, attachment, node_contact, stage};
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 

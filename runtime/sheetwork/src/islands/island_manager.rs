@@ -18,10 +18,8 @@ use crate::islands::{StepContext, instability};
 use crate::parallel::join;
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::node_contact;
-use crate::sheet::stage;
-use crate::sheet::{Sheet, Status};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
+use crate::sheet::{Sheet, Status, node_contact, stage};
 
 /// State of a dynamic body of the world after the step of its island.
 pub(crate) struct BodyUpdate {

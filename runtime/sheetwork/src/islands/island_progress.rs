@@ -1,7 +1,7 @@
 //! Progress of an island through its steps: what an implicit step takes from the step before.
 
 use crate::islands::step_report::StepReport;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Report of the present step, and the memory of earlier steps of an island.
 #[derive(Default)]
@@ -57,24 +57,8 @@ impl IslandProgress {
         }
         reached
     }
-
-    /// Serialise the state that persists between steps.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        let Self { report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error, moves_rigidly: _ } =
-            self;
-        report.serialise(to);
-        previous.serialise(to);
-        to.count(u64::from(*consecutive_rollbacks));
-        to.count(u64::from(*consecutive_fallbacks));
-        to.number(*energy_error);
-    }
-
-    /// Deserialise the output of [`IslandProgress::serialise`].
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        self.report = StepReport::deserialise(from)?;
-        self.previous = StepReport::deserialise(from)?;
-        (self.consecutive_rollbacks, self.consecutive_fallbacks) = (from.count_u32()?, from.count_u32()?);
-        self.energy_error = from.number()?;
-        Ok(())
-    }
 }
+
+state!(IslandProgress {
+    report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error; without moves_rigidly
+});

@@ -19,12 +19,7 @@ use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::islands::unstable::{is_unstable, stop_unstable};
 use crate::scene::sleep::SLEEP;
-use crate::sheet::accelerations;
-use crate::sheet::bonds;
-use crate::sheet::creep;
-use crate::sheet::node_contact;
-use crate::sheet::stage;
-use crate::sheet::{Interpenetration, Sheet, Status};
+use crate::sheet::{Interpenetration, Sheet, Status, accelerations, bonds, creep, node_contact, stage};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 

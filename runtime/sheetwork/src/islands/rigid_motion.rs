@@ -21,9 +21,7 @@ use crate::contact::workspace::ContactWorkspace;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
-use crate::sheet::Sheet;
-use crate::sheet::stage;
-use crate::sheet::stage_trace;
+use crate::sheet::{Sheet, stage, stage_trace};
 
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
 const STEP: StepSettings = StepSettings::DEFAULT;

@@ -1,207 +1,132 @@
 //! Settings of the step of an island: island building, bisection, energy budget, fallbacks and
 //! detection of instability. Sleep thresholds are in [`crate::scene::sleep`].
 
-/// Settings of the step of an island.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepSettings {
-    /// Fraction of its velocity that a frozen sheet or body keeps, and that a sheet keeps after an
-    /// energy gain by contact.
-    pub velocity_retention: f64,
-    /// Speed (m/s) of the reference kinetic energy below which energy gains are ignored.
-    pub reference_speed: f64,
-    /// Broad phase and islands.
-    pub islands: IslandSettings,
-    /// Bisection of a step.
-    pub bisection: BisectionSettings,
-    /// Energy budget of a step.
-    pub energy: EnergyBudgetSettings,
-    /// Rigid motion, freeze and rollback.
-    pub fallback: FallbackSettings,
-    /// Detection of instability.
-    pub instability: InstabilitySettings,
-    /// Events of sheets on bodies.
-    pub touch: TouchSettings,
-}
+use crate::units::settings::settings;
 
-impl StepSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        velocity_retention: 0.5,
-        reference_speed: 5e-3,
-        islands: IslandSettings::DEFAULT,
-        bisection: BisectionSettings::DEFAULT,
-        energy: EnergyBudgetSettings::DEFAULT,
-        fallback: FallbackSettings::DEFAULT,
-        instability: InstabilitySettings::DEFAULT,
-        touch: TouchSettings::DEFAULT,
-    };
-}
-
-impl Default for StepSettings {
-    fn default() -> Self {
-        Self::DEFAULT
+settings! {
+    /// Settings of the step of an island.
+    pub struct StepSettings {
+        /// Fraction of its velocity that a frozen sheet or body keeps, and that a sheet keeps after
+        /// an energy gain by contact.
+        pub velocity_retention: f64 = 0.5,
+        /// Speed (m/s) of the reference kinetic energy below which energy gains are ignored.
+        pub reference_speed: f64 = 5e-3,
+        /// Broad phase and islands.
+        pub islands: IslandSettings = IslandSettings::DEFAULT,
+        /// Bisection of a step.
+        pub bisection: BisectionSettings = BisectionSettings::DEFAULT,
+        /// Energy budget of a step.
+        pub energy: EnergyBudgetSettings = EnergyBudgetSettings::DEFAULT,
+        /// Rigid motion, freeze and rollback.
+        pub fallback: FallbackSettings = FallbackSettings::DEFAULT,
+        /// Detection of instability.
+        pub instability: InstabilitySettings = InstabilitySettings::DEFAULT,
+        /// Events of sheets on bodies.
+        pub touch: TouchSettings = TouchSettings::DEFAULT,
     }
-}
 
-/// Broad phase and islands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IslandSettings {
-    /// Margin of the broad phase beyond the distance from speeds, m. It exceeds the margin of
-    /// detection.
-    pub broad_phase_margin: f64,
-    /// Maximum number of iterations in which islands grow by their largest speed.
-    pub maximum_growth_iterations: u32,
-    /// Consecutive steps with a fallback after which sheets are tested for interpenetration.
-    pub fallbacks_before_overlap_test: u32,
-}
+    /// Broad phase and islands.
+    pub struct IslandSettings {
+        /// Margin of the broad phase beyond the distance from speeds, m. It exceeds the margin of
+        /// detection.
+        pub broad_phase_margin: f64 = 1e-3,
+        /// Maximum number of iterations in which islands grow by their largest speed.
+        pub maximum_growth_iterations: u32 = 4,
+        /// Consecutive steps with a fallback after which sheets are tested for interpenetration.
+        pub fallbacks_before_overlap_test: u32 = 20,
+    }
 
-impl IslandSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self =
-        Self { broad_phase_margin: 1e-3, maximum_growth_iterations: 4, fallbacks_before_overlap_test: 20 };
-}
+    /// Bisection of a step: maximum depths and reasons.
+    pub struct BisectionSettings {
+        /// Maximum number of bisections of a step of a single sheet. With three, sheets thrown at
+        /// edges at 20 m/s often end a step unconverged, with millimetres of penetration.
+        pub maximum_depth_single: u32 = 6,
+        /// Maximum number of bisections of a step of a single sheet with self-contact, lower to
+        /// bound the cost.
+        pub maximum_depth_self_contact: u32 = 4,
+        /// Maximum number of bisections of a step of several sheets. They converge over the
+        /// following steps too, and are bisected only for an energy error, a strain error or
+        /// interpenetration.
+        pub maximum_depth_several: u32 = 4,
+        /// Penetration above which an island of several sheets with unconverged outer iterations
+        /// bisects the step, m.
+        pub penetration_several: f64 = 1e-4,
+        /// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is
+        /// linearised in the rotation; with a larger one a struck needle swings through the sheet.
+        pub maximum_rotation: f64 = 0.2,
+    }
 
-/// Bisection of a step: maximum depths and reasons.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BisectionSettings {
-    /// Maximum number of bisections of a step of a single sheet. With three, sheets thrown at edges
-    /// at 20 m/s often end a step unconverged, with millimetres of penetration.
-    pub maximum_depth_single: u32,
-    /// Maximum number of bisections of a step of a single sheet with self-contact, lower to bound
-    /// the cost.
-    pub maximum_depth_self_contact: u32,
-    /// Maximum number of bisections of a step of several sheets. They converge over the following
-    /// steps too, and are bisected only for an energy error, a strain error or interpenetration.
-    pub maximum_depth_several: u32,
-    /// Penetration above which an island of several sheets with unconverged outer iterations
-    /// bisects the step, m.
-    pub penetration_several: f64,
-    /// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is
-    /// linearised in the rotation; with a larger one a struck needle swings through the sheet.
-    pub maximum_rotation: f64,
-}
+    /// Energy budget of a step. Gains are fractions of the energy available for motion at its
+    /// start.
+    pub struct EnergyBudgetSettings {
+        /// Energy gain above which a step is bisected.
+        pub bisection_gain: f64 = 0.1,
+        /// Energy gain tolerance: integrators gain as much without contact.
+        pub gain_tolerance: f64 = 1e-3,
+        /// Energy gain above which a lone sheet has diverged, as one that begins deep within a body
+        /// and is expelled. In an island of several sheets the fallback applies instead, so that
+        /// one sheet does not stop the others.
+        pub divergence_gain: f64 = 1e6,
+        /// Lift (m) of the reference energy below which gains of a single sheet are ignored. It
+        /// exceeds the accuracy of a contact solve, a fraction of a micrometre.
+        pub lift_single: f64 = 1e-4,
+        /// Lift (m) of the reference energy for several sheets: each may penetrate the next by a
+        /// few micrometres, and their depenetration lifts the whole pile.
+        pub lift_several: f64 = 2e-3,
+        /// Maximum penetration (m) of initial positions. Its removal, and that of less down to
+        /// [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings),
+        /// may add potential energy.
+        pub maximum_initial_penetration: f64 = 5e-4,
+        /// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of
+        /// the sheet's triangles is lifted at each by up to a twentieth of its energy, which
+        /// exceeds the rolling resistance.
+        pub resting_speed: f64 = 0.03,
+    }
 
-impl BisectionSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        maximum_depth_single: 6,
-        maximum_depth_self_contact: 4,
-        maximum_depth_several: 4,
-        penetration_several: 1e-4,
-        maximum_rotation: 0.2,
-    };
-}
+    /// Rigid motion, freeze and rollback of a step that did not converge.
+    pub struct FallbackSettings {
+        /// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
+        pub penetration: f64 = 3e-4,
+        /// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island
+        /// slower than [`Self::sleep_speed`] sleeps, since its contacts contradict one another, and
+        /// a faster one is unstable.
+        pub maximum_rollbacks: u32 = 10,
+        /// Speed (m/s) below which an island sleeps after [`Self::maximum_rollbacks`].
+        pub sleep_speed: f64 = 1e-2,
+        /// Lift of a body by contact that a fallback accepts, m.
+        pub lift: f64 = 1e-6,
+        /// Increase of penetration by a rigid motion that counts as rounding, m.
+        pub penetration_rounding: f64 = 1e-9,
+    }
 
-/// Energy budget of a step. Gains are fractions of the energy available for motion at its start.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnergyBudgetSettings {
-    /// Energy gain above which a step is bisected.
-    pub bisection_gain: f64,
-    /// Energy gain tolerance: integrators gain as much without contact.
-    pub gain_tolerance: f64,
-    /// Energy gain above which a lone sheet has diverged, as one that begins deep within a body and
-    /// is expelled. In an island of several sheets the fallback applies instead, so that one sheet
-    /// does not stop the others.
-    pub divergence_gain: f64,
-    /// Lift (m) of the reference energy below which gains of a single sheet are ignored. It exceeds
-    /// the accuracy of a contact solve, a fraction of a micrometre.
-    pub lift_single: f64,
-    /// Lift (m) of the reference energy for several sheets: each may penetrate the next by a few
-    /// micrometres, and their depenetration lifts the whole pile.
-    pub lift_several: f64,
-    /// Maximum penetration (m) of initial positions. Its removal, and that of less down to
-    /// [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings), may
-    /// add potential energy.
-    pub maximum_initial_penetration: f64,
-    /// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of the
-    /// sheet's triangles is lifted at each by up to a twentieth of its energy, which exceeds the
-    /// rolling resistance.
-    pub resting_speed: f64,
-}
+    /// Detection of instability, and the step limit of sheets with limited strain.
+    pub struct InstabilitySettings {
+        /// Speed above which a sheet is unstable, m/s: above any velocity that a scene may set.
+        pub maximum_speed: f64 = 2e4,
+        /// Ratio of the diagonal of a sheet's bounding box to its diagonal at the start above which
+        /// the sheet is unstable.
+        pub maximum_diagonal_ratio: f64 = 20.0,
+        /// Maximum number of substeps of an adaptive integrator in one step; above it the sheet is
+        /// unstable.
+        pub maximum_adaptive_substeps: u32 = 100_000,
+        /// Maximum energy gain of one step as a fraction of the energy at its start.
+        pub maximum_gain: f64 = 0.1,
+        /// Maximum accumulated energy gain as a fraction of the present energy.
+        pub maximum_accumulated_gain: f64 = 0.5,
+        /// Maximum number of shorter trials of a strain-limited step.
+        pub maximum_trials: u32 = 4,
+        /// Maximum number of substeps per step of a strain-limited sheet; with more needed, the
+        /// sheet is frozen.
+        pub maximum_limited_substeps: u32 = 16,
+    }
 
-impl EnergyBudgetSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        bisection_gain: 0.1,
-        gain_tolerance: 1e-3,
-        divergence_gain: 1e6,
-        lift_single: 1e-4,
-        lift_several: 2e-3,
-        maximum_initial_penetration: 5e-4,
-        resting_speed: 0.03,
-    };
-}
-
-/// Rigid motion, freeze and rollback of a step that did not converge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FallbackSettings {
-    /// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
-    pub penetration: f64,
-    /// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island
-    /// slower than [`Self::sleep_speed`] sleeps, since its contacts contradict one another, and a
-    /// faster one is unstable.
-    pub maximum_rollbacks: u32,
-    /// Speed (m/s) below which an island sleeps after [`Self::maximum_rollbacks`].
-    pub sleep_speed: f64,
-    /// Lift of a body by contact that a fallback accepts, m.
-    pub lift: f64,
-    /// Increase of penetration by a rigid motion that counts as rounding, m.
-    pub penetration_rounding: f64,
-}
-
-impl FallbackSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self =
-        Self { penetration: 3e-4, maximum_rollbacks: 10, sleep_speed: 1e-2, lift: 1e-6, penetration_rounding: 1e-9 };
-}
-
-/// Detection of instability, and the step limit of sheets with limited strain.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InstabilitySettings {
-    /// Speed above which a sheet is unstable, m/s: above any velocity that a scene may set.
-    pub maximum_speed: f64,
-    /// Ratio of the diagonal of a sheet's bounding box to its diagonal at the start above which the
-    /// sheet is unstable.
-    pub maximum_diagonal_ratio: f64,
-    /// Maximum number of substeps of an adaptive integrator in one step; above it the sheet is
-    /// unstable.
-    pub maximum_adaptive_substeps: u32,
-    /// Maximum energy gain of one step as a fraction of the energy at its start.
-    pub maximum_gain: f64,
-    /// Maximum accumulated energy gain as a fraction of the present energy.
-    pub maximum_accumulated_gain: f64,
-    /// Maximum number of shorter trials of a strain-limited step.
-    pub maximum_trials: u32,
-    /// Maximum number of substeps per step of a strain-limited sheet; with more needed, the sheet
-    /// is frozen.
-    pub maximum_limited_substeps: u32,
-}
-
-impl InstabilitySettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self {
-        maximum_speed: 2e4,
-        maximum_diagonal_ratio: 20.0,
-        maximum_adaptive_substeps: 100_000,
-        maximum_gain: 0.1,
-        maximum_accumulated_gain: 0.5,
-        maximum_trials: 4,
-        maximum_limited_substeps: 16,
-    };
-}
-
-/// Events of sheets that touch, cover and leave bodies.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TouchSettings {
-    /// Time without contact after which a sheet has left a body, s.
-    pub separation_delay: f64,
-    /// Fraction of a layer's nodes that must touch for the sheet to lie flat.
-    pub flat_node_fraction: f64,
-    /// Flatness threshold: deviation from a plane as a fraction of the sheet's diagonal.
-    pub flatness: f64,
-}
-
-impl TouchSettings {
-    /// Settings in use.
-    pub const DEFAULT: Self = Self { separation_delay: 0.1, flat_node_fraction: 0.95, flatness: 0.02 };
+    /// Events of sheets that touch, cover and leave bodies.
+    pub struct TouchSettings {
+        /// Time without contact after which a sheet has left a body, s.
+        pub separation_delay: f64 = 0.1,
+        /// Fraction of a layer's nodes that must touch for the sheet to lie flat.
+        pub flat_node_fraction: f64 = 0.95,
+        /// Flatness threshold: deviation from a plane as a fraction of the sheet's diagonal.
+        pub flatness: f64 = 0.02,
+    }
 }

@@ -1,6 +1,6 @@
 //! Report of a step: how the islands were solved, and what replaced a solution that was not found.
 
-use crate::serialize::{CorruptState, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// How a step was solved, from best to worst.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,25 +62,9 @@ impl StepReport {
         self.rollbacks += other.rollbacks;
         self.stopped += other.stopped;
     }
-
-    pub(crate) fn serialise(&self, to: &mut StateWriter) {
-        let Self { islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped } = *self;
-        for count in [islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped] {
-            to.count(u64::from(count));
-        }
-    }
-
-    pub(crate) fn deserialise(from: &mut StateReader) -> Result<Self, CorruptState> {
-        Ok(Self {
-            islands: from.count_u32()?,
-            deepest_bisection: from.count_u32()?,
-            unconverged: from.count_u32()?,
-            fallbacks: from.count_u32()?,
-            rollbacks: from.count_u32()?,
-            stopped: from.count_u32()?,
-        })
-    }
 }
+
+state!(StepReport { islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped });
 
 #[cfg(test)]
 mod tests {

@@ -4,8 +4,7 @@ use std::sync::LazyLock;
 
 use proptest::prelude::*;
 
-use crate::linear::cases;
-use crate::linear::cases::{FactorCase, dense_solve};
+use crate::linear::cases::{self, FactorCase, dense_solve};
 use crate::linear::*;
 
 /// Two threads for factorisations.

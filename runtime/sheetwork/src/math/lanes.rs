@@ -56,38 +56,25 @@ impl Pack {
     }
 }
 
-impl Add for Pack {
-    type Output = Self;
-    #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        for l in 0..LANES {
-            self.0[l] += other.0[l];
+/// Implement an operator lane by lane.
+macro_rules! lanewise {
+    ($trait:ident, $method:ident, $assign:tt) => {
+        impl $trait for Pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for l in 0..LANES {
+                    self.0[l] $assign other.0[l];
+                }
+                self
+            }
         }
-        self
-    }
+    };
 }
 
-impl Sub for Pack {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(mut self, other: Self) -> Self {
-        for l in 0..LANES {
-            self.0[l] -= other.0[l];
-        }
-        self
-    }
-}
-
-impl Mul for Pack {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(mut self, other: Self) -> Self {
-        for l in 0..LANES {
-            self.0[l] *= other.0[l];
-        }
-        self
-    }
-}
+lanewise!(Add, add, +=);
+lanewise!(Sub, sub, -=);
+lanewise!(Mul, mul, *=);
 
 impl Mul<f64> for Pack {
     type Output = Self;

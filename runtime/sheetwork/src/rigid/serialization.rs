@@ -4,12 +4,13 @@
 //! islands. All its sets are serialised by their own implementation. A world of static bodies omits
 //! them, since it equals the world as built from its scene.
 
+use glam::{DQuat, DVec3};
 use rapier3d::prelude::PhysicsWorld;
 
 use crate::rigid::step::RigidMotion;
 use crate::rigid::{BodyState, MotionKind, RigidWorld};
 use crate::scene::Scene;
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 
 impl RigidWorld {
     /// Serialise the rigid world.
@@ -98,7 +99,9 @@ fn deserialise_motion(from: &mut StateReader) -> ReadResult<RigidMotion> {
         4 => MotionKind::Dynamic,
         _ => return Err(CorruptState),
     };
-    let (start, end) = (BodyState::deserialise(from)?, BodyState::deserialise(from)?);
+    let mut states = [BodyState::fixed_at(DVec3::ZERO, DQuat::IDENTITY); 2];
+    states.deserialise(from)?;
+    let [start, end] = states;
     let (asleep, claimed, pushed) = (from.flag()?, from.flag()?, from.flag()?);
     Ok(RigidMotion {
         kind,

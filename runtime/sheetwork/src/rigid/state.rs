@@ -20,7 +20,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::rigid::mass_properties::MassProperties;
 use crate::rigid::settings::{RigidSettings, RotationSettings};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 const SETTINGS: RotationSettings = RigidSettings::DEFAULT.rotation;
 
@@ -36,6 +36,9 @@ pub struct BodyState {
     angular_momentum: DVec3,
     mass_properties: MassProperties,
 }
+
+state!(BodyState: centre, rotation, velocity, angular_velocity, angular_momentum, mass_properties.centre,
+    mass_properties.principal, mass_properties.axes, mass_properties.mass);
 
 impl BodyState {
     /// State of a body with its origin at `origin` (m) and the rotation `rotation`, whose centre of
@@ -75,27 +78,6 @@ impl BodyState {
     pub(crate) fn with_velocity(&self, velocity: DVec3, spin: DVec3) -> Self {
         let angular_momentum = if self.is_dynamic() { self.inertia() * spin } else { DVec3::ZERO };
         Self { velocity, angular_velocity: spin, angular_momentum, ..*self }
-    }
-
-    /// Serialise the state.
-    pub(crate) fn serialise(&self, to: &mut StateWriter) {
-        to.vector(self.centre);
-        to.rotation(self.rotation);
-        let MassProperties { mass, centre, principal, axes } = self.mass_properties;
-        [self.velocity, self.angular_velocity, self.angular_momentum, centre, principal]
-            .into_iter()
-            .for_each(|v| to.vector(v));
-        to.rotation(axes);
-        to.number(mass);
-    }
-
-    /// Deserialise a state.
-    pub(crate) fn deserialise(from: &mut StateReader) -> ReadResult<Self> {
-        let (centre, rotation) = (from.vector()?, from.rotation()?);
-        let (velocity, spin, angular_momentum) = (from.vector()?, from.vector()?, from.vector()?);
-        let (middle, principal, axes, mass) = (from.vector()?, from.vector()?, from.rotation()?, from.number()?);
-        let spread = MassProperties { mass, centre: middle, principal, axes };
-        Ok(Self { centre, rotation, velocity, angular_velocity: spin, angular_momentum, mass_properties: spread })
     }
 
     /// State with zero velocity and angular velocity.

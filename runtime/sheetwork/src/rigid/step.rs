@@ -17,8 +17,7 @@
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
-use crate::rigid::body_contacts;
-use crate::rigid::body_contacts::BodyContact;
+use crate::rigid::body_contacts::{self, BodyContact};
 use crate::rigid::rolling_ball::{Obstacle, RollingBallSolver};
 use crate::rigid::rolling_resistance::Support;
 use crate::rigid::settings::{RigidSettings, RigidSubstepSettings};

@@ -1,8 +1,7 @@
 //! Checks of adhesion in a scene.
 
-use crate::error::{InputError, check_range};
-use crate::scene::IntegratorKind;
-use crate::scene::{Adhesion, Material, MaterialChoice, SheetSpec, material};
+use crate::error::{InputError, check_range, reject_if};
+use crate::scene::{Adhesion, IntegratorKind, Material, MaterialChoice, SheetSpec, material};
 use crate::units::parameters::ParameterId as Id;
 use crate::units::temperature::COLDEST;
 
@@ -33,9 +32,7 @@ pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
 /// # Errors
 /// When it has none.
 pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
-    if material.tack.is_none() {
-        return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
-    }
+    reject_if!(material.tack.is_none(), "sticky", "asks for tack, which the material does not have");
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{MaterialChoice, SheetSpec, material};
 use crate::units::parameters::ParameterId as Id;
@@ -31,9 +31,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
         Id::CreaseFrom.check_each(&at("from"), [crease.from.0, crease.from.1])?;
         Id::CreaseTo.check_each(&at("to"), [crease.to.0, crease.to.1])?;
         Id::CreaseAngle.check(&at("angle"), crease.angle)?;
-        if crease.from == crease.to {
-            return Err(InputError::new(at("to"), "is where the crease begins"));
-        }
+        reject_if!(crease.from == crease.to, at("to"), "is where the crease begins");
     }
     Id::Curl.check_each("curl", [s.curl.0, s.curl.1])?;
     let given = [("plastic", s.plastic), ("creases", !s.creases.is_empty()), ("curl", s.curl != (0.0, 0.0))];
@@ -57,8 +55,6 @@ pub(crate) fn check_material(s: &SheetSpec, material: &material::Material) -> Re
     if s.plastic && material.yield_stress.is_none() {
         return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
     }
-    if s.creep && material.burgers.is_none() {
-        return Err(InputError::new("creep", "asks for burgers, which the material does not have"));
-    }
+    reject_if!(s.creep && material.burgers.is_none(), "creep", "asks for burgers, which the material does not have");
     Ok(())
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::material::calibration::StiffnessTarget;
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
@@ -120,9 +120,7 @@ fn within(outer: &str, mut error: InputError) -> InputError {
 fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationResult {
     let mut seen = std::collections::BTreeSet::new();
     for (i, name) in names.enumerate() {
-        if !name.is_empty() && !seen.insert(name) {
-            return Err(InputError::new(format!("{field}.{i}.name"), format!("\"{name}\" is used twice")));
-        }
+        reject_if!(!name.is_empty() && !seen.insert(name), format!("{field}.{i}.name"), "\"{name}\" is used twice");
         check_name(&format!("{field}.{i}"), name)?;
     }
     Ok(())
@@ -173,18 +171,14 @@ pub fn air(air: &Air) -> ValidationResult {
 fn camera(camera: &CameraSpec) -> ValidationResult {
     Id::CameraEye.check_each("camera.eye", camera.eye.to_array())?;
     Id::CameraTarget.check_each("camera.target", camera.target.to_array())?;
-    if camera.eye.distance(camera.target) < 1e-9 {
-        return Err(InputError::new("camera.target", "is where the eye is"));
-    }
+    reject_if!(camera.eye.distance(camera.target) < 1e-9, "camera.target", "is where the eye is");
     Ok(())
 }
 
 fn room(room: &Room) -> ValidationResult {
     for (axis, (low, high)) in [("x", room.x), ("y", room.y), ("z", room.z)] {
         Id::RoomExtent.check_each(&format!("room.{axis}"), [low, high])?;
-        if low >= high {
-            return Err(InputError::new(format!("room.{axis}"), format!("{low} m to {high} m has no extent")));
-        }
+        reject_if!(low >= high, format!("room.{axis}"), "{low} m to {high} m has no extent");
     }
     Id::RoomGrid.check("room.grid", room.grid)
 }
@@ -311,24 +305,18 @@ fn pin(pin: &PinSpec) -> ValidationResult {
         }
     }
     if pin.body.is_some() {
-        if !pin.path.is_empty() {
-            return Err(InputError::new("path", "does not go with a body: glued masses go where it goes"));
-        }
+        reject_if!(!pin.path.is_empty(), "path", "does not go with a body: glued masses go where it goes");
         if pin.clamp {
             let problem = "does not go with a body: two rows of masses glued to it hold the sheet's slope";
             return Err(InputError::new("clamp", problem));
         }
-        if !all {
-            return Err(InputError::new("axes", "does not go with a body: masses are glued to it in every direction"));
-        }
+        reject_if!(!all, "axes", "does not go with a body: masses are glued to it in every direction");
     }
     if !all && (!pin.path.is_empty() || pin.clamp) {
         let problem = "masses held along some axes only can be neither led nor clamped";
         return Err(InputError::new("axes", problem));
     }
-    if pin.axes == (false, false, false) {
-        return Err(InputError::new("axes", "holds nothing"));
-    }
+    reject_if!(pin.axes == (false, false, false), "axes", "holds nothing");
     Ok(())
 }
 
@@ -349,12 +337,8 @@ fn softening(field: &str, rows: &[(f64, f64)]) -> ValidationResult {
 fn outline(s: &SheetSpec) -> ValidationResult {
     let given = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
     if let Some((field, _)) = given.into_iter().find(|g| g.1) {
-        if s.file.is_some() {
-            return Err(InputError::new(field, "does not go with a sheet from a file"));
-        }
-        if s.structure != StructureKind::Shell {
-            return Err(InputError::new(field, format!("is for the shell only, not for {}", s.structure)));
-        }
+        reject_if!(s.file.is_some(), field, "does not go with a sheet from a file");
+        reject_if!(s.structure != StructureKind::Shell, field, "is for the shell only, not for {}", s.structure);
     }
     s.outline.as_ref().map_or(Ok(()), |o| check_outline(o, s.size))?;
     check_holes(&s.holes)?;
@@ -400,9 +384,7 @@ fn body(b: &BodySpec) -> ValidationResult {
     placement(&b.placement)?;
     path(&b.path)?;
     motion(b)?;
-    if b.material.as_ref().is_some_and(String::is_empty) {
-        return Err(InputError::new("material", "has no name"));
-    }
+    reject_if!(b.material.as_ref().is_some_and(String::is_empty), "material", "has no name");
     Id::BodyFriction.check_option("friction", b.friction)?;
     Id::BodyTemperature.check_option("temperature", b.temperature)?;
     Id::BodyRestitution.check_option("restitution", b.restitution)
@@ -437,9 +419,7 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         Id::HeatGunReach.check("heat_gun.reach", gun.reach)?;
         Id::HeatGunPositionX.check_each("heat_gun.position", gun.position.to_array())?;
         Id::HeatGunDirectionX.check_each("heat_gun.direction", gun.direction.to_array())?;
-        if gun.direction == DVec3::ZERO {
-            return Err(InputError::new("heat_gun.direction", "points nowhere"));
-        }
+        reject_if!(gun.direction == DVec3::ZERO, "heat_gun.direction", "points nowhere");
         path(&gun.path).map_err(|e| within("heat_gun", e))?;
     }
     for (i, heater) in scene.heaters.iter().enumerate() {
@@ -467,23 +447,15 @@ fn motion(b: &BodySpec) -> ValidationResult {
     Id::BodyDensity.check_option("density", b.density)?;
     Id::BodyVelocity.check_each("velocity", b.velocity.to_array())?;
     Id::BodySpin.check_each("spin", b.spin.to_array())?;
-    if b.mass.is_some() && b.density.is_some() {
-        return Err(InputError::new("density", "does not go with a mass: give one of the two"));
-    }
+    reject_if!(b.mass.is_some() && b.density.is_some(), "density", "does not go with a mass: give one of the two");
     if b.is_dynamic() {
         let field = if b.mass.is_some() { "mass" } else { "density" };
-        if !b.path.is_empty() {
-            return Err(InputError::new(field, "does not go with a path: a body is led or moves freely"));
-        }
-        if b.shape == Shape::HalfSpace {
-            return Err(InputError::new(field, "does not go with a half space, which has no end"));
-        }
+        reject_if!(!b.path.is_empty(), field, "does not go with a path: a body is led or moves freely");
+        reject_if!(b.shape == Shape::HalfSpace, field, "does not go with a half space, which has no end");
         return Ok(());
     }
     for (field, value) in [("velocity", b.velocity), ("spin", b.spin)] {
-        if value != DVec3::ZERO {
-            return Err(InputError::new(field, "is for a body that moves freely: give it a mass or a density"));
-        }
+        reject_if!(value != DVec3::ZERO, field, "is for a body that moves freely: give it a mass or a density");
     }
     Ok(())
 }

@@ -10,9 +10,7 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::integrators::{AdvanceReport, Forces};
 use crate::math::Vectors;
 use crate::sheet::air_drag::AirDrag;
-use crate::sheet::creep;
-use crate::sheet::implicit_system;
-use crate::sheet::{Pins, Sheet};
+use crate::sheet::{Pins, Sheet, creep, implicit_system};
 
 /// External field of a sheet, equal for all nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -21,7 +21,7 @@ use crate::integrators::implicit::StageProblem;
 use crate::linear::Pattern;
 use crate::math::Vectors;
 use crate::scene::PressureKey;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::Field;
 
 /// Air drag and pressure of one sheet.
@@ -47,6 +47,8 @@ pub(crate) struct AirDrag {
     pressure_forces: Vec<DVec3>,
     wind: DVec3,
 }
+
+state!(PressureKey { time, pressure });
 
 impl AirDrag {
     /// Drag on the triangles of all layers of a sheet.
@@ -75,23 +77,19 @@ impl AirDrag {
 
     /// Serialise the settings.
     pub fn serialise_settings(&self, to: &mut StateWriter) {
-        to.numbers(&[self.coefficients.0, self.coefficients.1]);
+        self.coefficients.serialise(to);
         // A pressure schedule determines the pressure.
         to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
-        to.count(self.schedule.len() as u64);
-        self.schedule.iter().for_each(|key| to.numbers(&[key.time, key.pressure]));
+        to.states(&self.schedule);
     }
 
     /// Deserialise the settings.
     pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
-        self.coefficients = (from.number()?, from.number()?);
+        self.coefficients.deserialise(from)?;
         if let Some(pressure) = from.optional()? {
             self.pressure = pressure;
         }
-        self.schedule.clear();
-        for _ in 0..from.length(16)? {
-            self.schedule.push(PressureKey { time: from.number()?, pressure: from.number()? });
-        }
+        self.schedule = from.states(16)?;
         Ok(())
     }
 

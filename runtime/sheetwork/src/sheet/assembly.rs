@@ -19,11 +19,10 @@ use crate::mesh::structure::{Lattice, LatticeLayer, StructureKind};
 use crate::scene::{Material, Scene, SheetSpec};
 use crate::sheet::air_drag::AirDrag;
 use crate::sheet::generation::CalibratedSprings;
-use crate::sheet::instability;
 use crate::sheet::layer_stack::LayerStack;
 use crate::sheet::model::{DescribedTemperature, OutlineMeshes};
 use crate::sheet::parameters::{Flexion, SpringParameters};
-use crate::sheet::{Pins, Probe, Sheet, SheetModel, SheetParameters, SheetState, StepWorkspace, creases};
+use crate::sheet::{Pins, Probe, Sheet, SheetModel, SheetParameters, SheetState, StepWorkspace, creases, instability};
 
 /// Parts of a generated sheet or of a sheet from a file, before placement.
 pub(crate) struct SheetParts {

@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::rigid::BodyState;
-use crate::sheet::Sheet;
-use crate::sheet::stage;
+use crate::sheet::{Sheet, stage};
 
 impl Sheet {
     /// Nodes attached to dynamic bodies: node, index of the body, position in the frame of the body

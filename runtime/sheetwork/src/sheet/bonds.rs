@@ -38,12 +38,7 @@ impl AdhesionState {
     pub fn serialise(&self, to: &mut StateWriter) {
         to.vector_list(&self.bond_force);
         to.vector_list(&self.previous_bond_force);
-        to.count(self.on_bodies.len() as u64);
-        for (body, force, at) in &self.on_bodies {
-            to.count(u64::from(*body));
-            to.vector(*force);
-            to.vector(*at);
-        }
+        to.states(&self.on_bodies);
         to.flags(&self.bonded);
         to.flags(&self.was_bonded);
         to.count(self.bonds as u64);
@@ -54,9 +49,7 @@ impl AdhesionState {
         let mut stuck = Self::default();
         from.vector_list(&mut stuck.bond_force, masses)?;
         from.vector_list(&mut stuck.previous_bond_force, masses)?;
-        for _ in 0..from.length(49)? {
-            stuck.on_bodies.push((from.count_u32()?, from.vector()?, from.vector()?));
-        }
+        stuck.on_bodies = from.states(49)?;
         from.flags(&mut stuck.bonded)?;
         from.flags(&mut stuck.was_bonded)?;
         stuck.bonds = from.length(0)?;

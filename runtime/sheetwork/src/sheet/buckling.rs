@@ -17,7 +17,7 @@ use glam::DVec3;
 use crate::elements::Element;
 use crate::elements::spring::SpringWorkspace;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::{Sheet, Status};
 
 /// Minimum released fraction of the elastic energy of a buckle.
@@ -31,7 +31,7 @@ const RINGING_TIME: f64 = 0.1;
 const MIN_REPEAT_RATIO: f64 = 2.0;
 
 /// Buckling of a sheet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Buckling {
     /// Simulated time at the start of the release, s.
     pub time: f64,
@@ -42,7 +42,7 @@ pub struct Buckling {
 }
 
 /// Release of elastic energy in progress.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Snap {
     since: f64,
     stored: f64,
@@ -50,6 +50,9 @@ struct Snap {
     peak_work: f64,
     place: DVec3,
 }
+
+state!(Buckling { time, energy, place });
+state!(Snap { since, stored, released, peak_work, place });
 
 /// State of the detector after the last step.
 #[derive(Default)]
@@ -72,16 +75,8 @@ impl BuckleDetector {
         to.vector_list(&self.x);
         to.vector_list(&self.force);
         to.number(self.elastic);
-        to.flag(self.fall.is_some());
-        if let Some(Snap { since, stored, released: given, peak_work: most, place }) = self.fall {
-            to.numbers(&[since, stored, given, most]);
-            to.vector(place);
-        }
-        to.flag(self.last.is_some());
-        if let Some(Buckling { time, place, energy }) = self.last {
-            to.numbers(&[time, energy]);
-            to.vector(place);
-        }
+        self.fall.serialise(to);
+        self.last.serialise(to);
     }
 
     /// Deserialise the state of a sheet with `masses` nodes and the fracture revision `revision`.
@@ -91,21 +86,10 @@ impl BuckleDetector {
         for buffer in [&mut self.next_force, &mut self.still] {
             *buffer = Vectors::zeros(masses);
         }
-        self.elastic = from.number()?;
         self.revision = revision;
-        self.fall = None;
-        if from.flag()? {
-            let mut all = [0.0; 4];
-            from.numbers(&mut all)?;
-            let [since, stored, given, most] = all;
-            self.fall = Some(Snap { since, stored, released: given, peak_work: most, place: from.vector()? });
-        }
-        self.last = None;
-        if from.flag()? {
-            let (time, energy) = (from.number()?, from.number()?);
-            self.last = Some(Buckling { time, place: from.vector()?, energy });
-        }
-        Ok(())
+        self.elastic.deserialise(from)?;
+        self.fall.deserialise(from)?;
+        self.last.deserialise(from)
     }
 }
 

@@ -16,16 +16,13 @@ use crate::error::InputError;
 use crate::mesh::outline::{MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
-use crate::scene::sht::{SheetFile, SheetFileNode, SheetFileSpring};
-use crate::scene::{Region, RegionVector, Scene, SheetSpec, sht};
-use crate::scene::{adhesion, fracture, rest_shape};
+use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
+use crate::scene::{Region, RegionVector, Scene, SheetSpec, adhesion, fracture, rest_shape};
 use crate::sheet::assembly::{SheetParts, assemble};
-use crate::sheet::creases;
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::{FractureState, open_slits};
 use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
-use crate::sheet::temperature;
-use crate::sheet::{Sheet, region};
+use crate::sheet::{Sheet, creases, region, temperature};
 
 impl Sheet {
     /// Build sheet number `index` of `scene`.

@@ -8,7 +8,7 @@ use crate::elements::creep::{CreepStrain, InelasticLaw, InelasticStep};
 use crate::elements::spring::Springs;
 use crate::error::InputError;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::units::parameters::ParameterId as Id;
 
@@ -71,7 +71,7 @@ impl InelasticState {
         to.number(self.dt);
         for (strain, made) in self.springs.strains.iter().zip(&self.springs.instantaneous) {
             strain.serialise(to);
-            to.numbers(&[made.0, made.1]);
+            made.serialise(to);
         }
     }
 
@@ -81,7 +81,7 @@ impl InelasticState {
         self.dt = from.number()?;
         for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.instantaneous) {
             strain.deserialise(from)?;
-            *made = (from.number()?, from.number()?);
+            made.deserialise(from)?;
         }
         Ok(())
     }
@@ -90,7 +90,7 @@ impl InelasticState {
     /// where the spring does not creep.
     pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
         let (strain, made) = (self.springs.strains.get(i)?, self.springs.instantaneous.get(i)?);
-        Some([strain.stress_free(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
+        Some(strain.stored_state().map(|s| s / made.1))
     }
 
     /// Set the strains of spring `i`, as [`InelasticState::spring_held`] returns them.

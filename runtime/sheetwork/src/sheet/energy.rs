@@ -4,8 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::math::Vectors;
-use crate::sheet::Sheet;
-use crate::sheet::fracture;
+use crate::sheet::{Sheet, fracture};
 
 /// Energies, J. The potential energy of gravity is zero at the origin. Prescribed nodes are
 /// included. A detached node has no kinetic energy and keeps the potential energy of the position

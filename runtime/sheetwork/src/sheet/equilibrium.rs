@@ -9,10 +9,8 @@ use crate::elements::{Anchor, Geometric};
 use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
 use crate::integrators::implicit::{ImplicitProblem, StageProblem};
 use crate::math::Vectors;
-use crate::sheet::creep;
-use crate::sheet::implicit_system;
-use crate::sheet::implicit_system::ImplicitSystem;
-use crate::sheet::{Field, Sheet};
+use crate::sheet::implicit_system::{self, ImplicitSystem};
+use crate::sheet::{Field, Sheet, creep};
 
 /// Result of the search for an equilibrium.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

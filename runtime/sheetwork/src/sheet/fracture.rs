@@ -27,10 +27,7 @@ use crate::elements::fracture::OpenCells;
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::attachment;
-use crate::sheet::slits;
-use crate::sheet::stage;
+use crate::sheet::{Sheet, attachment, slits, stage};
 use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
@@ -115,11 +112,7 @@ impl FractureState {
     pub fn serialise(&self, to: &mut StateWriter) {
         to.flag(self.is_reported);
         to.number(self.released_energy);
-        to.count(self.followers.len() as u64);
-        for (mass, with) in &self.followers {
-            to.count(u64::from(*mass));
-            to.count(u64::from(*with));
-        }
+        to.states(&self.followers);
         for (i, place) in self.detached_at.iter().enumerate().filter(|(i, _)| self.detached[*i]) {
             to.count(i as u64);
             to.vector(*place);
@@ -131,9 +124,9 @@ impl FractureState {
         self.is_reported = from.flag()?;
         self.released_energy = from.number()?;
         let masses = self.detached.len();
-        self.followers.clear();
-        for _ in 0..from.length(2)? {
-            self.followers.push((from.index(masses)?, from.index(masses)?));
+        self.followers = from.states(2)?;
+        if self.followers.iter().any(|(mass, with)| *mass.max(with) as usize >= masses) {
+            return Err(CorruptState);
         }
         for i in 0..self.detached_at.len() {
             if self.detached[i] {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::elements::grab_spring::GrabSpring;
 use crate::elements::{Element, NO_BLOCK};
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::sheet::{Probe, Sheet};
 
 /// Maximum number of grabs of one sheet.
@@ -20,13 +20,8 @@ impl Sheet {
     /// # Errors
     /// When there is no such node, or the impulse is not finite; nothing changes then.
     pub fn apply_impulse(&mut self, node: usize, impulse: DVec3) -> Result<(), InputError> {
-        if node >= self.node_count() {
-            let problem = format!("no node {node}; the sheet has {}", self.node_count());
-            return Err(InputError::new("node", problem));
-        }
-        if !impulse.is_finite() {
-            return Err(InputError::new("impulse", "not finite"));
-        }
+        reject_if!(node >= self.node_count(), "node", "no node {node}; the sheet has {}", self.node_count());
+        reject_if!(!impulse.is_finite(), "impulse", "not finite");
         self.state.v.set(node, self.state.v.get(node) + impulse * self.inverse_mass[node]);
         self.wake();
         Ok(())
@@ -42,9 +37,7 @@ impl Sheet {
         check_range("u", uv.0, 0.0, 1.0, "")?;
         check_range("v", uv.1, 0.0, 1.0, "")?;
         check_range("stiffness", stiffness, 1e-9, MAX_GRAB_STIFFNESS, "N/m")?;
-        if self.grabs.len() >= MAX_GRABS {
-            return Err(InputError::new("grab", format!("{MAX_GRABS} pull at {} already", self.name)));
-        }
+        reject_if!(self.grabs.len() >= MAX_GRABS, "grab", "{MAX_GRABS} pull at {} already", self.name);
         let triangles = match (&self.model.triangles, self.model.layers.first()) {
             (Some(triangles), _) => triangles.clone(),
             (None, Some(layer)) => layer.triangles(),

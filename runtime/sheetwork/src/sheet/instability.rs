@@ -14,8 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use crate::elements::strain_limit::{self, LimitedSpring, StrainLimit};
 use crate::math::Vectors;
-use crate::scene::IntegratorKind;
-use crate::scene::WhenUnstable;
+use crate::scene::{IntegratorKind, WhenUnstable};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Field, Sheet, energy};
 
@@ -122,28 +121,17 @@ impl RecoveryState {
 
     /// Deserialise a state.
     pub fn deserialise(from: &mut StateReader) -> ReadResult<Self> {
-        let level = from.count_u32()?;
-        let (limiting, replace, eased) = (from.flag()?, from.flag()?, from.flag()?);
-        let own = if from.flag()? { Some(from.text()?.parse().map_err(|_| CorruptState)?) } else { None };
-        let (energy, surplus) = (from.number()?, from.number()?);
-        let (calm, wait) = (from.number()?, from.number()?);
-        // The scene reader limits a step to 2^12 substeps.
-        let sound = level <= 12 && energy >= 0.0 && surplus >= 0.0 && calm >= 0.0 && wait > 0.0;
-        if sound {
-            Ok(Self {
-                bisections: level,
-                limits_strain: limiting,
-                replaced_integrator: own,
-                replaces_integrator: replace,
-                energy_budget: energy,
-                energy_error: surplus,
-                time_since_detection: calm,
-                delay: wait,
-                is_relaxed: eased,
-            })
-        } else {
-            Err(CorruptState)
+        let mut state = Self { bisections: from.read()?, ..Self::default() };
+        (state.limits_strain, state.replaces_integrator, state.is_relaxed) = (from.flag()?, from.flag()?, from.flag()?);
+        if from.flag()? {
+            state.replaced_integrator = Some(from.text()?.parse().map_err(|_| CorruptState)?);
         }
+        (state.energy_budget, state.energy_error) = from.read()?;
+        (state.time_since_detection, state.delay) = from.read()?;
+        // The scene reader limits a step to 2^12 substeps.
+        let numbers = [state.energy_budget, state.energy_error, state.time_since_detection];
+        let is_sound = state.bisections <= 12 && numbers.iter().all(|n| *n >= 0.0) && state.delay > 0.0;
+        if is_sound { Ok(state) } else { Err(CorruptState) }
     }
 }
 

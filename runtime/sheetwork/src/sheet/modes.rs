@@ -9,10 +9,8 @@ use faer::{Mat, Side};
 use crate::elements::Geometric;
 use crate::integrators::implicit::StageProblem;
 use crate::math::Vectors;
-use crate::sheet::creep;
-use crate::sheet::implicit_system;
-use crate::sheet::implicit_system::ImplicitSystem;
-use crate::sheet::{Field, Sheet};
+use crate::sheet::implicit_system::{self, ImplicitSystem};
+use crate::sheet::{Field, Sheet, creep};
 
 /// Vibration mode.
 #[derive(Clone, Debug, PartialEq)]

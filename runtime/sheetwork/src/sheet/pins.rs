@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,6 +73,8 @@ struct FixedAxes {
     start: DVec3,
 }
 
+state!(PathKey { time, offset, rotation });
+
 impl Pins {
     /// Prescribe `masses`, at present at `start` (m): along `path` (empty: fixed), until the time
     /// `until` (s) if given.
@@ -90,12 +92,7 @@ impl Pins {
                 to.vector(*start);
             }
             to.optional(group.until);
-            to.count(group.path.len() as u64);
-            for key in &group.path {
-                to.number(key.time);
-                to.vector(key.offset);
-                to.vector(key.rotation);
-            }
+            to.states(&group.path);
         }
     }
 
@@ -104,16 +101,12 @@ impl Pins {
     pub(crate) fn deserialise(&mut self, from: &mut StateReader, masses: usize) -> ReadResult<bool> {
         let mut groups = Vec::new();
         for _ in 0..from.length(3)? {
-            let mut group = PrescribedNodes { masses: Vec::new(), start: Vec::new(), path: Vec::new(), until: None };
-            for _ in 0..from.length(25)? {
-                group.masses.push(from.index(masses)?);
-                group.start.push(from.vector()?);
+            let nodes: Vec<(u32, DVec3)> = from.states(25)?;
+            let (nodes, start): (Vec<u32>, Vec<DVec3>) = nodes.into_iter().unzip();
+            if nodes.iter().any(|node| *node as usize >= masses) {
+                return Err(CorruptState);
             }
-            group.until = from.optional()?;
-            for _ in 0..from.length(56)? {
-                group.path.push(PathKey { time: from.number()?, offset: from.vector()?, rotation: from.vector()? });
-            }
-            groups.push(group);
+            groups.push(PrescribedNodes { masses: nodes, start, until: from.read()?, path: from.states(56)? });
         }
         let changed = groups != self.groups;
         self.groups = groups;

@@ -1,6 +1,6 @@
 //! Selection of the nodes of a region of a scene file.
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::structure::LatticeLayer;
 use crate::scene::Region;
 use crate::sheet::Sheet;
@@ -52,9 +52,7 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
             list.clone()
         }
     };
-    if masses.is_empty() {
-        return Err(InputError::new("", "holds no mass of the sheet".to_owned()));
-    }
+    reject_if!(masses.is_empty(), "", "holds no mass of the sheet");
     Ok(masses)
 }
 

@@ -9,14 +9,11 @@ use crate::elements::Element;
 use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::attachment;
 use crate::sheet::bonds::AdhesionState;
-use crate::sheet::fracture;
-use crate::sheet::grab;
-use crate::sheet::instability;
-use crate::sheet::node_contact;
-use crate::sheet::temperature;
-use crate::sheet::{Field, ImplicitSystem, RecoveryState, Sheet, SheetState};
+use crate::sheet::{
+    Field, ImplicitSystem, RecoveryState, Sheet, SheetState, attachment, fracture, grab, instability, node_contact,
+    temperature,
+};
 
 /// Serialise the layout that a snapshot must match.
 pub(crate) fn serialise_layout(sheet: &Sheet, to: &mut StateWriter) {

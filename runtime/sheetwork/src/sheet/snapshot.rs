@@ -5,11 +5,8 @@
 //! surroundings: the integrator restarts, the parameters keep their present values.
 
 use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::fracture;
-use crate::sheet::instability;
-use crate::sheet::serialization;
-use crate::sheet::serialization::{deserialise_material, serialise_material};
-use crate::sheet::{RecoveryState, Sheet};
+use crate::sheet::serialization::{self, deserialise_material, serialise_material};
+use crate::sheet::{RecoveryState, Sheet, fracture, instability};
 use crate::units::temperature::REFERENCE;
 
 /// Serialised state of a sheet at one time, and what a sheet must agree in to take it over.

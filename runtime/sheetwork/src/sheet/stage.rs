@@ -14,13 +14,8 @@ use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
 use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
 use crate::rigid::BodyState;
-use crate::sheet::attachment;
-use crate::sheet::creep;
-use crate::sheet::implicit_system;
-use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, ImplicitSystem};
-use crate::sheet::node_contact;
-use crate::sheet::stage_trace;
-use crate::sheet::{Field, Sheet, SheetState};
+use crate::sheet::implicit_system::{self, ContactTangent, ImplicitSheet, ImplicitSystem};
+use crate::sheet::{Field, Sheet, SheetState, attachment, creep, node_contact, stage_trace};
 
 const SETTINGS: NewtonSettings = IntegratorSettings::DEFAULT.newton;
 

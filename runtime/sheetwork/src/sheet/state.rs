@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::math::Vectors;
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::bonds::AdhesionState;
 use crate::sheet::buckling::BuckleDetector;
 use crate::sheet::creep::InelasticState;
@@ -72,6 +72,8 @@ pub struct Counters {
     pub contacts: u64,
 }
 
+state!(Counters { accepted, rejected, evaluations, guarded, contacts });
+
 /// State of a sheet at one time.
 #[derive(Default)]
 pub struct SheetState {
@@ -118,10 +120,9 @@ impl SheetState {
         serialise_status(&self.status, to);
         to.byte(self.interpenetration as u8);
         to.number(self.rest_time);
-        let Counters { accepted, rejected, evaluations, guarded, contacts } = self.counters;
-        [accepted, rejected, evaluations, guarded, contacts].into_iter().for_each(|n| to.count(n));
-        to.vectors(&self.x);
-        to.vectors(&self.v);
+        self.counters.serialise(to);
+        self.x.serialise(to);
+        self.v.serialise(to);
         if self.rest_time > 0.0 {
             to.vector_list(&self.rest_positions);
         }
@@ -132,11 +133,9 @@ impl SheetState {
     pub(crate) fn deserialise_motion(&mut self, from: &mut StateReader) -> ReadResult<RestState> {
         let (status, interpenetration) = (deserialise_status(from)?, deserialise_interpenetration(from)?);
         let rest_time = from.number()?;
-        let c = &mut self.counters;
-        let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
-        counts.into_iter().try_for_each(|n| from.count().map(|count| *n = count))?;
-        from.vectors(&mut self.x)?;
-        from.vectors(&mut self.v)?;
+        self.counters.deserialise(from)?;
+        self.x.deserialise(from)?;
+        self.v.deserialise(from)?;
         if rest_time > 0.0 {
             let nodes = self.x.len();
             from.vector_list(&mut self.rest_positions, nodes)?;

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 use crate::sheet::Sheet;
 use crate::sheet::temperature::patches::SheetPatches;
 
@@ -27,6 +27,8 @@ pub(crate) struct SelfShadow {
     boxes: Vec<[f32; 6]>,
 }
 
+state!(SelfShadow: facing, steepest, boxes; then refit);
+
 impl SelfShadow {
     pub fn new(sheet: &Sheet, faces: &SheetPatches) -> Self {
         let triangles: Vec<[u32; 3]> = faces.triangles().copied().collect();
@@ -38,21 +40,6 @@ impl SelfShadow {
     /// Whether the triangles are those of `faces`.
     pub fn is_of(&self, faces: &SheetPatches) -> bool {
         self.triangles.iter().eq(faces.triangles())
-    }
-
-    /// Serialise the state for a snapshot.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.vector(self.facing);
-        to.number(self.steepest);
-        self.boxes.iter().for_each(|b| to.singles(b));
-    }
-
-    /// Deserialise the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        (self.facing, self.steepest) = (from.vector()?, from.number()?);
-        self.boxes.iter_mut().try_for_each(|b| from.singles(b))?;
-        self.refit();
-        Ok(())
     }
 
     fn refit(&mut self) {

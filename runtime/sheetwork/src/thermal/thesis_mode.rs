@@ -19,8 +19,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::scene::Scene;
-use crate::sheet::Sheet;
-use crate::sheet::temperature;
+use crate::sheet::{Sheet, temperature};
 use crate::thermal::source::Surroundings;
 use crate::units::temperature::REFERENCE;
 

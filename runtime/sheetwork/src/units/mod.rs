@@ -6,6 +6,7 @@
 
 pub(crate) mod parameters;
 pub(crate) mod quantity;
+pub(crate) mod settings;
 pub mod temperature;
 
 use std::fmt;

@@ -2,9 +2,7 @@
 //! buckling: `sheet/buckling`.
 
 use crate::islands::event::{Event, EventKind};
-use crate::sheet::Status;
-use crate::sheet::buckling;
-use crate::sheet::fracture;
+use crate::sheet::{Status, buckling, fracture};
 use crate::world::World;
 
 impl World {

@@ -13,9 +13,8 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::mesh::structure::nodes_of;
 use crate::scene::{DetailSpec, Scene};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::node_contact;
-use crate::sheet::{Sheet, Status};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
+use crate::sheet::{Sheet, Status, node_contact};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::lod_cost::{LodCandidate, LodPlanner, cost_of};
@@ -100,38 +99,20 @@ impl LodState {
 
     /// Serialise the settings for a snapshot.
     pub fn serialise_settings(&self, to: &mut StateWriter) {
-        to.flag(self.viewpoint.is_some());
-        self.viewpoint.iter().for_each(|v| to.vector(*v));
-        to.optional(self.budget);
+        self.viewpoint.serialise(to);
+        self.budget.serialise(to);
     }
 
     pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
-        self.viewpoint = if from.flag()? { Some(from.vector()?) } else { None };
-        self.budget = from.optional()?;
+        self.viewpoint.deserialise(from)?;
+        self.budget.deserialise(from)?;
         let sound = self.viewpoint.is_none_or(|v| v.is_finite()) && self.budget.is_none_or(|b| b > 0.0);
         if sound { Ok(()) } else { Err(CorruptState) }
     }
-
-    /// Serialise the remaining state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        for state in &self.sheets {
-            to.optional(state.solves);
-            to.count(state.counted);
-            to.number(state.since);
-            to.flag(state.stays);
-        }
-        to.number(self.last);
-    }
-
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        for state in &mut self.sheets {
-            let (solves, counted) = (from.optional()?, from.count()?);
-            *state = SheetLod { solves, counted, since: from.number()?, stays: from.flag()? };
-        }
-        self.last = from.number()?;
-        Ok(())
-    }
 }
+
+state!(LodState: sheets, last);
+state!(SheetLod { solves, counted, since, stays });
 
 impl SheetLod {
     /// Add a step of `dt` (s) to the counters. Returns its cost, ns.

@@ -50,24 +50,47 @@ enum Accessor {
 
 use Accessor::{SheetText, World as Global};
 
+/// Accessor of a number of the air.
+macro_rules! number_of_air {
+    ($field:ident) => {
+        Global(|w| Some(w.air.$field.to_string()), |w, path, v| w.set_air(Air { $field: number(path, v)?, ..w.air }))
+    };
+}
+
+/// Accessor of a number of a sheet's material.
+macro_rules! number_of_material {
+    ($field:ident) => {
+        Accessor::Sheet(
+            |s| Some(s.material().$field),
+            |s, v| s.set_material(Material { $field: v, ..s.material().clone() }),
+        )
+    };
+}
+
+/// Accessor of a contact coefficient of a sheet. Setting the material again would discard the
+/// factors of its stiffness.
+macro_rules! contact_coefficient {
+    ($field:ident) => {
+        Accessor::Sheet(
+            |s| Some(s.parameters.$field),
+            |s, v| {
+                s.parameters.$field = v;
+                s.wake();
+                Ok(())
+            },
+        )
+    };
+}
+
 /// Values and setters, in the order of the listing. Those of heat sources are in `thermal/source`.
 const ACCESSORS: &[(Id, Accessor)] = &[
     (Id::Gravity, Global(|w| Some(vector_text(w.gravity)), |w, path, v| w.set_gravity(vector(path, v)?))),
     (Id::Engine, Global(|w| Some(w.engine.to_string()), |w, _, v| v.parse().map(|engine| w.set_engine(engine)))),
     (Id::TimeStep, Global(|w| Some(w.dt.to_string()), |w, path, v| w.set_dt(number(path, v)?))),
     (Id::Tolerance, Global(|w| Some(w.tolerance.to_string()), |w, path, v| w.set_tolerance(number(path, v)?))),
-    (
-        Id::AirFactor,
-        Global(|w| Some(w.air.factor.to_string()), |w, path, v| w.set_air(Air { factor: number(path, v)?, ..w.air })),
-    ),
-    (
-        Id::AirPer,
-        Global(|w| Some(w.air.per.to_string()), |w, path, v| w.set_air(Air { per: number(path, v)?, ..w.air })),
-    ),
-    (
-        Id::AirDensity,
-        Global(|w| Some(w.air.density.to_string()), |w, path, v| w.set_air(Air { density: number(path, v)?, ..w.air })),
-    ),
+    (Id::AirFactor, number_of_air!(factor)),
+    (Id::AirPer, number_of_air!(per)),
+    (Id::AirDensity, number_of_air!(density)),
     (
         Id::AirWind,
         Global(|w| Some(vector_text(w.air.wind)), |w, path, v| w.set_air(Air { wind: vector(path, v)?, ..w.air })),
@@ -86,56 +109,16 @@ const ACCESSORS: &[(Id, Accessor)] = &[
             |w, path, v| w.set_viewpoint(if v == "none" { None } else { Some(vector(path, v)?) }),
         ),
     ),
-    (
-        Id::MaterialYoung,
-        Accessor::Sheet(
-            |s| Some(s.material().young),
-            |s, v| s.set_material(Material { young: v, ..s.material().clone() }),
-        ),
-    ),
-    (
-        Id::MaterialThickness,
-        Accessor::Sheet(
-            |s| Some(s.material().thickness),
-            |s, v| s.set_material(Material { thickness: v, ..s.material().clone() }),
-        ),
-    ),
-    (
-        Id::MaterialPoisson,
-        Accessor::Sheet(
-            |s| Some(s.material().poisson),
-            |s, v| s.set_material(Material { poisson: v, ..s.material().clone() }),
-        ),
-    ),
+    (Id::MaterialYoung, number_of_material!(young)),
+    (Id::MaterialThickness, number_of_material!(thickness)),
+    (Id::MaterialPoisson, number_of_material!(poisson)),
     (Id::Damping, Accessor::Sheet(|s| (!s.follows_material()).then(|| s.damping()), Sheet::set_damping)),
     (Id::DampingRatio, Accessor::Sheet(|s| s.follows_material().then(|| s.damping_ratio()), Sheet::set_damping_ratio)),
     (Id::DragAcross, Accessor::Sheet(|s| Some(s.drag().0), |s, v| s.set_drag(v, s.drag().1))),
     (Id::DragAlong, Accessor::Sheet(|s| Some(s.drag().1), |s, v| s.set_drag(s.drag().0, v))),
     (Id::Pressure, Accessor::Sheet(|s| Some(s.pressure()), Sheet::set_pressure)),
-    // Contact coefficients only: setting the material again would discard the factors of its
-    // stiffness.
-    (
-        Id::Friction,
-        Accessor::Sheet(
-            |s| Some(s.parameters.friction),
-            |s, v| {
-                s.parameters.friction = v;
-                s.wake();
-                Ok(())
-            },
-        ),
-    ),
-    (
-        Id::Restitution,
-        Accessor::Sheet(
-            |s| Some(s.parameters.restitution),
-            |s, v| {
-                s.parameters.restitution = v;
-                s.wake();
-                Ok(())
-            },
-        ),
-    ),
+    (Id::Friction, contact_coefficient!(friction)),
+    (Id::Restitution, contact_coefficient!(restitution)),
     (Id::Temperature, Accessor::Sheet(Sheet::temperature, Sheet::set_temperature)),
     (
         Id::FlexionLimit,

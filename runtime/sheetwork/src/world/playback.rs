@@ -3,10 +3,9 @@
 
 use glam::DVec3;
 
-use crate::error::InputError;
-use crate::sheet::Sheet;
-use crate::sheet::fracture;
+use crate::error::{InputError, reject_if};
 use crate::sheet::temperature::playback;
+use crate::sheet::{Sheet, fracture};
 use crate::world::World;
 use crate::world::recording::RecordedFrame;
 
@@ -25,9 +24,7 @@ impl World {
                 && (cells.is_empty() || sheet.open_cells().is_some_and(|own| own.len() == cells.len()))
         };
         let sheets = frame.sheets.len() == self.sheets.len() && self.sheets.iter().enumerate().all(same);
-        if !sheets || bodies != frame.bodies.len() {
-            return Err(InputError::new("frame", "is of other sheets or bodies than the scene's"));
-        }
+        reject_if!(!sheets || bodies != frame.bodies.len(), "frame", "is of other sheets or bodies than the scene's");
         let places = frame.sheets.iter().flatten().all(|p| p.is_finite());
         if !(places && frame.bodies.iter().all(|(p, r)| p.is_finite() && r.is_finite()) && frame.time.is_finite()) {
             return Err(InputError::new("frame", "holds what is not a finite number"));

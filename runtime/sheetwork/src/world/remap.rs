@@ -7,10 +7,8 @@ use crate::contact::SheetContact;
 use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::buckling;
-use crate::sheet::remap;
-use crate::sheet::remap::outline;
+use crate::sheet::remap::{self, outline};
+use crate::sheet::{Sheet, buckling};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 

@@ -11,10 +11,8 @@ use crc32fast::Hasher;
 use crate::contact::SheetContact;
 use crate::error::{InputError, SnapshotError};
 use crate::scene::{Air, ContactDefaults, Scene};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::buckling;
-use crate::sheet::serialization;
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
+use crate::sheet::{Sheet, buckling, serialization};
 use crate::world::World;
 use crate::world::remap::{Grid, deserialise_grids, grid_of, serialise_grids};
 

@@ -10,8 +10,7 @@ use crate::error::{InputError, SnapshotError};
 use crate::islands::event::ContactLog;
 use crate::rigid::BodyState;
 use crate::serialize::CorruptState;
-use crate::sheet::SavedSheetState;
-use crate::sheet::snapshot;
+use crate::sheet::{SavedSheetState, snapshot};
 use crate::world::World;
 
 /// State of a world at one time.

@@ -9,8 +9,7 @@ use crate::collision::narrow_phase::edge_edge::EdgeOrientation;
 use crate::collision::narrow_phase::feature_keys::{FeatureKind, feature_key};
 use crate::collision::narrow_phase::{BodyStageMotion, DetectionDistances, DetectionInput, SheetStageMotion};
 use crate::collision::settings::DetectionSettings;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
+use crate::math::{RigidFrame, Vectors};
 
 const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 

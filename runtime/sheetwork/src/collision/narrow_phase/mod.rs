@@ -41,9 +41,8 @@ pub(crate) use crate::collision::narrow_phase::feature_keys::{
 use crate::collision::narrow_phase::height_graph::remains_height_graph;
 use crate::collision::narrow_phase::sheet_pairs::{SheetPairDetector, box_margin, sheet_pair};
 use crate::collision::settings::DetectionSettings;
-use crate::math::RigidFrame;
-use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::math::{RigidFrame, Vectors};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 
 const SETTINGS: DetectionSettings = DetectionSettings::DEFAULT;
 
@@ -137,6 +136,8 @@ pub struct DetectionCounters {
     pub sheet_sheet_tests: u64,
 }
 
+state!(DetectionCounters { boxes, mass_body_tests, edge_tests, vertex_tests, self_tests, sheet_sheet_tests });
+
 /// Collision detector. Its buffers are reused, so that a repeated call does not allocate.
 #[derive(Default)]
 pub struct CollisionDetector {
@@ -170,10 +171,7 @@ impl CollisionDetector {
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.flag(self.scope.faces);
         to.flag(self.scope.stacks);
-        let c = &self.counters;
-        for count in [c.boxes, c.mass_body_tests, c.edge_tests, c.vertex_tests, c.self_tests, c.sheet_sheet_tests] {
-            to.count(count);
-        }
+        self.counters.serialise(to);
         to.count(self.trees.len() as u64);
         self.trees.iter().for_each(|tree| tree.serialise(to));
     }
@@ -184,12 +182,7 @@ impl CollisionDetector {
         skin: impl Fn(u32) -> Option<&'s CollisionSurface>,
     ) -> ReadResult<Self> {
         let scope = DetectionScope { faces: from.flag()?, stacks: from.flag()? };
-        let mut finder = Self { scope, ..Self::default() };
-        let c = &mut finder.counters;
-        let counts = [&mut c.boxes, &mut c.mass_body_tests, &mut c.edge_tests, &mut c.vertex_tests];
-        for count in counts.into_iter().chain([&mut c.self_tests, &mut c.sheet_sheet_tests]) {
-            *count = from.count()?;
-        }
+        let mut finder = Self { scope, counters: from.read()?, ..Self::default() };
         for _ in 0..from.length(2)? {
             finder.trees.push(SurfaceTree::deserialise(from, &skin)?);
         }

@@ -20,9 +20,8 @@ use crate::contact::node::target::{ColliderFrame, NO_FACE, PathHit, StepTarget};
 use crate::contact::node::through_thickness::propagate_impacts;
 use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::rigid::RigidView;
-use crate::sheet::Sheet;
 use crate::sheet::layer_stack::LayerImpact;
-use crate::sheet::node_contact;
+use crate::sheet::{Sheet, node_contact};
 
 const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 

@@ -17,8 +17,7 @@ use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 use crate::contact::node::response::NodeContactSurface;
 use crate::rigid::{CONVEX, RigidView};
 use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
-use crate::sheet::Sheet;
-use crate::sheet::node_contact;
+use crate::sheet::{Sheet, node_contact};
 
 /// A rigid frame in `f64`.
 #[derive(Clone, Copy, Debug)]

@@ -14,8 +14,7 @@ use crate::contact::solver_body::SolverBody;
 use crate::integrators::implicit::staged::ContactJump;
 use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
-use crate::sheet::Sheet;
-use crate::sheet::stage;
+use crate::sheet::{Sheet, stage};
 
 /// Contact arrays of a sheet.
 #[derive(Default)]

@@ -21,7 +21,6 @@
 pub(crate) mod normal_rotation;
 pub(crate) mod remap;
 pub(crate) mod rest;
-pub(crate) mod serialization;
 pub(crate) mod sums;
 #[cfg(test)]
 mod tests;
@@ -37,7 +36,7 @@ use crate::elements::staggered::ClosedPart;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 /// One curvature group: a point with up to three curvatures.
 #[derive(Clone, Debug)]
@@ -168,11 +167,6 @@ impl Bending {
             }
         }
         k
-    }
-
-    /// Curvatures along the normal of every group, 1/m, for reports.
-    pub fn normal_curvatures(&self, x: &Vectors) -> impl Iterator<Item = [f64; 3]> {
-        self.groups.iter().map(move |g| along(&self.curvature(g, x, &g.prescribed), normal(g, x)))
     }
 
     /// Adds `scale` Σ wᵀ m to `to`, with the moments m (N m²) of a group.
@@ -435,19 +429,47 @@ impl Element for Bending {
     }
 
     fn serialise_history(&self, to: &mut StateWriter) {
-        self.serialise_rates(to);
+        // One sparse list: a group of a grid has one or two of the three rates.
+        to.sparse(self.groups.iter().map(|g| g.rate).collect::<Vec<_>>().as_flattened());
     }
 
     fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
-        self.deserialise_rates(from)
+        let mut rates = vec![[0.0; 3]; self.groups.len()];
+        from.sparse(rates.as_flattened_mut())?;
+        self.groups.iter_mut().zip(rates).for_each(|(g, rate)| g.rate = rate);
+        Ok(())
     }
 
+    /// Serialises stiffness and rest state. The values of the pairs are included, because each
+    /// change of temperature or creep scale rounds them.
     fn serialise_changes(&self, to: &mut StateWriter) {
-        self.serialise_law(to);
+        self.groups.iter().for_each(|g| to.number(g.softness));
+        self.groups.iter().for_each(|g| g.stiffness.serialise(to));
+        self.pairs.iter().for_each(|p| to.number(p.value));
+        to.flag(!self.rest.is_empty());
+        for (rest, curl) in self.rest.iter().zip(&self.curl) {
+            rest.iter().for_each(|r| to.sparse(&r.to_array()));
+            to.number(*curl);
+        }
+        self.rest_curvature.iter().for_each(|rests| rests.serialise(to));
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        self.deserialise_law(from)
+        self.groups.iter_mut().try_for_each(|g| g.softness.deserialise(from))?;
+        self.groups.iter_mut().try_for_each(|g| g.stiffness.deserialise(from))?;
+        self.pairs.iter_mut().try_for_each(|p| p.value.deserialise(from))?;
+        let count = if from.flag()? { self.groups.len() } else { 0 };
+        self.rest.resize(count, [DVec3::ZERO; 3]);
+        self.curl.resize(count, 0.0);
+        for (rest, curl) in self.rest.iter_mut().zip(&mut self.curl) {
+            for r in rest {
+                *r = DVec3::from_array(from.sparse_array()?);
+            }
+            curl.deserialise(from)?;
+        }
+        self.rest_curvature.iter_mut().try_for_each(|rests| rests.deserialise(from))?;
+        self.sum_constant();
+        Ok(())
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

@@ -18,9 +18,9 @@ use crate::elements::bending::normal_rotation::NormalRotation;
 use crate::elements::bending::{Bending, BendingGroup, along, normal, times, times_scalar};
 use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep, YieldLaw};
 use crate::elements::curvature::{CurvatureGroup, dot};
-use crate::elements::{Geometric, NO_BLOCK, deserialise_matrices, rest_strain_after_softening, serialise_matrices};
+use crate::elements::{Geometric, NO_BLOCK, rest_strain_after_softening};
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Rest curvature of all groups.
 #[derive(Clone, Debug, Default)]
@@ -127,29 +127,9 @@ impl RestCurvature {
     pub fn is_elastic(&self) -> bool {
         self.is_flat && self.strains.is_empty()
     }
-
-    /// Serialises the state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        self.rest.iter().for_each(|r| to.numbers(r));
-        serialise_matrices(self.full.iter(), to);
-        to.numbers(&self.scale);
-        self.strains.iter().flatten().for_each(|s| s.serialise(to));
-        to.numbers(&self.hardened);
-        to.flag(self.is_in_step);
-    }
-
-    /// Deserialises the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        self.rest.iter_mut().try_for_each(|r| from.numbers(r))?;
-        deserialise_matrices(self.full.iter_mut(), from)?;
-        from.numbers(&mut self.scale)?;
-        self.strains.iter_mut().flatten().try_for_each(|s| s.deserialise(from))?;
-        from.numbers(&mut self.hardened)?;
-        self.is_in_step = from.flag()?;
-        self.update_is_flat();
-        Ok(())
-    }
 }
+
+state!(RestCurvature: rest, full, scale, strains, hardened, is_in_step; then update_is_flat);
 
 fn is_flat(rest: &[f64; 3]) -> bool {
     *rest == [0.0; 3]

@@ -5,7 +5,7 @@ use crate::elements::ThermalFields;
 use crate::elements::creep::{ArmDecay, CreepStrain, InelasticElement, InelasticStep};
 use crate::elements::grid_membrane::{CellGeometry, CellMembrane, LANES, Pack, PacketRestState, half_dot, open_cell};
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Creep state of the cells of a packet; strains without thermal expansion.
 #[derive(Clone, Debug)]
@@ -37,10 +37,7 @@ impl CellCreep {
 
     /// Strain without stress and arms of each strain of a cell.
     pub fn stored_state(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
-        std::array::from_fn(|k| {
-            let s = &self.parts[index].strains[k][l];
-            [s.stress_free(), s.arms[0], s.arms[1]]
-        })
+        std::array::from_fn(|k| self.parts[index].strains[k][l].stored_state())
     }
 
     /// Remaining stiffness of cell `l` of packet `index`, as a fraction of the law's.
@@ -49,26 +46,8 @@ impl CellCreep {
     }
 }
 
-impl CellCreep {
-    /// Serialises the state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.flag(self.is_in_step);
-        for part in &self.parts {
-            part.strains.iter().flatten().for_each(|s| s.serialise(to));
-            to.numbers(&part.softness.0);
-        }
-    }
-
-    /// Deserialises the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        self.is_in_step = from.flag()?;
-        for part in &mut self.parts {
-            part.strains.iter_mut().flatten().try_for_each(|s| s.deserialise(from))?;
-            from.numbers(&mut part.softness.0)?;
-        }
-        Ok(())
-    }
-}
+state!(PacketCreep: strains, softness.0);
+state!(CellCreep: is_in_step, parts);
 
 /// Thermal expansion of strain `k` in lane `l`; the shear has none.
 fn expansion(w: &PacketRestState, k: usize, l: usize) -> f64 {

@@ -38,7 +38,7 @@ use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
 use crate::math::lanes::{LANES, Pack, Pack3, Pack9};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 
 /// Pairs of a cell's nodes with a matrix block, row by row of the lower triangle.
 const PAIRS: [(usize, usize); 10] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)];
@@ -462,11 +462,33 @@ impl Element for CellMembrane {
     }
 
     fn serialise_changes(&self, to: &mut StateWriter) {
-        self.serialise_thermal(to);
+        to.flag(!self.rest_state.is_empty());
+        for (w, p) in self.rest_state.iter().zip(&self.packets) {
+            let packs = std::iter::once(&w.softness).chain(&w.rest).chain(&w.expansion);
+            packs.for_each(|pack| to.sparse(&pack.0[..p.count]));
+        }
+        self.creep.iter().for_each(|creep| creep.serialise(to));
+        to.flag(!self.open.is_empty());
+        self.open.serialise(to);
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        self.deserialise_thermal(from)
+        let is_warm = from.flag()?;
+        self.rest_state.clear();
+        if is_warm {
+            self.rest_state.resize(self.packets.len(), PacketRestState::COLD);
+        } else if self.creep.is_some() {
+            return Err(CorruptState);
+        }
+        for (w, p) in self.rest_state.iter_mut().zip(&self.packets) {
+            let packs = std::iter::once(&mut w.softness).chain(&mut w.rest).chain(&mut w.expansion);
+            packs.into_iter().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
+        }
+        self.creep.iter_mut().try_for_each(|creep| creep.deserialise(from))?;
+        let count = if from.flag()? { self.packets.len() } else { 0 };
+        self.open.clear();
+        self.open.resize(count, [None; LANES]);
+        self.open.deserialise(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

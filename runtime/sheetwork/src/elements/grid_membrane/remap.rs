@@ -1,6 +1,7 @@
 //! Remapping of the membrane state of a grid to another grid: thermal rest strain and creep.
 //! Thermal expansion follows from the temperatures.
 
+use crate::elements::creep::CreepStrain;
 use crate::elements::grid_membrane::{CellMembrane, PacketRestState};
 use crate::elements::remap::Remap;
 
@@ -51,9 +52,7 @@ impl CellMembrane {
             }
             let Some(creeping) = &mut self.creep else { continue };
             for (k, strain) in creeping.strains(index, l).enumerate() {
-                let [left, first, second] = [held[3 * k], held[3 * k + 1], held[3 * k + 2]];
-                strain.arms = [first, second];
-                (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
+                *strain = CreepStrain::from_stored_state([held[3 * k], held[3 * k + 1], held[3 * k + 2]]);
             }
         }
     }

@@ -3,8 +3,8 @@
 //! An edge shared by two cells has one strain in both, bit for bit, and so one strain rate, which
 //! is serialised once.
 
-use crate::elements::grid_membrane::{CellMembrane, LANES, PacketRestState};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::elements::grid_membrane::{CellMembrane, LANES};
+use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 impl CellMembrane {
     /// Calls `visit` for every strain rate with its packet, component and lane, and with the
@@ -63,44 +63,6 @@ impl CellMembrane {
             for (rate, value) in p.rate.iter_mut().zip(values) {
                 rate.0 = value;
             }
-        }
-        Ok(())
-    }
-
-    pub(crate) fn serialise_thermal(&self, to: &mut StateWriter) {
-        to.flag(!self.rest_state.is_empty());
-        for (w, p) in self.rest_state.iter().zip(&self.packets) {
-            let packs = std::iter::once(&w.softness).chain(&w.rest).chain(&w.expansion);
-            packs.for_each(|pack| to.sparse(&pack.0[..p.count]));
-        }
-        if let Some(creeping) = &self.creep {
-            creeping.serialise(to);
-        }
-        to.flag(!self.open.is_empty());
-        self.open.iter().flatten().for_each(|open| to.optional(*open));
-    }
-
-    pub(crate) fn deserialise_thermal(&mut self, from: &mut StateReader) -> ReadResult {
-        let is_warm = from.flag()?;
-        self.rest_state.clear();
-        if is_warm {
-            self.rest_state.resize(self.packets.len(), PacketRestState::COLD);
-        } else if self.creep.is_some() {
-            return Err(CorruptState);
-        }
-        for (w, p) in self.rest_state.iter_mut().zip(&self.packets) {
-            let packs = std::iter::once(&mut w.softness).chain(&mut w.rest).chain(&mut w.expansion);
-            packs.into_iter().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
-        }
-        if let Some(creeping) = &mut self.creep {
-            creeping.deserialise(from)?;
-        }
-        self.open.clear();
-        if from.flag()? {
-            self.open.resize(self.packets.len(), [None; LANES]);
-        }
-        for open in self.open.iter_mut().flatten() {
-            *open = from.optional()?;
         }
         Ok(())
     }

@@ -4,9 +4,8 @@
 use crate::elements::ThermalFields;
 use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep};
 use crate::elements::triangle_membrane::{EdgeMembrane, dot, product};
-use crate::elements::{deserialise_matrices, serialise_matrices};
 use crate::math::Vectors;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::state;
 
 /// Creep state of all edges and triangles.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +23,8 @@ pub(crate) struct EdgeCreep {
     warmth: Vec<(f64, f64)>,
 }
 
+state!(EdgeCreep: is_in_step, strains, full, scale, warmth);
+
 impl EdgeCreep {
     pub fn new(edges: usize, triangles: usize, share: [f64; 2]) -> Self {
         Self {
@@ -34,27 +35,6 @@ impl EdgeCreep {
             is_in_step: false,
             warmth: vec![(1.0, 0.0); edges],
         }
-    }
-
-    /// Serialises the state.
-    pub fn serialise(&self, to: &mut StateWriter) {
-        to.flag(self.is_in_step);
-        self.strains.iter().for_each(|s| s.serialise(to));
-        serialise_matrices(self.full.iter(), to);
-        to.numbers(&self.scale);
-        self.warmth.iter().for_each(|w| to.numbers(&[w.0, w.1]));
-    }
-
-    /// Deserialises the state.
-    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        self.is_in_step = from.flag()?;
-        self.strains.iter_mut().try_for_each(|s| s.deserialise(from))?;
-        deserialise_matrices(self.full.iter_mut(), from)?;
-        from.numbers(&mut self.scale)?;
-        for warmth in &mut self.warmth {
-            *warmth = (from.number()?, from.number()?);
-        }
-        Ok(())
     }
 
     /// Whether a step is in progress.

@@ -31,14 +31,11 @@ use crate::elements::curvature::{CurvatureGroup, apply as product, dot};
 use crate::elements::remap::Remap;
 use crate::elements::triangle_membrane::creep::EdgeCreep;
 use crate::elements::triangle_membrane::edge_strain::{EdgeStrain, sources};
-use crate::elements::{
-    Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, deserialise_matrices, rest_strain_after_softening,
-    serialise_matrices,
-};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 
 /// A triangle: three edges, and the nodes that their strains depend on.
 #[derive(Clone, Debug, Default)]
@@ -67,6 +64,8 @@ struct TriangleRestState {
     rest: [f64; 3],
     expansion: [f64; 3],
 }
+
+state!(TriangleRestState { softness, rest, expansion });
 
 impl TriangleRestState {
     /// Rest state before any change of temperature.
@@ -382,36 +381,21 @@ impl Element for EdgeMembrane {
 
     fn serialise_changes(&self, to: &mut StateWriter) {
         self.strains.iter().for_each(|s| to.number(s.unit));
-        serialise_matrices(self.triangles.iter().map(|t| &t.stiffness), to);
+        self.triangles.iter().for_each(|t| t.stiffness.serialise(to));
         to.flag(!self.rest_state.is_empty());
-        for w in &self.rest_state {
-            to.number(w.softness);
-            to.numbers(&w.rest);
-            to.numbers(&w.expansion);
-        }
-        if let Some(creeping) = &self.creep {
-            creeping.serialise(to);
-        }
+        self.rest_state.serialise(to);
+        self.creep.iter().for_each(|creep| creep.serialise(to));
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
-        for strain in &mut self.strains {
-            strain.unit = from.number()?;
-        }
-        deserialise_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
+        self.strains.iter_mut().try_for_each(|s| s.unit.deserialise(from))?;
+        self.triangles.iter_mut().try_for_each(|t| t.stiffness.deserialise(from))?;
         self.rest_state.clear();
         if from.flag()? {
             self.rest_state.resize(self.triangles.len(), TriangleRestState::COLD);
         }
-        for w in &mut self.rest_state {
-            w.softness = from.number()?;
-            from.numbers(&mut w.rest)?;
-            from.numbers(&mut w.expansion)?;
-        }
-        match &mut self.creep {
-            Some(creeping) => creeping.deserialise(from),
-            None => Ok(()),
-        }
+        self.rest_state.deserialise(from)?;
+        self.creep.iter_mut().try_for_each(|creep| creep.deserialise(from))
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

@@ -5,8 +5,9 @@
 //! the triangles. The file also has the edge strains and their derivatives, with which state
 //! transfer places the nodes so that both meshes have equal strain.
 
+use crate::elements::creep::CreepStrain;
 use crate::elements::remap::Remap;
-use crate::elements::triangle_membrane::{EdgeCreep, EdgeMembrane, TriangleRestState, dot, product};
+use crate::elements::triangle_membrane::{EdgeMembrane, TriangleRestState, dot, product};
 use crate::math::Vectors;
 
 /// Three tensors per triangle: rest strain, and the strains of two creep arms.
@@ -19,7 +20,7 @@ impl EdgeMembrane {
         let w = &self.rest_state[k];
         let of_edges: [[f64; 3]; 3] = match &self.creep {
             Some(creeping) => {
-                let each = t.edges.map(|e| creeping.stored_state(e as usize));
+                let each = t.edges.map(|e| creeping.strains[e as usize].stored_state());
                 std::array::from_fn(|n| each.map(|held| held[n]))
             }
             None => [std::array::from_fn(|c| w.rest[c] - w.expansion[c]), [0.0; 3], [0.0; 3]],
@@ -53,7 +54,7 @@ impl EdgeMembrane {
         }
         if let Some(creeping) = &mut creeping {
             for (e, (sum, area)) in sums.into_iter().enumerate().filter(|(_, (_, area))| *area > 0.0) {
-                creeping.set_stored_state(e, sum.map(|s| s / area));
+                creeping.strains[e] = CreepStrain::from_stored_state(sum.map(|s| s / area));
                 self.apply_rest_strain(e, creeping);
             }
         }
@@ -89,19 +90,5 @@ impl EdgeMembrane {
             0.5 * (dot(squares, &a) + dot(squares, &b))
         })
         .collect()
-    }
-}
-
-impl EdgeCreep {
-    /// Strain without stress of edge `e`, and its arms.
-    fn stored_state(&self, e: usize) -> [f64; 3] {
-        let s = &self.strains[e];
-        [s.stress_free(), s.arms[0], s.arms[1]]
-    }
-
-    fn set_stored_state(&mut self, e: usize, [left, first, second]: [f64; 3]) {
-        let s = &mut self.strains[e];
-        s.arms = [first, second];
-        (s.start, s.rest, s.stiffness) = (left + first + second, left, 1.0);
     }
 }

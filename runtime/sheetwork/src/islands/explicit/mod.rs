@@ -27,11 +27,8 @@ use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
-use crate::sheet::attachment;
-use crate::sheet::bonds;
 use crate::sheet::instability::energy_at_start;
-use crate::sheet::node_contact;
-use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status};
+use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, bonds, node_contact};
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 

@@ -7,8 +7,9 @@ use crate::World;
 use crate::collision::overlap::{BodyPose, OverlapSolid, faces, with_body};
 use crate::mesh::structure::StructureKind;
 use crate::rigid::BodyState;
-use crate::scene::IntegratorKind;
-use crate::scene::{BodySpec, ContactDefaults, PinSpec, Placement, Polyhedron, Region, Scene, Shape, SheetSpec};
+use crate::scene::{
+    BodySpec, ContactDefaults, IntegratorKind, PinSpec, Placement, Polyhedron, Region, Scene, Shape, SheetSpec,
+};
 use crate::sheet::Sheet;
 
 const G: f64 = 9.81;

@@ -45,11 +45,6 @@ impl InstructionSet {
         Instructions::best().path()
     }
 
-    /// Whether this processor has it.
-    pub fn is_available(self) -> bool {
-        self.instructions().is_some()
-    }
-
     pub(crate) fn instructions(self) -> Option<Instructions> {
         match self {
             Self::Portable => Some(Instructions::Portable(Portable)),

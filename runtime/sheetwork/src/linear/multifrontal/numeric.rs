@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use crate::linear::multifrontal::kernels;
-use crate::linear::multifrontal::kernels::DenseFront;
+use crate::linear::multifrontal::kernels::{self, DenseFront};
 use crate::linear::multifrontal::lanes::{Lanes, VectorKernel};
-use crate::linear::multifrontal::solve;
-use crate::linear::multifrontal::solve::RightHandSide;
+use crate::linear::multifrontal::solve::{self, RightHandSide};
 use crate::linear::multifrontal::symbolic::{Front, RowRun, SymbolicFactor};
 
 /// Factorisation of `fronts`, whose children are among them or finished. `values` are those of the

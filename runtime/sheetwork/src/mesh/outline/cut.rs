@@ -6,7 +6,7 @@
 
 use glam::DVec2;
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::outline::Outline;
 use crate::mesh::outline::line::{CellScale, OutlineLine};
 use crate::mesh::outline::ring::{foot, meeting};
@@ -37,14 +37,10 @@ pub fn pieces(outline: &Outline, rings: &mut [OutlineLine], cells: &CellScale) -
     for (i, cut) in outline.cuts().iter().enumerate() {
         let field = format!("cuts.{i}");
         let line = OutlineLine::new(cut, false, &field, cells)?;
-        if line.points.len() < 2 {
-            return Err(InputError::new(field, "has no length"));
-        }
+        reject_if!(line.points.len() < 2, field, "has no length");
         let before = pieces.len();
         inside(outline, &line, rings, cells, &mut pieces)?;
-        if pieces.len() == before {
-            return Err(InputError::new(field, "lies outside the sheet"));
-        }
+        reject_if!(pieces.len() == before, field, "lies outside the sheet");
     }
     cross(&mut pieces, cells)?;
     Ok(pieces)

@@ -39,7 +39,7 @@ pub use crate::mesh::outline::ring::Ring;
 pub use crate::mesh::outline::spec::{HoleSpec, OutlineSpec, check_cuts, check_holes, check_outline};
 pub use crate::mesh::outline::triangulate::mesh;
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 
 /// Maximum distance between a curve and its polyline, as a fraction of the outline's larger extent.
 pub const FLATNESS: f64 = 1e-6;
@@ -155,9 +155,7 @@ fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Res
         }
     };
     let rings = flatten(&path);
-    if rings.is_empty() {
-        return Err(InputError::new("outline", "encloses nothing"));
-    }
+    reject_if!(rings.is_empty(), "outline", "encloses nothing");
     let (low, high) = (path.bounding_box().min_x(), path.bounding_box().max_x());
     let (back, front) = (path.bounding_box().min_y(), path.bounding_box().max_y());
     if [low, high, back, front].into_iter().any(|v| !v.is_finite() || v.abs() > 1e3) {
@@ -235,9 +233,7 @@ fn check_area(ring: &Ring) -> Result<(), InputError> {
         // The areas of the two loops of a figure eight can cancel.
         check_crossings(std::slice::from_ref(ring))?;
     }
-    if straight || ring.area().abs() <= least {
-        return Err(InputError::new(&ring.field, format!("encloses no area ({} m across)", metres(extent))));
-    }
+    reject_if!(straight || ring.area().abs() <= least, &ring.field, "encloses no area ({} m across)", metres(extent));
     Ok(())
 }
 

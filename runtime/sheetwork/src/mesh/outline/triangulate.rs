@@ -12,11 +12,9 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::error::InputError;
-use crate::mesh::outline::boundary_nodes;
-use crate::mesh::outline::boundary_nodes::BoundaryNodes;
-use crate::mesh::outline::inner_row;
-use crate::mesh::outline::inner_row::MIN_POINT_DISTANCE;
+use crate::error::{InputError, reject_if};
+use crate::mesh::outline::boundary_nodes::{self, BoundaryNodes};
+use crate::mesh::outline::inner_row::{self, MIN_POINT_DISTANCE};
 use crate::mesh::outline::line::CellScale;
 use crate::mesh::outline::mesh::TriangleMesh;
 use crate::mesh::outline::ring::distance;
@@ -183,9 +181,7 @@ pub fn quality([a, b, c]: [DVec2; 3]) -> f64 {
 }
 
 fn check_quality(nodes: &BoundaryNodes, triangles: &[[u32; 3]], cells: &CellScale) -> Result<(), InputError> {
-    if triangles.is_empty() {
-        return Err(InputError::new("outline", "has no triangle inside; use a finer grid"));
-    }
+    reject_if!(triangles.is_empty(), "outline", "has no triangle inside; use a finer grid");
     for t in triangles {
         let p = t.map(|v| nodes.points[v as usize]);
         if quality(p) < MIN_QUALITY {

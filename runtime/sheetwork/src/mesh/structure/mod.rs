@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::grid::{LatticeBuilder, LatticeLayer};
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::spring_class::SpringClass;
 use crate::units::parameters::ParameterId as Id;
 
@@ -223,14 +223,10 @@ fn check(spec: &LatticeSpec) -> Result<(), InputError> {
         return Err(InputError::new("grid.1", problem));
     }
     let masses = u64::from(nx) * u64::from(nz) * u64::from(layers);
-    if masses > MAX_NODES {
-        return Err(InputError::new("grid", format!("about {masses} masses, more than {MAX_NODES}")));
-    }
+    reject_if!(masses > MAX_NODES, "grid", "about {masses} masses, more than {MAX_NODES}");
     Id::Size.check_each("size", [spec.size.0, spec.size.1])?;
     Id::Gap.check("gap", spec.gap)?;
-    if spec.cross_over && !info.cross_over {
-        return Err(InputError::new("cross_over", format!("{} has no cross-over springs", info.name)));
-    }
+    reject_if!(spec.cross_over && !info.cross_over, "cross_over", "{} has no cross-over springs", info.name);
     Ok(())
 }
 

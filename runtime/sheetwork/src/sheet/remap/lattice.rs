@@ -16,8 +16,7 @@ use crate::sheet::Sheet;
 use crate::sheet::remap::attachments;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
 use crate::sheet::remap::membrane::MembraneStrain;
-use crate::sheet::remap::motion;
-use crate::sheet::remap::motion::vectors;
+use crate::sheet::remap::motion::{self, vectors};
 use crate::sheet::remap::spline::SplineSurface;
 use crate::sheet::remap::strain::{GridStrains, StrainGrid};
 

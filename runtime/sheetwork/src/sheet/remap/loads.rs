@@ -8,9 +8,8 @@ use glam::DVec3;
 
 use crate::mesh::structure::LatticeLayer;
 use crate::sheet::Sheet;
-use crate::sheet::remap;
-use crate::sheet::remap::lattice;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::{self, lattice};
 
 /// The two of `count` points, `step` apart from `first` on, around `at`, with their weights.
 fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2] {

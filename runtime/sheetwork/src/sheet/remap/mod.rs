@@ -31,12 +31,8 @@ pub(crate) mod strain;
 use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::error::InputError;
 use crate::scene::{Region, SheetSpec};
-use crate::sheet::attachment;
-use crate::sheet::buckling;
-use crate::sheet::instability;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
-use crate::sheet::temperature;
-use crate::sheet::{RecoveryState, Sheet, Status};
+use crate::sheet::{RecoveryState, Sheet, Status, attachment, buckling, instability, temperature};
 use crate::units::temperature::REFERENCE;
 
 /// Iterations for the largest frequency, which give an accuracy of a few percent.

@@ -7,13 +7,10 @@ use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::math::Vectors;
 use crate::mesh::structure::StructureKind;
 use crate::scene::SheetSpec;
-use crate::sheet::Sheet;
-use crate::sheet::instability;
-use crate::sheet::remap;
-use crate::sheet::remap::lattice;
-use crate::sheet::remap::outline;
 use crate::sheet::remap::spline::SplineSurface;
 use crate::sheet::remap::strain::StrainGrid;
+use crate::sheet::remap::{self, lattice, outline};
+use crate::sheet::{Sheet, instability};
 
 /// Tolerance on the distance of a node from its pin, relative to the length of the sheet, for
 /// rounding.

@@ -13,12 +13,10 @@ use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::outline::locate::{PointLocator, inward};
 use crate::scene::SheetSpec;
-use crate::sheet::Sheet;
-use crate::sheet::remap;
-use crate::sheet::remap::motion;
-use crate::sheet::remap::motion::{PIN_TOLERANCE, vectors};
+use crate::sheet::remap::motion::{self, PIN_TOLERANCE, vectors};
 use crate::sheet::remap::patch::MovingLeastSquares;
 use crate::sheet::remap::strain::{MAX_NEWTON_ITERATIONS, MOTION_WEIGHT, STRAIN_THRESHOLD, solve_conjugate_gradients};
+use crate::sheet::{Sheet, remap};
 
 impl Sheet {
     /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its

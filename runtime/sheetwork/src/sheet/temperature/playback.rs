@@ -1,9 +1,8 @@
 //! Temperatures of a recording on a sheet, for display only.
 
 use crate::error::{InputError, check_range};
-use crate::sheet::Sheet;
 use crate::sheet::remap::motion;
-use crate::sheet::temperature;
+use crate::sheet::{Sheet, temperature};
 use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
 /// Minimum remaining stiffness: a recording can round it to zero.

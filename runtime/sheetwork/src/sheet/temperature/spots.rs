@@ -2,8 +2,7 @@
 
 use crate::error::InputError;
 use crate::scene::spot::SpotSpec;
-use crate::sheet::Sheet;
-use crate::sheet::temperature;
+use crate::sheet::{Sheet, temperature};
 
 /// Set the temperatures of `spots`, through the whole thickness; other places keep theirs. A
 /// sheet without a thermal model starts one at `ambient` (°C).

@@ -13,12 +13,11 @@
 use crate::elements::{ThermalFields, rest_strain_after_softening};
 use crate::error::InputError;
 use crate::scene::Material;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::creep;
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::temperature::conduction::{ConductionStepper, Exchange};
 use crate::sheet::temperature::patches::SheetPatches;
 use crate::sheet::temperature::softening::Softening;
+use crate::sheet::{Sheet, creep};
 use crate::units::parameters::ParameterId as Id;
 
 /// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by
@@ -69,6 +68,8 @@ struct SpringThermalState {
     expansion: f64,
 }
 
+state!(SpringThermalState { softness, cold, expansion });
+
 impl SheetTemperature {
     /// State of a sheet at `celsius` (°C), with one or two `points` through the thickness.
     fn new(sheet: &Sheet, celsius: f64, points: usize) -> Self {
@@ -99,9 +100,7 @@ impl SheetTemperature {
         for list in [&self.applied, &self.room, &self.compliance, &self.expansion, &self.curl] {
             to.numbers(list);
         }
-        for spring in &self.springs {
-            to.numbers(&[spring.softness, spring.cold, spring.expansion]);
-        }
+        self.springs.serialise(to);
         to.flag(self.given);
         to.flag(self.body.is_some());
         if let Some(body) = &self.body {
@@ -115,9 +114,7 @@ impl SheetTemperature {
         self.average();
         let lists = [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
         lists.into_iter().try_for_each(|list| from.numbers(list))?;
-        for spring in &mut self.springs {
-            (spring.softness, spring.cold, spring.expansion) = (from.number()?, from.number()?, from.number()?);
-        }
+        self.springs.deserialise(from)?;
         self.given = from.flag()?;
         if !from.flag()? {
             self.body = None;
@@ -175,11 +172,6 @@ impl SheetTemperature {
         for (mean, (a, b)) in self.mean.iter_mut().zip(lower.iter().zip(upper)) {
             *mean = 0.5 * (a + b);
         }
-    }
-
-    /// Heat content of the sheet above 0 °C, J; `None` before the first thermal step.
-    pub fn heat_content(&self) -> Option<f64> {
-        self.body.as_ref().map(|b| b.stepper.heat(&self.nodes))
     }
 
     /// Temperature of every node, °C; the mean through the thickness where a node has two.

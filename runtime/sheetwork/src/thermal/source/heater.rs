@@ -25,9 +25,8 @@ use crate::error::InputError;
 use crate::rigid::RigidView;
 use crate::scene::heater_file::Heater;
 use crate::scene::{HeaterSpec, Placement, Scene};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::Sheet;
-use crate::sheet::temperature;
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
+use crate::sheet::{Sheet, temperature};
 use crate::thermal::shadow::SelfShadow;
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, fourth_power};
 use crate::thermal::view_factor::contour;
@@ -154,13 +153,8 @@ struct PatchViews {
 
 impl PatchViews {
     fn serialise(&self, to: &mut StateWriter) {
-        to.count(self.at.len() as u64);
-        for (place, normal, reach) in &self.at {
-            to.vector(*place);
-            to.vector(*normal);
-            to.number(*reach);
-        }
-        self.factors.iter().for_each(|(f, v)| to.numbers(&[*f, *v]));
+        to.states(&self.at);
+        self.factors.serialise(to);
         to.count(self.next as u64);
         to.count(self.glance as u64);
         to.flag(self.complete);
@@ -172,15 +166,10 @@ impl PatchViews {
 
     /// Deserialise the data of `sheet` for `faces` hot faces.
     fn deserialise(&mut self, from: &mut StateReader, sheet: &Sheet, faces: usize) -> ReadResult {
-        let patches = from.length(56)?;
-        self.at.resize(patches, (DVec3::NAN, DVec3::NAN, f64::NAN));
-        for at in &mut self.at {
-            *at = (from.vector()?, from.vector()?, from.number()?);
-        }
+        self.at = from.states(56)?;
+        let patches = self.at.len();
         self.factors.resize(patches * faces, (0.0, 1.0));
-        for factor in &mut self.factors {
-            *factor = (from.number()?, from.number()?);
-        }
+        self.factors.deserialise(from)?;
         (self.next, self.glance) = (from.index(patches.max(1))? as usize, from.index(VIEW_UPDATE_STEPS)? as usize);
         self.complete = from.flag()?;
         if !from.flag()? {
@@ -337,17 +326,17 @@ impl HeatSource for HeaterSource {
     fn serialise_settings(&self, to: &mut StateWriter) {
         to.flag(self.on);
         for face in &self.faces {
-            to.number(face.celsius);
-            face.corners.iter().for_each(|corner| to.vector(*corner));
+            face.celsius.serialise(to);
+            face.corners.serialise(to);
         }
     }
 
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.on = from.flag()?;
         for face in &mut self.faces {
-            face.celsius = from.number()?;
+            face.celsius.deserialise(from)?;
             let mut corners = face.corners.clone();
-            corners.iter_mut().try_for_each(|corner| from.vector().map(|place| *corner = place))?;
+            corners.deserialise(from)?;
             if corners != face.corners {
                 *face = HotFace::new(corners, face.celsius, face.emissivity);
             }

@@ -3,7 +3,7 @@
 
 use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, Surroundings};
 use crate::units::parameters::ParameterId as Id;
 
@@ -24,6 +24,8 @@ pub(crate) const PATH: &str = "oven";
 struct Oven {
     spec: OvenSpec,
 }
+
+state!(OvenKey { time, temperature });
 
 impl HeatSource for Oven {
     fn modify_surroundings(&self, time: f64, room: &mut Surroundings) {
@@ -65,22 +67,16 @@ impl HeatSource for Oven {
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
-        to.flag(self.spec.on);
-        to.number(self.spec.temperature);
+        self.spec.on.serialise(to);
+        self.spec.temperature.serialise(to);
         // Setting the temperature clears the schedule.
-        to.count(self.spec.schedule.len() as u64);
-        for key in &self.spec.schedule {
-            to.number(key.time);
-            to.optional(key.temperature);
-        }
+        to.states(&self.spec.schedule);
     }
 
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
-        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
-        self.spec.schedule.clear();
-        for _ in 0..from.length(9)? {
-            self.spec.schedule.push(OvenKey { time: from.number()?, temperature: from.optional()? });
-        }
+        (self.spec.on, self.spec.temperature) = from.read()?;
+        let keys: Vec<(f64, Option<f64>)> = from.states(9)?;
+        self.spec.schedule = keys.into_iter().map(|(time, temperature)| OvenKey { time, temperature }).collect();
         Ok(())
     }
 }

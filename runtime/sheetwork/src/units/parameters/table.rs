@@ -1,8 +1,8 @@
 //! Rows of the table of parameters.
 
 use crate::units::parameters::ParameterId as Id;
-use crate::units::parameters::ParameterKind::{Boolean, Name, Optional, OptionalVector, Pair, Vector};
-use crate::units::parameters::{DefaultSource, ParameterKind, ParameterRow, ParameterScope, UsualRange};
+use crate::units::parameters::ParameterKind::{self, Boolean, Name, Optional, OptionalVector, Pair, Vector};
+use crate::units::parameters::{DefaultSource, ParameterRow, ParameterScope, UsualRange};
 use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Temperatures, °C.

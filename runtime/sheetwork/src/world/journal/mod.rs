@@ -17,9 +17,9 @@ use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::World;
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::scene::Scene;
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Maximum length of a header, bytes.
@@ -373,9 +373,7 @@ impl Journal {
     /// # Errors
     /// When the journal has fewer steps, or one of its snapshots or inputs is refused.
     pub fn seek(&self, world: &mut World, step: u64) -> Result<(), InputError> {
-        if step > self.len() {
-            return Err(InputError::new("step", format!("{step} is outside 0 to {}", self.len())));
-        }
+        reject_if!(step > self.len(), "step", "{step} is outside 0 to {}", self.len());
         let mut before = 0;
         for part in &self.parts {
             let here = part.steps.len() as u64;

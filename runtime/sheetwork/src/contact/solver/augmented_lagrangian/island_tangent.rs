@@ -14,9 +14,8 @@ use crate::contact::settings::{AugmentedLagrangianSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::SolverConstraint;
 use crate::contact::solver_body::SolverBody;
 use crate::linear::{Backend, Factor, Pattern, analyse_joined};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::ImplicitSystem;
-use crate::sheet::stage;
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
+use crate::sheet::{ImplicitSystem, stage};
 
 const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented_lagrangian;
 
@@ -177,11 +176,7 @@ impl IslandTangent {
 
     /// Serialise the pattern and the data of the elimination order, which depend on earlier steps.
     pub fn serialise(&self, to: &mut StateWriter) {
-        to.count(self.pattern_layout.len() as u64);
-        for (first, blocks) in &self.pattern_layout {
-            to.count(u64::from(*first));
-            to.count(u64::from(*blocks));
-        }
+        to.states(&self.pattern_layout);
         to.count(self.pattern.size() as u64);
         for column in 0..self.pattern.size() {
             let rows = &self.pattern.rows[self.pattern.column(column)];
@@ -189,17 +184,14 @@ impl IslandTangent {
             // The diagonal comes first, and rows ascend.
             rows.windows(2).for_each(|pair| to.count(u64::from(pair[1] - pair[0])));
         }
-        self.places.iter().for_each(|place| to.numbers(place));
-        to.numbers(&self.depths);
+        self.places.serialise(to);
+        self.depths.serialise(to);
     }
 
     /// Deserialise. The factor is analysed at the next use, unless it matches the deserialised
     /// data.
     pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        let mut made_for = Vec::new();
-        for _ in 0..from.length(2)? {
-            made_for.push((from.count_u32()?, from.count_u32()?));
-        }
+        let made_for: Vec<(u32, u32)> = from.states(2)?;
         let size = from.length(25)?;
         let mut pairs = Vec::new();
         for column in 0..size as u32 {
@@ -210,10 +202,9 @@ impl IslandTangent {
             }
         }
         let pattern = Pattern::new(size, pairs);
-        let mut places = vec![[0.0; 2]; size];
-        places.iter_mut().try_for_each(|place| from.numbers(place))?;
-        let mut depths = vec![0.0; size];
-        from.numbers(&mut depths)?;
+        let (mut places, mut depths) = (vec![[0.0; 2]; size], vec![0.0; size]);
+        places.deserialise(from)?;
+        depths.deserialise(from)?;
         let has_factor = self.factor.is_some() && !self.restored;
         if has_factor
             && (&self.pattern_layout, &self.pattern, &self.places, &self.depths)
