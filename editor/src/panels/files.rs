@@ -10,9 +10,8 @@ use crate::browser::Browser;
 use crate::camera::Camera;
 use crate::export::{Job, Kind, picture_file};
 use crate::picture::{Look, Picture};
-use crate::scenes;
 use crate::session::{Item, Session};
-use crate::templates;
+use crate::{scenes, templates};
 
 /// Extensions of files that can be opened.
 const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];

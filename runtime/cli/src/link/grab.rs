@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
-use sheetwork_link::Command;
-use sheetwork_link::GrabForce;
+use sheetwork_link::{Command, GrabForce};
 
 use crate::link::GameSelection;
 use sheetwork_rigs::output::{print_json, print_line};

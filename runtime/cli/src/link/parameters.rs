@@ -6,8 +6,7 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use sheetwork::InputError;
-use sheetwork_link::Command;
-use sheetwork_link::RemoteParameter;
+use sheetwork_link::{Command, RemoteParameter};
 
 use crate::link::{GameSelection, print_unstable_sheets};
 use sheetwork_rigs::output::{print_json, print_line};

@@ -16,9 +16,9 @@ use serde_json::{Map, Value, json};
 use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, StepObserver};
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+    WhenUnstable,
 };
 use sheetwork::{InputError, World};
 use sheetwork_link::Link;

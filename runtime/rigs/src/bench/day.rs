@@ -19,8 +19,9 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    IntegratorKind, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw,
+};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::memory;

@@ -15,8 +15,9 @@ use cpu_time::ThreadTime;
 use glam::DVec3;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    DetailSpec, IntegratorKind, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw,
+};
 use sheetwork::{InputError, World, check_range};
 
 use crate::output::{print_json, print_line};

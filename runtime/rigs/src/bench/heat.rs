@@ -11,8 +11,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{IntegratorKind, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::hot_box;

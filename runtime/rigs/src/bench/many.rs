@@ -12,9 +12,8 @@ use clap::Args;
 use glam::DVec3;
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+    BodySpec, IntegratorKind, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };
 use sheetwork::{InputError, World, check_range};
 

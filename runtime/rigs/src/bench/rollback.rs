@@ -14,8 +14,9 @@ use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;

@@ -13,8 +13,7 @@ use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::islands::event::EventKind;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::mesh::structure::TABLE as STRUCTURES;
+use sheetwork::mesh::structure::{StructureKind, TABLE as STRUCTURES};
 use sheetwork::scene::{
     Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene,
     Shape, SheetSpec, SpringLaw, WhenUnstable,

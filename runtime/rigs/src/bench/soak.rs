@@ -14,10 +14,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
-use sheetwork_link::Client;
-use sheetwork_link::Link;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
+use sheetwork_link::{Client, Link, LinkError};
 
 use crate::bench::link::BenchedGame;
 use crate::bench::memory;

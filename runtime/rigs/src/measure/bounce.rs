@@ -4,12 +4,10 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::scene::Placement;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase =
     RigCase { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };

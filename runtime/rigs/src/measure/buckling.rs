@@ -9,9 +9,8 @@
 use serde_json::json;
 
 use crate::measure::{RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::scene::{PinSpec, Region};
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "buckling",

@@ -7,15 +7,13 @@ use std::time::Instant;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
 use sheetwork::scene::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
 pub(crate) const PACK: RigCase =
     RigCase { name: "card-pack", about: "52 cards dropped as a pack: [--threads N]", contact: true, run: pack };

@@ -8,8 +8,7 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use sheetwork::World;
-use sheetwork::collision::overlap;
-use sheetwork::collision::overlap::{BodyPose, OverlapSolid};
+use sheetwork::collision::overlap::{self, BodyPose, OverlapSolid};
 use sheetwork::math::Vectors;
 use sheetwork::scene::sleep::SLEEP;
 use sheetwork::sheet::Status;

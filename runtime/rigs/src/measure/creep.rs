@@ -13,11 +13,10 @@
 use serde_json::json;
 
 use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::elements::creep::TimeShift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "creep",

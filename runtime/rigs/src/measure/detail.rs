@@ -20,14 +20,13 @@ use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::material::calibration::isotropic_rows;
 use sheetwork::mesh::outline::locate::PointLocator;
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec, TriangleMesh};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{CreaseSpec, Region, Scene, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "detail",

@@ -4,12 +4,10 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::scene::Shape;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "drop-box",

@@ -5,14 +5,12 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{Placement, Polyhedron, Scene, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "edge-landing",

@@ -17,8 +17,7 @@ use crate::measure::{RigCase, RigOutcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PinSpec, Region};
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::attachment;
+use sheetwork::sheet::{Sheet, attachment};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "fold",

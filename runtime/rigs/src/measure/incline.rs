@@ -9,14 +9,12 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::scene::Placement;
 use sheetwork::sheet::{Sheet, Status};
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase =
     RigCase { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };

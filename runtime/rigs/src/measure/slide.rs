@@ -4,8 +4,7 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
 use sheetwork::InputError;
 use sheetwork::scene::Placement;

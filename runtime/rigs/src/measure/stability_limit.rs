@@ -19,18 +19,16 @@
 
 use glam::{DMat3, DVec3};
 
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::integrators::Forces;
 use sheetwork::integrators::settings::NewtonSettings;
 use sheetwork::islands::event::EventKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
+    BodySpec, IntegratorKind, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
 };
 use sheetwork::sheet::{Sheet, Status};
+use sheetwork::{InputError, World};
 
 use crate::measure::random_sequence::RandomSequence;
 

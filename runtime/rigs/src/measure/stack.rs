@@ -4,14 +4,12 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::collision::overlap::pairs;
 use sheetwork::scene::{Placement, SheetSpec};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase =
     RigCase { name: "stack", about: "sheets dropped in a pile on a floor: --sheets N", contact: true, run };

@@ -5,8 +5,7 @@ use serde_json::{Map, Value};
 
 use crate::measure::{RigOutcome, Setup};
 use sheetwork::scene::Scene;
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::temperature;
+use sheetwork::sheet::{Sheet, temperature};
 use sheetwork::thermal::ThermalModel;
 use sheetwork::thermal::source::HeatSource;
 use sheetwork::{InputError, ParameterId as Id, check_range};

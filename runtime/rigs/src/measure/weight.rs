@@ -12,12 +12,10 @@ use serde_json::{Value, json};
 
 use crate::measure::contact_observer::ContactObserver;
 use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
-use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::accelerations;
-use sheetwork::{InputError, check_range};
+use sheetwork::sheet::{Sheet, accelerations};
+use sheetwork::{InputError, World, check_range};
 
 pub(crate) const CASE: RigCase = RigCase {
     name: "weight",

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use sheetwork::scene::{Scene, heater_file, material, pol, sht};
 use sheetwork::world::journal::{Journal, JournalInput, JournalWriter};
-use sheetwork::world::recording;
-use sheetwork::world::recording::RecordingWriter;
+use sheetwork::world::recording::{self, RecordingWriter};
 use sheetwork::{InputError, SceneError, World};
 use sheetwork_link::Command;
 use sheetwork_link::layout::FrameView;
