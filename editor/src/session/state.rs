@@ -1,5 +1,6 @@
 //! The session: fields, construction, and displayed state.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -360,6 +361,11 @@ impl Session {
     /// Show an error message.
     pub fn fail(&mut self, text: impl Into<String>) {
         self.tell(Message { text: text.into(), error: true, of_run: false });
+    }
+
+    /// Value of a result; an error becomes a message.
+    pub fn accept<T>(&mut self, result: Result<T, impl Display>) -> Option<T> {
+        result.map_err(|error| self.fail(error.to_string())).ok()
     }
 
     /// Show a note in place of the previous one.
