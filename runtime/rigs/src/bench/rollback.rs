@@ -19,7 +19,7 @@ use sheetwork::scene::{
 };
 use sheetwork::{InputError, World, check_range};
 
-use crate::bench::shard;
+use crate::bench::{files_of, shard};
 use crate::output::{print_json, print_line};
 
 /// Repetitions of a cost measurement, and of a rollback.
@@ -188,10 +188,9 @@ impl Rollback {
 
 /// Names of the scenes of a folder.
 pub fn scenes_of(folder: &Path) -> Result<Vec<String>, InputError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
-    let files = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ron"));
-    let mut names: Vec<String> =
-        files.filter_map(|p| p.file_stem().and_then(|s| s.to_str()).map(str::to_owned)).collect();
+    let files = files_of(folder, "ron")?;
+    let mut names: Vec<String> = files.iter().filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned())).collect();
+    // Names without their extension have another order: `a-b` and `a`.
     names.sort();
     Ok(names)
 }

@@ -2,15 +2,15 @@
 //! energy after the first impact is e² times the energy before it.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
+use crate::measure::{RigCase, RigResult, Runner, Setup, plane};
+use sheetwork::World;
 use sheetwork::scene::Placement;
-use sheetwork::{InputError, World};
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
+    RigCase::with_contact("bounce", "rebound heights of a flat drop: --height M --restitution E", run);
 
 /// Number of rebounds to wait for.
 const REBOUNDS: usize = 3;
@@ -27,7 +27,7 @@ struct Flight {
     met: bool,
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.contact_offset()?, 0.0);
@@ -56,8 +56,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     });
     let kept = flight.energy_after_impact.unwrap_or_else(|| contact_observer::energy(&runner.world)) - level;
     let expected: Vec<f64> = (1..=REBOUNDS as i32).map(|n| setup.height * e.powi(2 * n)).collect();
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "height_m": setup.height,
         "restitution": e,
         "friction": setup.friction,
@@ -65,10 +64,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "expected_heights_m": expected,
         "energy_ratio": kept / scale.max(f64::MIN_POSITIVE),
         "rebound_ratio": flight.met.then_some(flight.highest / setup.height),
-    }) {
-        keys.extend(own);
-    }
-    Ok(runner.outcome(Value::Object(keys)))
+    });
+    Ok(runner.contact_outcome(&watch, scale, own))
 }
 
 impl Flight {

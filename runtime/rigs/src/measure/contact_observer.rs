@@ -7,6 +7,7 @@
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
+use crate::measure::object;
 use sheetwork::World;
 use sheetwork::collision::overlap::{self, BodyPose, OverlapSolid};
 use sheetwork::math::Vectors;
@@ -127,7 +128,7 @@ impl ContactObserver {
     /// JSON keys common to all rigs with contact; `scale` is the energy (J) of the situation.
     pub fn keys(&self, world: &World, scale: f64) -> Map<String, Value> {
         let contacts: u64 = world.sheets().iter().map(|s| s.state.counters.contacts).sum();
-        let keys = json!({
+        object(json!({
             "max_penetration_m": self.surface.max(self.masses).max(self.sheets),
             "max_mass_penetration_m": self.masses,
             "energy_gain": self.energy_gain(scale),
@@ -135,8 +136,7 @@ impl ContactObserver {
             "asleep_s": self.asleep_at,
             "contacts": contacts,
             "most_masses_touching": self.touching,
-        });
-        if let Value::Object(map) = keys { map } else { Map::new() }
+        }))
     }
 }
 

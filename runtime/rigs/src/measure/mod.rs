@@ -66,7 +66,21 @@ pub struct RigCase {
     /// Whether the sheet touches bodies. Lattices with explicit integrators then use springs by
     /// length.
     pub contact: bool,
-    pub(crate) run: fn(&Setup) -> Result<RigOutcome, InputError>,
+    pub(crate) run: fn(&Setup) -> RigResult,
+}
+
+/// Result of a run of a rig.
+pub(crate) type RigResult = Result<RigOutcome, InputError>;
+
+impl RigCase {
+    pub(crate) const fn new(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
+        Self { name, about, contact: false, run }
+    }
+
+    /// Rig whose sheet touches bodies.
+    pub(crate) const fn with_contact(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
+        Self { contact: true, ..Self::new(name, about, run) }
+    }
 }
 
 /// All rigs, in the order of listing.
@@ -115,6 +129,11 @@ pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
     BodySpec { name: name.into(), placement, ..BodySpec::new(shape) }
 }
 
+/// Keys of a JSON object; none of another value.
+pub(crate) fn object(value: Value) -> Map<String, Value> {
+    if let Value::Object(map) = value { map } else { Map::new() }
+}
+
 /// Result of a rig.
 pub struct RigOutcome {
     /// JSON keys specific to the rig.
@@ -155,7 +174,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
     let set_up = (start.elapsed().as_secs_f64() - found.cpu).max(0.0);
     let ((nx, nz), width) = setup.as_built();
     let per_second = if found.simulated > 0.0 { 1e3 * found.cpu / found.simulated } else { 0.0 };
-    let mut all = json!({
+    let mut all = object(json!({
         "case": case,
         "structure": setup.structure.name(),
         "grid": format!("{nx}x{nz}"),
@@ -174,9 +193,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         "settled": found.settled,
         "stable": found.stable,
         "status": found.status,
-    });
-    if let Value::Object(map) = &mut all {
-        map.extend(found.keys);
-    }
-    Ok(all)
+    }));
+    all.extend(found.keys);
+    Ok(Value::Object(all))
 }

@@ -10,13 +10,13 @@
 use serde_json::json;
 
 use crate::measure::harmonic::Harmonic;
-use crate::measure::{RigCase, RigOutcome, Setup};
+use crate::measure::{RigCase, RigOutcome, RigResult, Setup};
 use sheetwork::InputError;
 use sheetwork::math::Vectors;
 use sheetwork::scene::IntegratorKind;
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
+    RigCase::new("oscillator", "order and stability limit of an engine: --engine NAME", run);
 
 /// Spectral radius minus 1 above which a motion grows, beyond rounding.
 const GROWTH_TOLERANCE: f64 = 1e-12;
@@ -112,7 +112,7 @@ fn error(engine: IntegratorKind, steps: u32) -> f64 {
     (x.x[0] - x1).hypot(v.x[0] - v1)
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let engine = setup.engine;
     let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
     let keys = json!({

@@ -3,21 +3,16 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "release",
-    about: "first swing of a sheet clamped along one edge and let go from flat, undamped",
-    contact: false,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::new("release", "first swing of a sheet clamped along one edge and let go from flat, undamped", run);
 
 /// Time limit of the swing, in periods of the slowest bending mode.
 const PERIODS: f64 = 3.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);
