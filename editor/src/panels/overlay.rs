@@ -98,9 +98,8 @@ fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
         return;
     }
     for sheet in session.world().sheets() {
-        let last = sheet.model.layers.len().saturating_sub(1);
-        let index = if state.display.layer == Layer::Top { last } else { 0 };
-        let Some(surface) = sheet.surface(index, 1) else { continue };
+        let surface = state.display.layer.index(sheet).and_then(|layer| sheet.surface(layer, 1));
+        let Some(surface) = surface else { continue };
         let mesh = surface.mesh(&sheet.state.x);
         let length = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.6 * shortest) as f32;
         for (place, normal) in mesh.positions.iter().zip(&mesh.normals) {

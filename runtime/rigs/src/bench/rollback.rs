@@ -19,6 +19,7 @@ use sheetwork::scene::{
 };
 use sheetwork::{InputError, World, check_range};
 
+use crate::bench::hot_box::shell;
 use crate::bench::{files_of, shard};
 use crate::output::{print_json, print_line};
 
@@ -197,15 +198,10 @@ pub fn scenes_of(folder: &Path) -> Result<Vec<String>, InputError> {
 
 /// Scenes of the cost measurement, with their steps.
 fn costly() -> Vec<(&'static str, Scene, u32)> {
-    let shell = |pins: Vec<PinSpec>| SheetSpec {
-        structure: StructureKind::Shell,
-        springs: SpringLaw::Calibrated,
-        grid: (21, 1, 21),
-        size: (0.25, 0.25),
-        material: MaterialChoice::Named("hips".into()),
+    let raised = |pins: Vec<PinSpec>| SheetSpec {
         pins,
         placement: Placement { position: glam::DVec3::new(0.0, 0.05, 0.0), ..Placement::default() },
-        ..SheetSpec::default()
+        ..shell(21, 0.25, MaterialChoice::Named("hips".into()))
     };
     let of = |sheet: SheetSpec| Scene {
         engine: IntegratorKind::TrBdf2,
@@ -213,14 +209,14 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         sheets: vec![sheet],
         ..Scene::default()
     };
-    let clamped = || shell(vec![PinSpec::clamped(Region::Left)]);
+    let clamped = || raised(vec![PinSpec::clamped(Region::Left)]);
     let floor = || BodySpec::new(Shape::HalfSpace);
     let ball = || BodySpec {
         mass: Some(0.02),
         placement: Placement { position: glam::DVec3::new(0.0, 0.12, 0.0), ..Placement::default() },
         ..BodySpec::new(Shape::Ball(0.02))
     };
-    let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..shell(Vec::new()) };
+    let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..raised(Vec::new()) };
     let soft = SheetSpec {
         springs: SpringLaw::Uniform,
         material: MaterialChoice::Named("thesis".into()),
@@ -229,7 +225,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
     };
     vec![
         ("shell 21x21, clamped", of(clamped()), 40),
-        ("shell 21x21, lying on a floor", Scene { bodies: vec![floor()], ..of(shell(Vec::new())) }, 60),
+        ("shell 21x21, lying on a floor", Scene { bodies: vec![floor()], ..of(raised(Vec::new())) }, 60),
         ("shell 21x21, a ball falls on it", Scene { bodies: vec![floor(), ball()], ..of(clamped()) }, 40),
         ("shell 21x21, in a warm room", Scene { ambient_temperature: 60.0, ..of(clamped()) }, 40),
         ("shell 21x21, creeping", of(SheetSpec { creep: true, ..clamped() }), 40),

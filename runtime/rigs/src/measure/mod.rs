@@ -129,6 +129,15 @@ pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
     BodySpec { name: name.into(), placement, ..BodySpec::new(shape) }
 }
 
+/// Halves an interval `count` times. `is_low` holds at its lower end and not at its upper end.
+pub(crate) fn bisect((mut low, mut high): (f64, f64), count: u32, is_low: impl Fn(f64) -> bool) -> (f64, f64) {
+    for _ in 0..count {
+        let middle = 0.5 * (low + high);
+        if is_low(middle) { low = middle } else { high = middle }
+    }
+    (low, high)
+}
+
 /// Keys of a JSON object; none of another value.
 pub(crate) fn object(value: Value) -> Map<String, Value> {
     if let Value::Object(map) = value { map } else { Map::new() }

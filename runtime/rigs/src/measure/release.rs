@@ -3,7 +3,7 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup, bisect};
 use sheetwork::scene::Region;
 
 pub(crate) const CASE: RigCase =
@@ -42,25 +42,19 @@ fn run(setup: &Setup) -> RigResult {
 /// Turning point (time, value) of the cubic through two times with values and slopes.
 pub(crate) fn turning_point(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64) {
     let h = b.0 - a.0;
-    let value = |s: f64| {
-        let (s2, s3) = (s * s, s * s * s);
-        let (p, q) = (2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3);
-        p * a.1 + q * b.1 + h * ((s3 - 2.0 * s2 + s) * a.2 + (s3 - s2) * b.2)
-    };
     let slope = |s: f64| {
         let (p, q) = (6.0 * s * s - 6.0 * s, 3.0 * s * s - 4.0 * s + 1.0);
         p * (a.1 - b.1) + h * (q * a.2 + (3.0 * s * s - 2.0 * s) * b.2)
     };
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if slope(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    (a.0 + low * h, value(low))
+    let turn = bisect((0.0, 1.0), 60, |s| slope(s) > 0.0).0;
+    (a.0 + turn * h, cubic(a, b, turn))
+}
+
+/// Value at the fraction `s` of the cubic through two times with values and slopes.
+pub(crate) fn cubic(a: (f64, f64, f64), b: (f64, f64, f64), s: f64) -> f64 {
+    let (s2, s3) = (s * s, s * s * s);
+    let (p, q) = (2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3);
+    p * a.1 + q * b.1 + (b.0 - a.0) * ((s3 - 2.0 * s2 + s) * a.2 + (s3 - s2) * b.2)
 }
 
 #[cfg(test)]
