@@ -200,11 +200,6 @@ impl Session {
         }
     }
 
-    /// Present value of a numeric parameter; `None` when there is none at this path.
-    pub fn parameter(&self, path: &str) -> Option<f64> {
-        self.world.parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
-    }
-
     /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
     /// their shape at the last change; `None` without limit.
     pub fn largest_step(&self) -> Option<f64> {
@@ -305,11 +300,6 @@ impl Session {
     /// Wall-clock times of steps.
     pub fn timing(&self) -> Timing {
         self.timing
-    }
-
-    /// Simulated time over wall-clock time of a step; `None` before the first step.
-    pub fn real_time_factor(&self) -> Option<f64> {
-        (self.timing.step_s > 0.0).then(|| self.world.dt() / self.timing.step_s)
     }
 
     /// Largest penetration of a node of each sheet at the end of a frame, m.

@@ -16,6 +16,7 @@ pub(crate) const CASE: RigCase =
 const REBOUNDS: usize = 3;
 
 /// Height of the centre of mass above its resting height on the floor, m.
+#[derive(Default)]
 struct Flight {
     last_height: f64,
     last_rise: f64,
@@ -37,14 +38,7 @@ fn run(setup: &Setup) -> RigResult {
     let lying = centre(&runner.world) - setup.height;
     let scale = contact_observer::fall_energy(&runner.world, setup.height);
     let level = contact_observer::energy(&runner.world) - scale;
-    let mut flight = Flight {
-        last_height: setup.height,
-        last_rise: 0.0,
-        heights: Vec::new(),
-        energy_after_impact: None,
-        highest: 0.0,
-        met: false,
-    };
+    let mut flight = Flight { last_height: setup.height, ..Flight::default() };
     // Duration of the fall plus twice the rise of each rebound.
     let e = setup.restitution;
     let fall = setup.fall_time(setup.height)?;

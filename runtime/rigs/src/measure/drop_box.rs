@@ -25,10 +25,7 @@ fn run(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
     let mut watch = ContactObserver::new(&runner.world);
     let fall = setup.fall_time(setup.height)?;
-    runner.run((fall + REST_TIMEOUT).min(1e3), |world| {
-        watch.observe_step(world);
-        !watch.asleep()
-    });
+    watch.run_to_sleep(&mut runner, (fall + REST_TIMEOUT).min(1e3));
     let (corners, centre) = heights(&runner.world);
     let scale = contact_observer::fall_energy(&runner.world, setup.height);
     let own = json!({

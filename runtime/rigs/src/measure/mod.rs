@@ -51,6 +51,7 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 pub(crate) use crate::measure::edge::FreeEdge;
+pub use crate::measure::random_sequence::SplitMix64;
 pub(crate) use crate::measure::runner::Runner;
 pub use crate::measure::setup::{Boundary, Setup};
 pub use crate::measure::thermal::Thermal;

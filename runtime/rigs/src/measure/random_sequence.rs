@@ -46,9 +46,14 @@ impl RandomSequence {
 }
 
 /// Pseudo-random numbers (splitmix64), determined by seed and number.
-pub(crate) struct SplitMix64(u64);
+pub struct SplitMix64(u64);
 
 impl SplitMix64 {
+    /// Sequence from this state.
+    pub fn from_state(state: u64) -> Self {
+        Self(state)
+    }
+
     /// Sequence `number` of a seed; 0 and 0 start at state 0.
     pub fn new(seed: u64, number: u64) -> Self {
         Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))

@@ -40,10 +40,7 @@ fn run(setup: &Setup) -> RigResult {
     let scale: f64 = (0..setup.sheets)
         .map(|i| contact_observer::fall_energy(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets))
         .sum();
-    runner.run(REST_TIMEOUT, |world| {
-        watch.observe_step(world);
-        !watch.asleep()
-    });
+    watch.run_to_sleep(&mut runner, REST_TIMEOUT);
     let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
     let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
     let overlaps = pairs(runner.world.sheets(), 0.0);
