@@ -21,7 +21,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::shell;
 use crate::bench::{files_of, shard};
-use crate::output::{print_json, print_line};
+use crate::output::{print_json, print_line, print_result};
 
 /// Repetitions of a cost measurement, and of a rollback.
 const COST_REPETITIONS: usize = 201;
@@ -82,11 +82,9 @@ impl Rollback {
         }
         bar.finish_and_clear();
         let all = rows.len();
-        if self.json {
-            print_json(&json!({ "steps": self.steps, "scenes": rows, "equal": passed, "of": all }))?;
-        } else {
-            print_line(&format!("{passed} of {all} scenes go on from a snapshot to the bit for {} steps", self.steps))?;
-        }
+        let found = || json!({ "steps": self.steps, "scenes": rows, "equal": passed, "of": all });
+        let text = || format!("{passed} of {all} scenes go on from a snapshot to the bit for {} steps", self.steps);
+        print_result(self.json.then(found), text)?;
         Ok(if passed == all { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 

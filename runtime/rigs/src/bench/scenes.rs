@@ -23,7 +23,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_json, print_line};
+use crate::output::{print_line, print_result};
 use crate::quantities::time;
 
 #[derive(Args)]
@@ -126,11 +126,7 @@ impl Scenes {
             "scenes": count, "well": well, "contained": contained, "frozen": frozen, "gained_energy": gained, "cut_short": short, "refused": refused,
             "unstable": unstable, "broken": broken,
         });
-        if self.json {
-            print_json(&summary)?;
-        } else {
-            print_line(&summary.to_string())?;
-        }
+        print_result(self.json.then_some(&summary), || summary.to_string())?;
         Ok(if broken == 0 && unstable == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
