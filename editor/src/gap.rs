@@ -22,8 +22,7 @@ pub fn largest(world: &World, layer: Layer) -> Option<f64> {
 /// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
 /// a sheet without such a layer.
 pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> {
-    let index = if layer == Layer::Top { sheet.model.layers.len().saturating_sub(1) } else { 0 };
-    let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.state.x);
+    let mut mesh = sheet.surface(layer.index(sheet)?, PARTS)?.mesh(&sheet.state.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
         let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
@@ -36,8 +35,7 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
         // The surface consists of the sheet's own triangles.
         return Some(0.0);
     }
-    let index = if layer == Layer::Top { sheet.model.layers.len().checked_sub(1)? } else { 0 };
-    let grid = sheet.model.layers.get(index)?;
+    let grid = sheet.model.layers.get(layer.index(sheet)?)?;
     let mesh = drawn(world, sheet, layer)?;
     let corner = |m: u32| sheet.model.uv.get(m as usize).copied().unwrap_or_default();
     let (low, high) = grid.range().map(|m| corner(m as u32)).fold(

@@ -3,11 +3,8 @@
 use std::time::Instant;
 
 use sheetwork::World;
-use sheetwork_link::AttachedProcess;
-use sheetwork_link::Host;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::LinkPlace;
-use sheetwork_link::{Link, LinkStatistics};
+use sheetwork_link::{AttachedProcess, Host, Link, LinkError, LinkStatistics};
 
 /// Link that can be switched on and off.
 #[derive(Default)]

@@ -10,12 +10,11 @@ use sheetwork::scene::{Scene, SpotSpec};
 use crate::camera::Camera;
 use crate::export::{Job, Kind};
 use crate::panels::{Draft, EditorState, Plots, Purpose, Section, Tool, blind};
-use crate::scenes;
 use crate::session::{Item, Session, Variant};
 use crate::shell::offscreen::Offscreen;
 use crate::shell::probe;
 use crate::study::Study;
-use crate::templates;
+use crate::{scenes, templates};
 
 /// Picture: file, size in pixels, scene, and its preparation.
 pub struct Page {

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
+use sheetwork_rigs::measure::SplitMix64;
 use sheetwork_rigs::study::{Answers, LAST_QUESTIONS, Overall, QUESTIONS, Rating, SHEETS, TESTS};
 
 /// Trial of a study.
@@ -27,9 +28,10 @@ pub struct Trial {
 }
 
 /// Stage of a session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
     /// Introduction, and choice of the subject.
+    #[default]
     Welcome,
     /// A sheet falls.
     Watching,
@@ -42,7 +44,7 @@ pub enum Stage {
 }
 
 /// Session of a study with one subject.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Study {
     /// Identifier of the subject; a letter or number suffices.
     pub subject: String,
@@ -62,26 +64,20 @@ pub struct Study {
 
 /// Trials in the order of `seed`.
 pub fn plan(seed: u64) -> Vec<Trial> {
-    let mut state = seed;
+    let mut draw = SplitMix64::from_state(seed);
     let mut tests = TESTS;
-    shuffle(&mut tests, &mut state);
-    let of = |test: &'static str, state: &mut u64| {
+    shuffle(&mut tests, &mut draw);
+    let mut of = |test: &'static str| {
         let mut sheets = SHEETS;
-        shuffle(&mut sheets, state);
+        shuffle(&mut sheets, &mut draw);
         sheets.map(|sheet| Trial { test, sheet })
     };
-    tests.into_iter().flat_map(|test| of(test, &mut state)).collect()
+    tests.into_iter().flat_map(&mut of).collect()
 }
 
-/// Fisher-Yates shuffle with SplitMix64 (Steele, Lea and Flood 2014), equal on every machine.
-fn shuffle<T>(all: &mut [T], state: &mut u64) {
-    for i in (1..all.len()).rev() {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        all.swap(i, ((z ^ (z >> 31)) % (i as u64 + 1)) as usize);
-    }
+/// Fisher-Yates shuffle, equal on every machine.
+fn shuffle<T>(all: &mut [T], draw: &mut SplitMix64) {
+    (1..all.len()).rev().for_each(|i| all.swap(i, draw.below(i + 1)));
 }
 
 const CUBE: &str =
@@ -143,17 +139,7 @@ pub fn scene(trial: Trial, title: &str) -> Result<Scene, InputError> {
 impl Study {
     /// Session before its start, in the order of `seed`.
     pub fn new(seed: u64) -> Self {
-        Self {
-            subject: String::new(),
-            file: "study.csv".to_owned(),
-            seed,
-            stage: Stage::Welcome,
-            plan: plan(seed),
-            at: 0,
-            chosen: Vec::new(),
-            answers: Answers::default(),
-            before: Answers::default(),
-        }
+        Self { file: "study.csv".to_owned(), seed, plan: plan(seed), ..Self::default() }
     }
 
     /// First trial of `seed` with its questions, for a picture; nothing is written.

@@ -1,5 +1,6 @@
 //! Editing a scene without a window: undo, saving, rollback, grabbing, pinning, moving.
 
+use bevy_sheetwork::inspector::ParameterAccess;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;

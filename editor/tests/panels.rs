@@ -1,6 +1,7 @@
 //! The panels in use: chosen, dragged and typed values reach the world, and rejections are
 //! reported.
 
+use bevy_sheetwork::inspector::ParameterAccess;
 use std::path::Path;
 
 use bevy_egui::egui::accesskit::Role;

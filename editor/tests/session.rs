@@ -204,9 +204,8 @@ fn an_empty_scene_plays() {
 
 #[test]
 fn the_live_link_publishes_the_session_and_its_parameters_survive_a_reset() {
-    use sheetwork_link::Client;
-    use sheetwork_link::Command;
     use sheetwork_link::link_place::LinkPlace;
+    use sheetwork_link::{Client, Command};
     let root = std::env::temp_dir().join(format!("sheetwork-editor-link-{}", std::process::id()));
     let place = LinkPlace::within(&root, "editor").expect("a name");
     let mut session = session();

@@ -28,6 +28,15 @@ struct Step {
     state: Option<Snapshot>,
 }
 
+/// Step in the history.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Revert the last edit.
+    Undo,
+    /// Repeat the last undone edit.
+    Redo,
+}
+
 /// Scene with its history.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -110,30 +119,6 @@ impl Document {
         }
     }
 
-    /// State of the world that undo restores, for an edit that changed it beyond the scene.
-    pub fn state_before(&self) -> Option<&Snapshot> {
-        self.past.last()?.state.as_ref()
-    }
-
-    /// State of the world that redo restores, for an edit that changed it beyond the scene.
-    pub fn state_after(&self) -> Option<&Snapshot> {
-        self.future.last()?.state.as_ref()
-    }
-
-    /// Store the state of the world before the last undo, for redo.
-    pub fn keep_undone(&mut self, state: Option<Snapshot>) {
-        if let Some(step) = self.future.last_mut() {
-            step.state = state;
-        }
-    }
-
-    /// Store the state of the world before the last redo, for undo.
-    pub fn keep_redone(&mut self, state: Option<Snapshot>) {
-        if let Some(step) = self.past.last_mut() {
-            step.state = state;
-        }
-    }
-
     /// End a sequence of edits: the next one is an undo step of its own.
     pub fn seal(&mut self) {
         self.sealed = true;
@@ -149,30 +134,23 @@ impl Document {
         self.future.last().map(|step| step.label.as_str())
     }
 
-    /// Scene after undo.
-    pub fn before(&self) -> Option<&Scene> {
-        self.past.last().map(|step| &step.scene)
+    /// Scene after a step in the history, and the state of the world then, for an edit that changed
+    /// it beyond the scene.
+    pub fn next(&self, turn: Turn) -> Option<(&Scene, Option<&Snapshot>)> {
+        let steps = if turn == Turn::Undo { &self.past } else { &self.future };
+        steps.last().map(|step| (&step.scene, step.state.as_ref()))
     }
 
-    /// Scene after redo.
-    pub fn after(&self) -> Option<&Scene> {
-        self.future.last().map(|step| &step.scene)
-    }
-
-    /// Undo the last edit. Returns whether there was one.
-    pub fn undo(&mut self) -> bool {
-        let Some(Step { label, key, scene, .. }) = self.past.pop() else { return false };
-        let undone = std::mem::replace(&mut self.scene, scene);
-        self.future.push(Step { label, key, scene: undone, state: None });
-        self.moved();
-        true
-    }
-
-    /// Redo the last undone edit. Returns whether there was one.
-    pub fn redo(&mut self) -> bool {
-        let Some(Step { label, key, scene, .. }) = self.future.pop() else { return false };
-        let before = std::mem::replace(&mut self.scene, scene);
-        self.past.push(Step { label, key, scene: before, state: None });
+    /// Take a step in the history; `state` is the present world, for the step back. Returns whether
+    /// there was one.
+    pub fn turn(&mut self, turn: Turn, state: Option<Snapshot>) -> bool {
+        let (from, to) = match turn {
+            Turn::Undo => (&mut self.past, &mut self.future),
+            Turn::Redo => (&mut self.future, &mut self.past),
+        };
+        let Some(Step { label, key, scene, .. }) = from.pop() else { return false };
+        let scene = std::mem::replace(&mut self.scene, scene);
+        to.push(Step { label, key, scene, state });
         self.moved();
         true
     }
@@ -224,17 +202,17 @@ mod tests {
     #[test]
     fn edits_are_undone_and_redone_one_by_one() {
         let mut document = Document::new(with_dt(1e-3));
-        assert!(!document.undo() && !document.redo() && !document.is_unsaved());
+        assert!(!document.turn(Turn::Undo, None) && !document.turn(Turn::Redo, None) && !document.is_unsaved());
         document.commit("a", "dt", with_dt(2e-3));
         document.seal();
         document.commit("b", "dt", with_dt(3e-3));
         assert_eq!((document.undoes(), document.redoes()), (Some("b"), None));
-        assert!(document.undo());
+        assert!(document.turn(Turn::Undo, None));
         assert_eq!((document.scene().dt, document.redoes()), (2e-3, Some("b")));
-        assert!(document.undo() && !document.is_unsaved());
-        assert!(document.redo() && document.redo() && !document.redo());
+        assert!(document.turn(Turn::Undo, None) && !document.is_unsaved());
+        assert!(document.turn(Turn::Redo, None) && document.turn(Turn::Redo, None) && !document.turn(Turn::Redo, None));
         assert_eq!(document.scene().dt, 3e-3);
-        document.undo();
+        document.turn(Turn::Undo, None);
         document.commit("c", "name", Scene { name: "other".into(), ..with_dt(2e-3) });
         assert_eq!(document.redoes(), None, "an edit ends what could be redone");
     }
@@ -246,9 +224,9 @@ mod tests {
             document.commit("dt", "dt", with_dt(f64::from(i) * 1e-3));
         }
         document.commit("name", "name", Scene { name: "other".into(), ..with_dt(0.05) });
-        assert!(document.undo() && document.undo());
+        assert!(document.turn(Turn::Undo, None) && document.turn(Turn::Undo, None));
         assert_eq!(document.scene().dt, 1e-3);
-        assert!(!document.undo());
+        assert!(!document.turn(Turn::Undo, None));
         let revision = document.revision();
         document.commit("nothing", "dt", with_dt(1e-3));
         assert_eq!((document.revision(), document.undoes()), (revision, None), "no edit at all");
@@ -266,7 +244,7 @@ mod tests {
         document.wrote(now);
         assert!(!document.is_unsaved());
         let mut undone = 0;
-        while document.undo() {
+        while document.turn(Turn::Undo, None) {
             undone += 1;
         }
         assert_eq!(undone, MAX_UNDO);

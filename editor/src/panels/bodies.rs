@@ -6,10 +6,10 @@ use sheetwork::ParameterId;
 use sheetwork::scene::{BodySpec, Placement, Shape};
 
 use super::EditorState;
-use super::heat::place;
+use super::heat::{bounds, place};
 use crate::session::{Item, Session};
 use crate::units::{DisplayUnit, Quantity, format_si};
-use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, number};
 
 const GRAM: DisplayUnit = DisplayUnit::fixed(Quantity::Mass, "g", 1e-3);
 
@@ -78,9 +78,8 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.is_dynamic()).map(|s| s.mass()));
     if let Some(mass) = weighs {
         ui.end_row();
-        let label = name(ui, "Mass", "Distributed uniformly over the shape");
-        let done = input(ui, &label, mass, GRAM, &ControlOptions::late());
-        tell(session, "mass", done.error);
+        let how = ControlOptions::default().on_release();
+        let done = number(ui, session, ("Mass", "Distributed uniformly over the shape", "mass"), mass, GRAM, &how);
         if let Some(mass) = done.value {
             edit(session, index, "mass", |b| (b.mass, b.density) = (Some(mass), None));
         }
@@ -91,17 +90,15 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
 /// Friction and restitution; a double click restores the scene's defaults.
 fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let all = session.scene().contact.clone();
-    let how = ControlOptions { late: true, ..ControlOptions::usual(ParameterId::BodyFriction) };
-    let label = name(ui, "Friction", "Coulomb friction coefficient of this body");
-    let done = input(ui, &label, spec.friction.unwrap_or(all.friction), PLAIN, &how);
-    tell(session, "friction", done.error);
+    let how = ControlOptions::usual(ParameterId::BodyFriction).on_release();
+    let row = ("Friction", "Coulomb friction coefficient of this body", "friction");
+    let done = number(ui, session, row, spec.friction.unwrap_or(all.friction), PLAIN, &how);
     if done.reset || done.value.is_some() {
         edit(session, index, "friction", |b| b.friction = done.value);
     }
     ui.end_row();
-    let label = name(ui, "Restitution", "Ratio of separation to approach speed");
-    let done = input(ui, &label, spec.restitution.unwrap_or(all.restitution), PLAIN, &how);
-    tell(session, "restitution", done.error);
+    let row = ("Restitution", "Ratio of separation to approach speed", "restitution");
+    let done = number(ui, session, row, spec.restitution.unwrap_or(all.restitution), PLAIN, &how);
     if done.reset || done.value.is_some() {
         edit(session, index, "restitution", |b| b.restitution = done.value);
     }
@@ -116,9 +113,8 @@ fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec
         edit(session, index, "temperature", |b| b.temperature = hot.then_some(100.0));
     }
     if let Some(celsius) = spec.temperature {
-        let label = name(ui, "at", "Temperature of this body, °C");
-        let done = input(ui, &label, celsius, CELSIUS, &ControlOptions { speed: 1.0, ..ControlOptions::default() });
-        tell(session, "temperature", done.error);
+        let row = ("at", "Temperature of this body, °C", "temperature");
+        let done = number(ui, session, row, celsius, CELSIUS, &ControlOptions::speed(1.0));
         if let Some(celsius) = done.value {
             edit(session, index, "temperature", |b| b.temperature = Some(celsius));
         }
@@ -129,9 +125,7 @@ fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         ui.label("Add");
-        let sheets = session.world().sheets().iter().filter_map(|s| s.state.x.bounds());
-        let (low, high) =
-            sheets.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
+        let (low, high) = bounds(session);
         let size = 0.3 * (high - low).max_element().max(1e-3);
         let (middle, below) = (0.5 * (low + high), low.y - size);
         let shapes = [

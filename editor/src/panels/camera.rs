@@ -9,7 +9,7 @@ use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::{DisplayUnit, Quantity};
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, number};
 
 const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
@@ -54,29 +54,23 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 
 fn numbers(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let camera = &mut state.camera;
-    let mut number = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: DisplayUnit| {
-        let label = name(ui, title, about);
-        let done = input(ui, &label, now, shown, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
-        tell(session, title, done.error);
+    let mut row = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: DisplayUnit| {
+        let done = number(ui, session, (title, about, title), now, shown, &ControlOptions::speed(0.5));
         ui.end_row();
         done.value
     };
-    if let Some(v) = number(ui, ("Distance", "From eye to target"), f64::from(camera.distance), MM) {
+    if let Some(v) = row(ui, ("Distance", "From eye to target"), f64::from(camera.distance), MM) {
         camera.distance = (v as f32).clamp(1e-4, 1e4);
     }
     let angle = |radians: f32| f64::from(radians).to_degrees();
-    if let Some(v) = number(ui, ("Yaw", "Rotation about the vertical"), angle(camera.yaw), DEGREES) {
+    if let Some(v) = row(ui, ("Yaw", "Rotation about the vertical"), angle(camera.yaw), DEGREES) {
         camera.yaw = v.to_radians() as f32;
     }
-    if let Some(v) = number(ui, ("Pitch", "Elevation of the eye above the target"), angle(camera.pitch), DEGREES) {
+    if let Some(v) = row(ui, ("Pitch", "Elevation of the eye above the target"), angle(camera.pitch), DEGREES) {
         camera.pitch = (v.to_radians() as f32).clamp(-1.55, 1.55);
     }
-    if let Some(v) = number(
-        ui,
-        ("Field of view", "Angle between the upper and the lower edge of the view"),
-        angle(camera.field_of_view),
-        DEGREES,
-    ) {
+    let about = "Angle between the upper and the lower edge of the view";
+    if let Some(v) = row(ui, ("Field of view", about), angle(camera.field_of_view), DEGREES) {
         camera.field_of_view = (v.to_radians() as f32).clamp(0.05, 2.0);
     }
 }

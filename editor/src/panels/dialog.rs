@@ -21,6 +21,20 @@ pub enum Purpose {
     Gltf,
 }
 
+impl Purpose {
+    /// Title of the dialog, and extensions of its files.
+    pub(super) fn row(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Open => ("Open, or add to the scene", &["ron", "swr", "sht", "pol", "heater"]),
+            Self::Save => ("Save as", &["ron"]),
+            Self::Csv => ("Export samples", &["csv"]),
+            Self::Picture => ("Export a picture", &["png"]),
+            Self::Sequence => ("Export pictures", &["png"]),
+            Self::Gltf => ("Export glTF", &["glb"]),
+        }
+    }
+}
+
 /// File dialog.
 #[derive(Clone, Debug)]
 pub struct Dialog {

@@ -1,7 +1,8 @@
 //! Display settings of the sheets: items, smoothing, colours.
 
-use bevy_egui::egui::{ComboBox, DragValue, RichText, Ui};
+use bevy_egui::egui::{DragValue, RichText, Ui};
 use bevy_sheetwork::SheetColour;
+use bevy_sheetwork::inspector::controls::choice;
 
 use super::EditorState;
 use super::style::quiet;
@@ -93,15 +94,8 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
     let name = choices.iter().find(|c| c.0 == *chosen).map_or("", |c| c.1);
     ui.horizontal(|ui| {
         let label = ui.label("Colour");
-        let shown = ComboBox::from_id_salt("colour").selected_text(name).width(170.0).show_ui(ui, |ui| {
-            for (choice, name, about) in choices {
-                if !played.is_none_or(|recording| is_recorded(choice, recording.has_heat())) {
-                    continue;
-                }
-                ui.selectable_value(chosen, choice, name).on_hover_text(about);
-            }
-        });
-        shown.response.labelled_by(label.id);
+        let fields = choices.into_iter().filter(|c| played.is_none_or(|run| is_recorded(c.0, run.has_heat())));
+        choice(ui, &label, ("colour", name, 170.0), chosen, fields);
     });
     if let Some(SheetColour::TemperatureBetween { low, high }) = chosen {
         ui.horizontal(|ui| {

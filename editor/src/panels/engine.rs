@@ -22,7 +22,7 @@ pub fn engine(ui: &mut Ui, session: &mut Session) {
 fn surfaces(ui: &mut Ui, session: &mut Session) {
     let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
     let about = "Coulomb friction coefficient of sheets and bodies without their own";
-    let how = ControlOptions { late: true, ..ControlOptions::usual(ParameterId::ContactFriction) };
+    let how = ControlOptions::usual(ParameterId::ContactFriction).on_release();
     parameter_row(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
     let about = "Coefficient of restitution of sheets and bodies without their own";
     parameter_row(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);

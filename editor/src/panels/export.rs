@@ -7,7 +7,7 @@ use crate::export::{Job, Kind, MAX_TARGETS, moments, picture_file};
 use crate::picture::LARGEST;
 use crate::session::Session;
 use crate::units::{DisplayUnit, Quantity};
-use bevy_sheetwork::inspector::controls::{ControlOptions, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, number};
 use sheetwork::World;
 
 const SECOND: DisplayUnit = DisplayUnit::fixed(Quantity::Time, "s", 1.0);
@@ -37,9 +37,8 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.weak("The run continues from the present state; the open session is unchanged.");
         if ui.button("Write").clicked() {
             session.pause();
-            if let Err(error) = job.begin(session, &state.camera) {
-                session.fail(error.to_string());
-            }
+            let begun = job.begin(session, &state.camera);
+            session.accept(begun);
         }
     });
     let has_ended = advance(ui, session, &mut job);
@@ -55,10 +54,9 @@ fn show_settings(ui: &mut Ui, session: &mut Session, job: &mut Job) {
         let label = ui.label(often).on_hover_text("Moments per simulated second, 0.01 to 10000");
         ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
         ui.end_row();
-        let label = name(ui, "Duration", "Simulated time from the present state on, s");
-        let done = input(ui, &label, job.seconds, SECOND, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
+        let row = ("Duration", "Simulated time from the present state on, s", "duration");
+        let done = number(ui, session, row, job.seconds, SECOND, &ControlOptions::speed(0.02));
         job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
-        tell(session, "duration", done.error);
         ui.end_row();
         if let Kind::Sequence(_, (width, height)) = &mut job.kind {
             let label = ui.label("Size").on_hover_text("Of each picture, pixels: width and height");

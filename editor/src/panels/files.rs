@@ -10,12 +10,8 @@ use crate::browser::Browser;
 use crate::camera::Camera;
 use crate::export::{Job, Kind, picture_file};
 use crate::picture::{Look, Picture};
-use crate::scenes;
 use crate::session::{Item, Session};
-use crate::templates;
-
-/// Extensions of files that can be opened.
-const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];
+use crate::{scenes, templates};
 
 impl EditorState {
     /// Open the dialog for `purpose`.
@@ -30,25 +26,15 @@ impl EditorState {
             _ => self.out.clone().or(own).or(last),
         };
         let folder = beside.filter(|p| p.is_dir()).or_else(scenes::folder).unwrap_or_else(|| PathBuf::from("."));
-        let endings = match purpose {
-            Purpose::Open => OPENS,
-            Purpose::Save => &["ron"],
-            Purpose::Csv => &["csv"],
-            Purpose::Picture | Purpose::Sequence => &["png"],
-            Purpose::Gltf => &["glb"],
-        };
+        let (_, endings) = purpose.row();
         let mut browser = Browser::new(&folder, endings);
         let stem = session.file().and_then(Path::file_stem).map(|s| s.to_string_lossy().into_owned());
         let stem = stem.unwrap_or_else(|| session.scene().name.replace([' ', '/'], "_"));
-        let named = |ending: &str| format!("{stem}.{ending}");
-        browser.name = match purpose {
-            Purpose::Open => String::new(),
-            Purpose::Save => {
-                session.file().and_then(Path::file_name).map_or_else(|| named("ron"), |n| n.to_string_lossy().into())
-            }
-            Purpose::Csv => named("csv"),
-            Purpose::Picture | Purpose::Sequence => named("png"),
-            Purpose::Gltf => named("glb"),
+        let own = session.file().and_then(Path::file_name).filter(|_| purpose == Purpose::Save);
+        browser.name = match own {
+            Some(name) => name.to_string_lossy().into(),
+            None if purpose == Purpose::Open => String::new(),
+            None => format!("{stem}.{}", endings[0]),
         };
         self.dialog = Some(Dialog { purpose, browser, over: None, shown: false });
     }
@@ -161,27 +147,18 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
 
 /// Exports.
 fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
-    let runs = [
+    let gltf = "A run from the present state on: deforming sheets and moving bodies, for other programs";
+    let exports = [
         ("Export pictures…", "A run from the present state on, as a sequence of PNG files", Purpose::Sequence),
-        (
-            "Export glTF…",
-            "A run from the present state on: deforming sheets and moving bodies, for other programs",
-            Purpose::Gltf,
-        ),
+        ("Export glTF…", gltf, Purpose::Gltf),
+        ("Export samples…", "Energies, step time, heights and temperatures as CSV", Purpose::Csv),
+        ("Export picture…", "The present view as PNG, without panels", Purpose::Picture),
     ];
-    for (title, about, purpose) in runs {
+    for (title, about, purpose) in exports {
         if ui.button(title).on_hover_text(about).clicked() {
             state.browse(session, purpose);
             ui.close();
         }
-    }
-    if ui.button("Export samples…").on_hover_text("Energies, step time, heights and temperatures as CSV").clicked() {
-        state.browse(session, Purpose::Csv);
-        ui.close();
-    }
-    if ui.button("Export picture…").on_hover_text("The present view as PNG, without panels").clicked() {
-        state.browse(session, Purpose::Picture);
-        ui.close();
     }
 }
 
@@ -233,14 +210,7 @@ fn path_field(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
 /// The dialog, while a file is being chosen.
 pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut dialog) = state.dialog.take() else { return };
-    let title = match dialog.purpose {
-        Purpose::Open => "Open, or add to the scene",
-        Purpose::Save => "Save as",
-        Purpose::Csv => "Export samples",
-        Purpose::Picture => "Export a picture",
-        Purpose::Sequence => "Export pictures",
-        Purpose::Gltf => "Export glTF",
-    };
+    let (title, _) = dialog.purpose.row();
     let (mut open, mut chosen) = (true, None);
     let window =
         Window::new(title).open(&mut open).collapsible(false).default_pos([300.0, 120.0]).default_size([460.0, 420.0]);
@@ -334,11 +304,10 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
         Purpose::Open | Purpose::Save => state.folder = folder,
         _ => state.out = folder,
     }
+    let ending = dialog.purpose.row().1[0];
     let file = match dialog.purpose {
-        Purpose::Save if file.extension().is_none() => file.with_extension("ron"),
-        Purpose::Csv if file.extension().is_none() => file.with_extension("csv"),
-        Purpose::Gltf if file.extension().is_none_or(|e| e != "glb") => file.with_extension("glb"),
-        Purpose::Picture if file.extension().is_none() => file.with_extension("png"),
+        Purpose::Save | Purpose::Csv | Purpose::Picture if file.extension().is_none() => file.with_extension(ending),
+        Purpose::Gltf if file.extension().is_none_or(|e| e != ending) => file.with_extension(ending),
         _ => file,
     };
     let own = session.file() == Some(file.as_path());
@@ -353,14 +322,16 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
         Purpose::Open if !state.open(session, &file) => state.dialog = Some(dialog),
         Purpose::Save if !state.save_as(session, &file) => state.dialog = Some(dialog),
         Purpose::Open | Purpose::Save => {}
-        Purpose::Csv => match std::fs::write(&file, session.csv()) {
-            Ok(()) => session.note(format!("written: {}", file.display())),
-            Err(error) => session.fail(format!("{}: {error}", file.display())),
-        },
-        Purpose::Picture => match picture(session, state).save(&file) {
-            Ok(()) => session.note(format!("written: {}", file.display())),
-            Err(error) => session.fail(format!("{}: {error}", file.display())),
-        },
+        Purpose::Csv | Purpose::Picture => {
+            let written = match dialog.purpose {
+                Purpose::Csv => std::fs::write(&file, session.csv()),
+                _ => picture(session, state).save(&file),
+            };
+            match written {
+                Ok(()) => session.note(format!("written: {}", file.display())),
+                Err(error) => session.fail(format!("{}: {error}", file.display())),
+            }
+        }
         Purpose::Sequence => {
             let (look, size) = look(state);
             state.export = Some(Job::new(Kind::Sequence(look, size), &file, session.scene().duration));

@@ -1,7 +1,7 @@
 //! Generation of a sheet: structure, grid and size with a preview and counts, for the scene or a
 //! file.
 
-use bevy_egui::egui::{ComboBox, Grid, RichText, Sense, Stroke, Ui, Window, pos2, vec2};
+use bevy_egui::egui::{Grid, RichText, Sense, Stroke, Ui, Window, pos2, vec2};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{SheetSpec, sht};
 use sheetwork::sheet::to_file;
@@ -11,7 +11,7 @@ use super::draft::{Draft, one};
 use super::style::ACCENT;
 use crate::session::Session;
 use crate::units::{DisplayUnit, Quantity};
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, choice, name, number};
 
 const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 
@@ -64,27 +64,21 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 fn write(session: &mut Session, draft: &Draft) {
     let file = std::path::PathBuf::from(draft.file.trim());
     let written = one(session.scene(), &draft.spec).and_then(|sheet| sht::write_sht_file(&file, &to_file(&sheet)));
-    match written {
-        Ok(()) => session.note(format!("written: {}", file.display())),
-        Err(error) => session.fail(error.to_string()),
+    if session.accept(written).is_some() {
+        session.note(format!("written: {}", file.display()));
     }
 }
 
 fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     let label = name(ui, "Structure", "Discretisation: a shell, or a lattice of springs");
-    let shown = ComboBox::from_id_salt("new structure").selected_text(spec.structure.name()).show_ui(ui, |ui| {
-        for row in TABLE {
-            ui.selectable_value(&mut spec.structure, row.kind, row.name).on_hover_text(row.about);
-        }
-    });
-    shown.response.labelled_by(label.id);
+    let structures = TABLE.iter().map(|row| (row.kind, row.name, row.about));
+    let now = ("new structure", spec.structure.name(), ui.spacing().combo_width);
+    choice(ui, &label, now, &mut spec.structure, structures);
     ui.end_row();
     let (low, high) = spec.structure.info().layers;
     let mut count = |ui: &mut Ui, title: &str, now: u32, (low, high): (u32, u32)| {
-        let label = name(ui, title, "Nodes");
-        let done =
-            input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
-        tell(session, title, done.error);
+        let how = ControlOptions::speed(0.1);
+        let done = number(ui, session, (title, "Nodes", title), f64::from(now), COUNT, &how);
         ui.end_row();
         (done.value.unwrap_or(f64::from(now)).round().clamp(0.0, 1e6) as u32).clamp(low, high)
     };
@@ -92,9 +86,7 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     spec.grid.1 = count(ui, "Layers", spec.grid.1, (low, high));
     spec.grid.2 = count(ui, "Along the width", spec.grid.2, (2, 200));
     let mut length = |ui: &mut Ui, title: &str, now: f64| {
-        let label = name(ui, title, "");
-        let done = input(ui, &label, now, MM, &ControlOptions::default());
-        tell(session, title, done.error);
+        let done = number(ui, session, (title, "", title), now, MM, &ControlOptions::default());
         ui.end_row();
         done.value.unwrap_or(now)
     };

@@ -11,7 +11,7 @@ use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{
-    CELSIUS, ControlOptions, MM, PLAIN, input, name, parameter_control, parameter_row, tell, vector,
+    CELSIUS, ControlOptions, MM, PLAIN, name, number, parameter_control, usual_row, vector,
 };
 
 const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
@@ -53,15 +53,8 @@ fn oven(ui: &mut Ui, session: &mut Session) {
             if spec.schedule.is_empty() {
                 ui.horizontal(|ui| {
                     let label = name(ui, "at", "Temperature of the oven, °C");
-                    parameter_control(
-                        ui,
-                        session,
-                        &label,
-                        "oven.temperature",
-                        spec.temperature,
-                        CELSIUS,
-                        &ControlOptions::usual(Id::OvenTemperature),
-                    );
+                    let how = ControlOptions::usual(Id::OvenTemperature);
+                    parameter_control(ui, session, &label, "oven.temperature", spec.temperature, CELSIUS, &how);
                 });
             } else {
                 ui.horizontal(|ui| {
@@ -85,32 +78,11 @@ fn room(ui: &mut Ui, session: &mut Session) {
     let (ambient, convection, lapse) =
         (session.scene().ambient_temperature, session.scene().convection, session.scene().time_lapse);
     let about = "Temperature of the surroundings, °C; type 70 °F or 300 K if you like";
-    parameter_row(
-        ui,
-        session,
-        ("Ambient", about, "ambient_temperature"),
-        ambient,
-        CELSIUS,
-        &ControlOptions::usual(Id::AmbientTemperature),
-    );
+    usual_row(ui, session, ("Ambient", about, "ambient_temperature"), ambient, CELSIUS, Id::AmbientTemperature);
     let about = "Convection coefficient of both sides of a sheet together in still air, W/(m² K)";
-    parameter_row(
-        ui,
-        session,
-        ("Convection", about, "convection"),
-        convection,
-        CONVECTION,
-        &ControlOptions::usual(Id::Convection),
-    );
+    usual_row(ui, session, ("Convection", about, "convection"), convection, CONVECTION, Id::Convection);
     let about = "Factor of thermal time over mechanical time";
-    parameter_row(
-        ui,
-        session,
-        ("Time-lapse", about, "time_lapse"),
-        lapse,
-        PLAIN,
-        &ControlOptions::usual(Id::TimeLapse),
-    );
+    usual_row(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, Id::TimeLapse);
 }
 
 fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
@@ -157,19 +129,9 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
             }
             match hot {
                 Some(spec) => {
-                    let done = ui
-                        .horizontal(|ui| {
-                            let label = name(ui, "at", "Temperature of this face, °C; type 700 K if you like");
-                            input(
-                                ui,
-                                &label,
-                                spec.temperature,
-                                CELSIUS,
-                                &ControlOptions { speed: 1.0, ..ControlOptions::default() },
-                            )
-                        })
-                        .inner;
-                    tell(session, "temperature", done.error);
+                    let row = ("at", "Temperature of this face, °C; type 700 K if you like", "temperature");
+                    let how = ControlOptions::speed(1.0);
+                    let done = ui.horizontal(|ui| number(ui, session, row, spec.temperature, CELSIUS, &how)).inner;
                     if let Some(temperature) = done.value.or(done.reset.then_some(HOT)) {
                         new = Some(HotFaceSpec { temperature, ..spec });
                     }
@@ -195,8 +157,7 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
 pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
     Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
         name(ui, "Position", "Position, mm; or drag it with the move tool in the view");
-        let (new, _) =
-            vector(ui, session, "place", now.position, MM, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
+        let (new, _) = vector(ui, session, "place", now.position, MM, &ControlOptions::speed(0.5).on_release());
         if let Some(position) = new {
             session.place(item, Placement { position, ..now });
         }
@@ -205,14 +166,7 @@ pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placeme
             return;
         }
         name(ui, "Rotation", "About the fixed x, y and z axes, in this order");
-        let (new, _) = vector(
-            ui,
-            session,
-            "turn",
-            now.rotation,
-            DEGREES,
-            &ControlOptions { speed: 0.5, ..ControlOptions::late() },
-        );
+        let (new, _) = vector(ui, session, "turn", now.rotation, DEGREES, &ControlOptions::speed(0.5).on_release());
         if let Some(rotation) = new {
             session.place(item, Placement { rotation, ..now });
         }
@@ -234,23 +188,16 @@ fn gun(ui: &mut Ui, session: &mut Session) {
         });
         Grid::new("gun").num_columns(2).show(ui, |ui| {
             let about = "Temperature of the jet, °C";
-            parameter_row(
+            usual_row(
                 ui,
                 session,
                 ("Jet", about, "heat_gun.temperature"),
                 spec.temperature,
                 CELSIUS,
-                &ControlOptions::usual(Id::HeatGunTemperature),
+                Id::HeatGunTemperature,
             );
             name(ui, "Direction", "Direction of the jet, of any length but 0");
-            let (new, _) = vector(
-                ui,
-                session,
-                "direction",
-                spec.direction,
-                PLAIN,
-                &ControlOptions { speed: 0.02, ..ControlOptions::default() },
-            );
+            let (new, _) = vector(ui, session, "direction", spec.direction, PLAIN, &ControlOptions::speed(0.02));
             if let Some(direction) = new.filter(|d| *d != DVec3::ZERO) {
                 session.edit("heat gun's direction", "heat_gun.direction", |s| {
                     s.heat_gun.iter_mut().for_each(|g| g.direction = direction);
@@ -262,12 +209,16 @@ fn gun(ui: &mut Ui, session: &mut Session) {
     });
 }
 
+/// Bounding box of all sheets, m.
+pub(super) fn bounds(session: &Session) -> (DVec3, DVec3) {
+    let sheets = session.world().sheets().iter().filter_map(|s| s.state.x.bounds());
+    sheets.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)))
+}
+
 /// Buttons that add a heater above everything, or a heat gun.
 fn add(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
-        let bounds = session.world().sheets().iter().filter_map(|s| s.state.x.bounds());
-        let (low, high) =
-            bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
+        let (low, high) = bounds(session);
         let (middle, size) = (0.5 * (low + high), (high - low).max_element().max(1e-3));
         let above = DVec3::new(middle.x, high.y + 0.4 * size, middle.z);
         if ui.button("Add heater").on_hover_text("A panel above the sheets, its lower face hot").clicked() {
@@ -303,10 +254,8 @@ fn temperatures(ui: &mut Ui, session: &mut Session) {
             ui.end_row();
         }
     });
-    if let Some(index) = cool
-        && let Some(sheet) = session.world_mut().sheets_mut().get_mut(index)
-        && let Err(error) = sheet.set_temperature(room)
-    {
-        session.fail(error.to_string());
+    if let Some(sheet) = cool.and_then(|index| session.world_mut().sheets_mut().get_mut(index)) {
+        let cooled = sheet.set_temperature(room);
+        session.accept(cooled);
     }
 }

@@ -28,7 +28,7 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     Grid::new("material").num_columns(2).show(ui, |ui| {
         constants(ui, session, index);
         let about = "Mass per volume. Type 1.05 g/cm³";
-        let how = ControlOptions { late: true, ..ControlOptions::usual(Id::MaterialDensity) };
+        let how = ControlOptions::usual(Id::MaterialDensity).on_release();
         let path = format!("sheets.{index}.material.density");
         parameter_row(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
     });

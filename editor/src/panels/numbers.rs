@@ -1,6 +1,7 @@
 //! Live numbers: energies, speed, contacts, events.
 
 use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke, Ui, vec2};
+use bevy_sheetwork::inspector::ParameterAccess;
 use sheetwork::islands::event::{Event, EventKind};
 use sheetwork::sheet::Status;
 

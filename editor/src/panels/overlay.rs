@@ -1,13 +1,11 @@
 //! Overlay on the scene: tools, marks of fixed nodes and contacts, gizmo, grab with its force, and
 //! a frame during playback.
 
-use bevy_egui::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
-};
-use glam::{DVec3, Vec2, Vec3};
+use bevy_egui::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, UiBuilder, vec2};
+use glam::{Vec2, Vec3};
 use sheetwork::sheet::Sheet;
 
-use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, number};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
@@ -100,9 +98,8 @@ fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
         return;
     }
     for sheet in session.world().sheets() {
-        let last = sheet.model.layers.len().saturating_sub(1);
-        let index = if state.display.layer == Layer::Top { last } else { 0 };
-        let Some(surface) = sheet.surface(index, 1) else { continue };
+        let surface = state.display.layer.index(sheet).and_then(|layer| sheet.surface(layer, 1));
+        let Some(surface) = surface else { continue };
         let mesh = surface.mesh(&sheet.state.x);
         let length = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.6 * shortest) as f32;
         for (place, normal) in mesh.positions.iter().zip(&mesh.normals) {
@@ -314,25 +311,19 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let brush = &mut state.brush;
     ui.horizontal(|ui| match state.tool {
         Tool::Heat => {
-            let how = ControlOptions { speed: 1.0, ..ControlOptions::default() };
-            let (to, wide) = (name(ui, "to", "Painted temperature, °C"), brush.radius_on(size));
-            let done = input(ui, &to, brush.celsius, CELSIUS, &how);
+            let row = ("to", "Painted temperature, °C", "brush");
+            let done = number(ui, session, row, brush.celsius, CELSIUS, &ControlOptions::speed(1.0));
             brush.celsius = done.value.unwrap_or(brush.celsius).clamp(-273.15, 5000.0);
-            tell(session, "brush", done.error);
-            let label = name(
-                ui,
-                "radius",
-                "Radius of the brush, of which the inner half is painted fully. A double click takes a twelfth of the sheet",
-            );
-            let done = input(ui, &label, wide, MM, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
+            let about = "Radius of the brush, of which the inner half is painted fully. A double click takes a twelfth of the sheet";
+            let (row, wide) = (("radius", about, "brush"), brush.radius_on(size));
+            let done = number(ui, session, row, wide, MM, &ControlOptions::speed(0.1));
             brush.radius = if done.reset { None } else { done.value.map(|v| v.clamp(1e-6, 1e3)).or(brush.radius) };
-            tell(session, "brush", done.error);
         }
         Tool::Crease => {
-            let label = name(ui, "by", "Rest angle of the crease; positive angles raise the sides towards the upper side");
-            let done = input(ui, &label, brush.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
+            let about = "Rest angle of the crease; positive angles raise the sides towards the upper side";
+            let row = ("by", about, "crease");
+            let done = number(ui, session, row, brush.angle, DEGREES, &ControlOptions::speed(0.5));
             brush.angle = done.value.unwrap_or(brush.angle).clamp(-175.0, 175.0);
-            tell(session, "crease", done.error);
         }
         _ => {}
     });
@@ -345,16 +336,10 @@ fn corner(painter: &Painter, rect: Rect, state: &EditorState) {
     }
     let middle = rect.right_bottom() + vec2(-42.0, -42.0);
     let (right, up) = state.camera.axes();
-    for (axis, name) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().zip(["x", "y", "z"]).map(|(a, n)| (a.as_vec3(), n)) {
+    for ((axis, name), colour) in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().zip(["x", "y", "z"]).zip(AXES) {
         let end = middle + vec2(axis.dot(right), -axis.dot(up)) * 26.0;
-        let colour = AXES[["x", "y", "z"].iter().position(|n| *n == name).unwrap_or(0)];
         painter.line_segment([middle, end], Stroke::new(2.0, colour));
-        painter.text(
-            pos2(end.x, end.y) + (end - middle) * 0.25,
-            Align2::CENTER_CENTER,
-            name,
-            FontId::proportional(11.0),
-            colour,
-        );
+        let at = end + (end - middle) * 0.25;
+        painter.text(at, Align2::CENTER_CENTER, name, FontId::proportional(11.0), colour);
     }
 }

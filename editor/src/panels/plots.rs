@@ -135,15 +135,18 @@ fn stages(session: &Session) -> Vec<Line<'_>> {
 
 /// First height of every variant, minus that of this scene at the same time.
 fn differences(session: &Session) -> Vec<Line<'_>> {
-    let mut lines = Vec::new();
-    for (index, (variant, found)) in session.variants().enumerate() {
-        if let Ok(other) = found {
-            let colour = COLOURS[(index + 1) % COLOURS.len()];
-            let apart = |s: &Sample| Some(s.heights.first()? - height_at(session.history(), s.time)?);
-            lines.push(Line::new(variant.value.clone(), colour, apart).with_history(other.history()));
-        }
-    }
-    lines
+    of_variants(session, |s| Some(s.heights.first()? - height_at(session.history(), s.time)?)).collect()
+}
+
+/// Line of every variant.
+fn of_variants<'a>(
+    session: &'a Session,
+    value: impl Fn(&Sample) -> Option<f64> + Copy + 'a,
+) -> impl Iterator<Item = Line<'a>> {
+    session.variants().enumerate().filter_map(move |(index, (variant, found))| {
+        let colour = COLOURS[(index + 1) % COLOURS.len()];
+        Some(Line::new(variant.value.clone(), colour, value).with_history(found.ok()?.history()))
+    })
 }
 
 /// First height of a run at `time`, interpolated between samples.
@@ -160,12 +163,5 @@ fn height_at(history: &[Sample], time: f64) -> Option<f64> {
 /// First height of every compared world.
 fn beside(session: &Session) -> Vec<Line<'_>> {
     let height = |s: &Sample| s.heights.first().copied();
-    let mut lines = vec![Line::new("scene", COLOURS[0], height)];
-    for (index, (variant, found)) in session.variants().enumerate() {
-        if let Ok(other) = found {
-            let colour = COLOURS[(index + 1) % COLOURS.len()];
-            lines.push(Line::new(variant.value.clone(), colour, height).with_history(other.history()));
-        }
-    }
-    lines
+    std::iter::once(Line::new("scene", COLOURS[0], height)).chain(of_variants(session, height)).collect()
 }

@@ -3,7 +3,7 @@
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
-use bevy_sheetwork::inspector::controls::{ControlOptions, ControlResult, MM, input, name, tell, vector};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, choice, input, name, number, tell, vector};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
@@ -63,11 +63,7 @@ pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 
 /// Edit the description of sheet `index`.
 fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mut SheetSpec)) {
-    session.edit(&format!("change of {what}"), &format!("sheets.{index}.{what}"), |scene| {
-        if let Some(spec) = scene.sheets.get_mut(index) {
-            change(spec);
-        }
-    });
+    session.edit_sheet(index, &format!("change of {what}"), &format!("sheets.{index}.{what}"), change);
 }
 
 /// Description of sheet `index` when the scene was opened, for a double click.
@@ -87,13 +83,8 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.add_enabled_ui(!from_file, |ui| {
         // The file of a sheet determines its structure.
         let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.model.structure);
-        let combo = ComboBox::from_id_salt("structure").selected_text(own.name()).width(140.0);
-        let shown = combo.show_ui(ui, |ui| {
-            for row in TABLE {
-                ui.selectable_value(&mut chosen, row.kind, row.name).on_hover_text(row.about);
-            }
-        });
-        shown.response.labelled_by(label.id);
+        let structures = TABLE.iter().map(|row| (row.kind, row.name, row.about));
+        choice(ui, &label, ("structure", own.name(), 140.0), &mut chosen, structures);
     });
     if chosen != spec.structure {
         let (low, high) = chosen.info().layers;
@@ -113,12 +104,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
         ];
         let now = laws.iter().find(|l| l.0 == spec.springs).map_or("", |l| l.1);
         let mut law = spec.springs;
-        let shown = ComboBox::from_id_salt("springs").selected_text(now).width(140.0).show_ui(ui, |ui| {
-            for (kind, title, about) in laws {
-                ui.selectable_value(&mut law, kind, title).on_hover_text(about);
-            }
-        });
-        shown.response.labelled_by(label.id);
+        choice(ui, &label, ("springs", now, 140.0), &mut law, laws);
         if law != spec.springs {
             edit(session, index, "springs", |s| s.springs = law);
         }
@@ -136,7 +122,7 @@ fn count(
     first: u32,
 ) -> Option<u32> {
     let label = ui.weak(title).on_hover_text(about);
-    let done = input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::late() });
+    let done = input(ui, &label, f64::from(now), COUNT, &ControlOptions::speed(0.1).on_release());
     let whole = |v: f64| (v.round().clamp(0.0, 1e6) as u32).clamp(low, high);
     tell(session, title, done.error);
     let new = done.value.map(whole).or(done.reset.then_some(first));
@@ -166,11 +152,9 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
     });
     ui.end_row();
     let mut length = |ui: &mut Ui, title: &str, about: &str, now: f64, first: f64| -> Option<f64> {
-        let label = name(ui, title, about);
-        let ControlResult { value, error, reset } = input(ui, &label, now, MM, &ControlOptions::late());
-        tell(session, title, error);
+        let done = number(ui, session, (title, about, title), now, MM, &ControlOptions::default().on_release());
         ui.end_row();
-        value.or(reset.then_some(first)).filter(|v| *v != now)
+        done.value.or(done.reset.then_some(first)).filter(|v| *v != now)
     };
     let new_length = length(ui, "Length", "Along x, of the bottom layer", spec.size.0, first.size.0);
     let new_width = length(ui, "Width", "Along z, of the bottom layer", spec.size.1, first.size.1);
@@ -188,27 +172,14 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
 fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
     let (spec, first) = (spec(session, index), opened(session, index));
     name(ui, "Position", "Initial position of the middle of the bottom layer");
-    let (new, reset) = vector(
-        ui,
-        session,
-        "place",
-        spec.placement.position,
-        MM,
-        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
-    );
+    let how = ControlOptions::speed(0.5).on_release();
+    let (new, reset) = vector(ui, session, "place", spec.placement.position, MM, &how);
     if let Some(position) = new.or(reset.then_some(first.placement.position)) {
         edit(session, index, "place", |s| s.placement.position = position);
     }
     ui.end_row();
     name(ui, "Rotation", "Initial rotation about the fixed x, y and z axes, in this order");
-    let (new, reset) = vector(
-        ui,
-        session,
-        "turn",
-        spec.placement.rotation,
-        DEGREES,
-        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
-    );
+    let (new, reset) = vector(ui, session, "turn", spec.placement.rotation, DEGREES, &how);
     if let Some(rotation) = new.or(reset.then_some(first.placement.rotation)) {
         edit(session, index, "turn", |s| s.placement.rotation = rotation);
     }
@@ -269,11 +240,10 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     for (k, crease) in spec.creases.iter().enumerate() {
         ui.horizontal(|ui| {
-            let label =
-                name(ui, &format!("Crease {}", k + 1), "Rest angle of the crease; draw more with the crease tool");
-            let done =
-                input(ui, &label, crease.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
-            tell(session, "crease", done.error);
+            let (title, about) =
+                (format!("Crease {}", k + 1), "Rest angle of the crease; draw more with the crease tool");
+            let how = ControlOptions::speed(0.5).on_release();
+            let done = number(ui, session, (&title, about, "crease"), crease.angle, DEGREES, &how);
             if let Some(angle) = done.value {
                 edit(session, index, &format!("crease {}", k + 1), |s| s.creases[k].angle = angle);
             }

@@ -98,18 +98,15 @@ fn end(session: &mut Session, state: &mut EditorState) {
 
 /// Show the next sheet.
 fn show(session: &mut Session, state: &mut EditorState, study: &Study) {
-    match study.scene().and_then(|scene| Session::new(&scene)) {
-        Ok(fresh) => {
-            session.pause();
-            let old = session.replace_by(fresh);
-            // The session before the first trial.
-            state.aside.get_or_insert_with(|| (Box::new(old), state.camera));
-            state.display = blind();
-            state.camera = Camera::from_session(session);
-            session.play();
-        }
-        Err(error) => session.fail(error.to_string()),
-    }
+    let fresh = study.scene().and_then(|scene| Session::new(&scene));
+    let Some(fresh) = session.accept(fresh) else { return };
+    session.pause();
+    let old = session.replace_by(fresh);
+    // The session before the first trial.
+    state.aside.get_or_insert_with(|| (Box::new(old), state.camera));
+    state.display = blind();
+    state.camera = Camera::from_session(session);
+    session.play();
 }
 
 fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &mut Study, stays: &mut bool) {
@@ -137,9 +134,8 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
         ui.weak("The open scene is restored afterwards.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() {
-            match study.begin() {
-                Ok(()) => show(session, state, study),
-                Err(error) => session.fail(error.to_string()),
+            if session.accept(study.begin()).is_some() {
+                show(session, state, study);
             }
         }
     });
@@ -182,10 +178,8 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
     });
     ui.add_space(4.0);
     if ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong())).clicked() {
-        match study.answer() {
-            Ok(true) => show(session, state, &study),
-            Ok(false) => {}
-            Err(error) => session.fail(error.to_string()),
+        if session.accept(study.answer()) == Some(true) {
+            show(session, state, &study);
         }
     }
     ui.add_space(6.0);

@@ -20,6 +20,14 @@ pub enum Layer {
     Bottom,
 }
 
+impl Layer {
+    /// Number of the layer in `sheet`; `None` for a sheet without layers.
+    pub fn index(self, sheet: &Sheet) -> Option<usize> {
+        let last = sheet.model.layers.len().checked_sub(1)?;
+        Some(if self == Self::Top { last } else { 0 })
+    }
+}
+
 /// Display settings of the sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
@@ -149,14 +157,18 @@ impl Model {
         }
     }
 
+    fn add_flat(&mut self, corners: [Vec3; 3], paint: Paint) {
+        let mut triangle = Triangle { corners, normals: [Vec3::Y; 3], paint };
+        triangle.normals = [triangle.across().normalize_or(Vec3::Y); 3];
+        self.triangles.push(triangle);
+    }
+
     fn add_body(&mut self, body: &RigidBodyInfo, position: DVec3, rotation: DQuat) {
         let place = |p: DVec3| (rotation * p + position).as_vec3();
         for polyhedron in &body.polyhedra {
             for face in polyhedron.triangulate() {
                 let corners = face.map(|i| polyhedron.vertices.get(i as usize).map_or(Vec3::ZERO, |v| place(*v)));
-                let mut triangle = Triangle { corners, normals: [Vec3::Y; 3], paint: Paint::Matt(BODY) };
-                triangle.normals = [triangle.across().normalize_or(Vec3::Y); 3];
-                self.triangles.push(triangle);
+                self.add_flat(corners, Paint::Matt(BODY));
             }
         }
         if let Shape::Ball(radius) = body.shape {
@@ -188,10 +200,7 @@ impl Model {
                     };
                     for triangle in heater.polyhedron.triangulate_face(face) {
                         let corner = |i: u32| heater.polyhedron.vertices.get(i as usize).copied().unwrap_or_default();
-                        let corners = triangle.map(|i| spec.placement.apply(corner(i)).as_vec3());
-                        let mut triangle = Triangle { corners, normals: [Vec3::Y; 3], paint };
-                        triangle.normals = [triangle.across().normalize_or(Vec3::Y); 3];
-                        self.triangles.push(triangle);
+                        self.add_flat(triangle.map(|i| spec.placement.apply(corner(i)).as_vec3()), paint);
                     }
                 }
             }
@@ -199,11 +208,8 @@ impl Model {
     }
 
     fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look, scale: Option<&ColourScale>) {
-        let layer = match look.layer {
-            Layer::Top => sheet.model.layers.len().saturating_sub(1),
-            Layer::Bottom => 0,
-        };
-        let Some(surface) = sheet.surface(layer, look.parts) else { return };
+        let surface = look.layer.index(sheet).and_then(|layer| sheet.surface(layer, look.parts));
+        let Some(surface) = surface else { return };
         let mut mesh = surface.mesh(&sheet.state.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
             let (reach, skin) = display_clearance(sheet, look.parts);

@@ -1,12 +1,12 @@
 //! Edits of the scene, undo and redo, and updates of the world.
 
 use glam::DVec3;
-use sheetwork::scene::{MaterialChoice, PathKey, PinSpec, Region, Scene};
+use sheetwork::scene::{MaterialChoice, PathKey, PinSpec, Region, Scene, SheetSpec};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
 
 use super::Session;
-use crate::document::{change, change::Change, path, value};
+use crate::document::{Turn, change, change::Change, path, value};
 
 impl Session {
     /// Edit the scene by `change`. The world continues, or restarts where its state does not fit
@@ -21,17 +21,21 @@ impl Session {
     /// Accept an edited scene; the world is updated at least by `least`.
     fn take(&mut self, label: &str, key: &str, scene: Scene, least: Change) -> bool {
         let taken = self.may_edit().and_then(|()| self.bring(&scene, least));
-        match taken {
-            Ok(()) => {
-                self.document.commit(label, key, scene);
-                self.after_edit();
-                true
-            }
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
+        let is_taken = self.accept(taken).is_some();
+        if is_taken {
+            self.document.commit(label, key, scene);
+            self.after_edit();
         }
+        is_taken
+    }
+
+    /// Edit the description of sheet `index`, if there is one, like [`Session::edit`].
+    pub fn edit_sheet(&mut self, index: usize, label: &str, key: &str, change: impl FnOnce(&mut SheetSpec)) -> bool {
+        self.edit(label, key, |scene| {
+            if let Some(spec) = scene.sheets.get_mut(index) {
+                change(spec);
+            }
+        })
     }
 
     /// Update everything that depends on the scene.
@@ -50,13 +54,8 @@ impl Session {
     /// Set a parameter of the world by path; it persists through [`Session::reset`]. A rejection
     /// becomes a message and changes nothing. Returns whether the value was accepted.
     pub fn set(&mut self, path: &str, value: &str) -> bool {
-        match self.try_set(path, value) {
-            Ok(_) => true,
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let set = self.try_set(path, value);
+        self.accept(set).is_some()
     }
 
     /// Set a parameter like [`Session::set`]; returns the old value or the reason of a rejection.
@@ -131,40 +130,30 @@ impl Session {
 
     /// Undo the last edit. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
-        let Some(scene) = self.document.before().cloned() else { return false };
-        let then = self.document.state_before().cloned();
-        let now = then.is_some().then(|| self.world.snapshot());
-        if let Err(error) = self.bring(&scene, Change::Nothing) {
-            self.fail(error.to_string());
-            return false;
-        }
-        let undone = self.document.undo();
-        if let Some(then) = then {
-            self.document.keep_undone(now);
-            self.go_to(&then);
-            self.timeline.replace_present(&self.world);
-        }
-        self.after_edit();
-        undone
+        self.turn_history(Turn::Undo)
     }
 
     /// Redo the last undone edit. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
-        let Some(scene) = self.document.after().cloned() else { return false };
-        let then = self.document.state_after().cloned();
+        self.turn_history(Turn::Redo)
+    }
+
+    fn turn_history(&mut self, turn: Turn) -> bool {
+        let Some((scene, then)) = self.document.next(turn).map(|(scene, state)| (scene.clone(), state.cloned())) else {
+            return false;
+        };
         let now = then.is_some().then(|| self.world.snapshot());
-        if let Err(error) = self.bring(&scene, Change::Nothing) {
-            self.fail(error.to_string());
+        let brought = self.bring(&scene, Change::Nothing);
+        if self.accept(brought).is_none() {
             return false;
         }
-        let redone = self.document.redo();
+        let turned = self.document.turn(turn, now);
         if let Some(then) = then {
-            self.document.keep_redone(now);
             self.go_to(&then);
             self.timeline.replace_present(&self.world);
         }
         self.after_edit();
-        redone
+        turned
     }
 
     /// End a sequence of edits: the next one is an undo step of its own.
@@ -179,13 +168,8 @@ impl Session {
             return true;
         }
         let scene = self.scene().clone();
-        match self.rebuild(&scene, false) {
-            Ok(()) => true,
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let rebuilt = self.rebuild(&scene, false);
+        self.accept(rebuilt).is_some()
     }
 
     /// Update the world from the present scene to `scene`.
@@ -316,14 +300,10 @@ fn with_pins(scene: &Scene, pinned: &[(usize, u32, DVec3)]) -> Scene {
     for (index, sheet) in scene.sheets.iter_mut().enumerate() {
         let mut pins = Vec::new();
         for pin in std::mem::take(&mut sheet.pins) {
-            let Region::Masses(list) = &pin.region else {
+            let (true, Region::Masses(list)) = (is_plain(&pin), &pin.region) else {
                 pins.push(pin);
                 continue;
             };
-            if !is_plain(&pin) {
-                pins.push(pin);
-                continue;
-            }
             for mass in list {
                 let moved = pinned.iter().find(|p| (p.0, p.1) == (index, *mass)).map_or(DVec3::ZERO, |p| p.2);
                 let path = if moved == DVec3::ZERO {

@@ -67,33 +67,16 @@ impl Session {
     /// invalid the old world continues and the error becomes a message. Returns whether the file
     /// was opened.
     pub fn load(&mut self, file: &Path) -> bool {
-        match Self::open(file) {
-            Ok(fresh) => {
-                self.replace_by(fresh);
-                true
-            }
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        self.accept(Self::open(file)).map(|fresh| self.replace_by(fresh)).is_some()
     }
 
     /// Start a scene without a file and without unsaved work. A rejection becomes a message.
     /// Returns whether the scene was accepted.
     pub fn begin_scene(&mut self, scene: &Scene) -> bool {
-        match Self::new(scene) {
-            Ok(mut fresh) => {
-                fresh.playing = false;
-                self.pause();
-                self.replace_by(fresh);
-                true
-            }
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let Some(fresh) = self.accept(Self::new(scene)) else { return false };
+        self.pause();
+        self.replace_by(fresh);
+        true
     }
 
     /// Start a recovered scene, which is unsaved. Returns whether the scene was accepted.
@@ -141,25 +124,17 @@ impl Session {
     /// whether it was written.
     pub fn save_as(&mut self, file: &Path) -> bool {
         let file = if file.extension().is_none() { file.with_extension("ron") } else { file.to_path_buf() };
-        match files::save(self.scene(), &file) {
-            Ok(scene) => {
-                self.document.wrote(scene);
-                self.file = Some(file);
-                true
-            }
-            Err(error) => {
-                self.fail(format!("not saved: {error}"));
-                false
-            }
-        }
+        let saved = files::save(self.scene(), &file).map_err(|error| format!("not saved: {error}"));
+        let Some(scene) = self.accept(saved) else { return false };
+        self.document.wrote(scene);
+        self.file = Some(file);
+        true
     }
 
     /// Write the scene to its own file. Returns false without a file or after an error.
     pub fn save(&mut self) -> bool {
-        match self.file.clone().filter(|f| kind_of(f) == Some(Kind::Ron)) {
-            Some(file) => self.save_as(&file),
-            None => false,
-        }
+        let own = self.file.clone().filter(|f| kind_of(f) == Some(Kind::Ron));
+        own.is_some_and(|file| self.save_as(&file))
     }
 
     /// Add the contents of a sheet, polyhedra or heater file to the scene as one edit; a material
@@ -181,13 +156,10 @@ impl Session {
             Some(Kind::Heaters) => self.edit(&label, &label, |scene| {
                 scene.heaters.push(HeaterSpec { name, file: Some(path), placement, ..HeaterSpec::default() });
             }),
-            Some(Kind::Ron) => match read_material_file(file) {
-                Ok(_) => self.take_material(sheet, MaterialChoice::File(path)),
-                Err(error) => {
-                    self.fail(error.to_string());
-                    false
-                }
-            },
+            Some(Kind::Ron) => {
+                let is_material = self.accept(read_material_file(file)).is_some();
+                is_material && self.take_material(sheet, MaterialChoice::File(path))
+            }
             Some(Kind::Recording) => self.load(file),
             None => {
                 self.fail(format!(

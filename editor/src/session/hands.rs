@@ -51,16 +51,10 @@ impl Session {
         }
         let Some(stiffness) = self.world.sheets().get(sheet).map(|s| self.hand_stiffness(s)) else { return false };
         let Some(held) = self.world.sheets_mut().get_mut(sheet) else { return false };
-        match held.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), stiffness) {
-            Ok(index) => {
-                self.hand = Some(GrabHandle { sheet: held.name.clone(), index });
-                true
-            }
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let grabbed = held.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), stiffness);
+        let grabbed = grabbed.map(|index| GrabHandle { sheet: held.name.clone(), index });
+        self.hand = self.accept(grabbed);
+        self.hand.is_some()
     }
 
     /// Move the target of the grab, m.
@@ -100,23 +94,13 @@ impl Session {
         }
         let is_held = held.is_held(mass as usize);
         if !is_held {
-            return self.edit(&format!("pin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
-                if let Some(spec) = scene.sheets.get_mut(sheet) {
-                    spec.pins.push(PinSpec::fixed(Region::Masses(vec![mass])));
-                }
+            return self.edit_sheet(sheet, &format!("pin of node {mass}"), &format!("pin {sheet} {mass}"), |spec| {
+                spec.pins.push(PinSpec::fixed(Region::Masses(vec![mass])));
             });
         }
-        match self.without_pin(sheet, mass) {
-            Ok(pins) => self.edit(&format!("unpin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
-                if let Some(spec) = scene.sheets.get_mut(sheet) {
-                    spec.pins = pins;
-                }
-            }),
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let Some(pins) = self.accept(self.without_pin(sheet, mass)) else { return false };
+        let (label, key) = (format!("unpin of node {mass}"), format!("pin {sheet} {mass}"));
+        self.edit_sheet(sheet, &label, &key, |spec| spec.pins = pins)
     }
 
     /// Pins of sheet `sheet` without node `mass`.

@@ -16,10 +16,8 @@ impl Session {
         if is_short(from, to) {
             return false;
         }
-        let made = self.edit("crease", &format!("crease {sheet}"), |scene| {
-            if let Some(spec) = scene.sheets.get_mut(sheet) {
-                spec.creases.push(CreaseSpec { from, to, angle });
-            }
+        let made = self.edit_sheet(sheet, "crease", &format!("crease {sheet}"), |spec| {
+            spec.creases.push(CreaseSpec { from, to, angle });
         });
         self.seal();
         made
@@ -31,11 +29,7 @@ impl Session {
         if is_short(line.0, line.1) {
             return false;
         }
-        let cut = self.edit("cut", &format!("cut {sheet}"), |scene| {
-            if let Some(spec) = scene.sheets.get_mut(sheet) {
-                spec.slits.push(line);
-            }
-        });
+        let cut = self.edit_sheet(sheet, "cut", &format!("cut {sheet}"), |spec| spec.slits.push(line));
         self.seal();
         cut
     }
@@ -49,18 +43,12 @@ impl Session {
             return false;
         }
         // Temperatures are created before the snapshot for undo.
-        match self.world.heat_spots(sheet, &[]) {
-            Ok(true) => {
-                let before = self.world.snapshot();
-                self.stroke = Some(HeatStroke { sheet, before, spots: Vec::new() });
-                true
-            }
-            Ok(false) => false,
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
+        let heated = self.world.heat_spots(sheet, &[]);
+        let is_possible = self.accept(heated).unwrap_or(false);
+        if is_possible {
+            self.stroke = Some(HeatStroke { sheet, before: self.world.snapshot(), spots: Vec::new() });
         }
+        is_possible
     }
 
     /// Heat a spot of the sheet of the present stroke. A rejection becomes a message. Returns
@@ -78,15 +66,7 @@ impl Session {
         }
         self.stroke = Some(stroke);
         self.revision += 1;
-        if let Err(error) = &done {
-            self.fail(error.to_string());
-        }
-        done.is_ok()
-    }
-
-    /// Whether a stroke is being painted.
-    pub fn is_painting(&self) -> bool {
-        self.stroke.is_some()
+        self.accept(done).is_some()
     }
 
     /// End the stroke, as one undo step.

@@ -104,8 +104,8 @@ impl Session {
     }
 
     pub(super) fn go_to(&mut self, snapshot: &Snapshot) -> bool {
-        if let Err(error) = self.world.restore(snapshot) {
-            self.fail(error.to_string());
+        let restored = self.world.restore(snapshot);
+        if self.accept(restored).is_none() {
             return false;
         }
         self.unstepped = 0.0;

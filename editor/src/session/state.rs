@@ -1,5 +1,6 @@
 //! The session: fields, construction, and displayed state.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -199,11 +200,6 @@ impl Session {
         }
     }
 
-    /// Present value of a numeric parameter; `None` when there is none at this path.
-    pub fn parameter(&self, path: &str) -> Option<f64> {
-        self.world.parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
-    }
-
     /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
     /// their shape at the last change; `None` without limit.
     pub fn largest_step(&self) -> Option<f64> {
@@ -306,11 +302,6 @@ impl Session {
         self.timing
     }
 
-    /// Simulated time over wall-clock time of a step; `None` before the first step.
-    pub fn real_time_factor(&self) -> Option<f64> {
-        (self.timing.step_s > 0.0).then(|| self.world.dt() / self.timing.step_s)
-    }
-
     /// Largest penetration of a node of each sheet at the end of a frame, m.
     pub fn penetration(&self) -> &[f64] {
         &self.penetration
@@ -360,6 +351,11 @@ impl Session {
     /// Show an error message.
     pub fn fail(&mut self, text: impl Into<String>) {
         self.tell(Message { text: text.into(), error: true, of_run: false });
+    }
+
+    /// Value of a result; an error becomes a message.
+    pub fn accept<T>(&mut self, result: Result<T, impl Display>) -> Option<T> {
+        result.map_err(|error| self.fail(error.to_string())).ok()
     }
 
     /// Show a note in place of the previous one.

@@ -254,12 +254,8 @@ fn furnish(
 
 fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.shown(world)?.world().sheets().get(index)?;
-    let layer = match display.layer {
-        Layer::Top => sheet.model.layers.len().checked_sub(1)?,
-        Layer::Bottom => 0,
-    };
     let parts = if display.smooth && sheet.model.triangles.is_none() { PARTS } else { 1 };
-    let surface = sheet.surface(layer, parts)?;
+    let surface = sheet.surface(display.layer.index(sheet)?, parts)?;
     let mut mesh = sheet_mesh(&surface, &sheet.state.x);
     let (triangles, display_clearance) = (triangles_of(&mesh), display_clearance(sheet, parts));
     let coloured = is_coloured(editor, world, index);

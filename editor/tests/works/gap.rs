@@ -4,9 +4,8 @@
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::scene::{Scene, Shape};
-use sheetwork_editor::gap;
 use sheetwork_editor::picture::Layer;
-use sheetwork_editor::scenes;
+use sheetwork_editor::{gap, scenes};
 
 /// Largest penetration of the displayed surface, m.
 const MAX_PENETRATION: f64 = 5e-5;

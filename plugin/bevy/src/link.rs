@@ -8,11 +8,8 @@ use std::path::{Path, PathBuf};
 
 use bevy::prelude::*;
 use sheetwork::{InputError, World as Sheets};
-use sheetwork_link::AttachedProcess;
-use sheetwork_link::Host;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::LinkPlace;
-use sheetwork_link::{Link, LinkStatistics};
+use sheetwork_link::{AttachedProcess, Host, Link, LinkError, LinkStatistics};
 
 use crate::core::{SheetClock, SheetWorld, SheetworkSet};
 

@@ -3,7 +3,7 @@
 use clap::Args;
 use glam::DVec3;
 use sheetwork_rigs::measure::Thermal;
-use sheetwork_rigs::quantities::{convection, parse_number, temperature, time};
+use sheetwork_rigs::quantities::{convection, parse_number, parse_vector, temperature, time};
 
 #[derive(Args)]
 pub struct HeatFlags {
@@ -71,9 +71,7 @@ impl HeatFlags {
 
 /// Parses three numbers separated by commas.
 fn vector(text: &str) -> Result<DVec3, String> {
-    let parts: Vec<f64> = text.split(',').map(parse_number).collect::<Result<_, _>>()?;
-    let all: [f64; 3] = parts.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))?;
-    Ok(DVec3::from_array(all))
+    parse_vector(text).map(DVec3::from_array)
 }
 
 fn polygon(text: &str) -> Result<Polygon, String> {

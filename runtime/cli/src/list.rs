@@ -5,10 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use sheetwork::integrators;
 use sheetwork::mesh::structure;
 use sheetwork::scene::{Scene, material};
-use sheetwork::{InputError, ParameterRow, ParameterScope};
+use sheetwork::{InputError, ParameterRow, ParameterScope, integrators};
 use sheetwork_rigs::measure;
 
 use sheetwork_rigs::output::{print_json, print_line};

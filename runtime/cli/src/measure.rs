@@ -6,8 +6,7 @@ use clap::Args;
 use serde_json::Value;
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{BurgersCreep, Material, SpringLaw, material};
+use sheetwork::scene::{BurgersCreep, IntegratorKind, Material, SpringLaw, material};
 use sheetwork_rigs::measure::{Boundary, Setup, TABLE, measure};
 
 use crate::heat_flags::HeatFlags;

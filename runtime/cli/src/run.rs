@@ -6,8 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{Scene, library};
+use sheetwork::scene::{IntegratorKind, Scene, library};
 use sheetwork::sheet::FractureOpening;
 use sheetwork::world::journal::{JournalInput, JournalWriter};
 use sheetwork::world::recording::RecordingWriter;
@@ -15,8 +14,7 @@ use sheetwork::{InputError, Report, World, check_range};
 
 use crate::apply_overrides;
 use sheetwork_rigs::output::{check_writable, print_json, print_line};
-use sheetwork_rigs::quantities;
-use sheetwork_rigs::quantities::time;
+use sheetwork_rigs::quantities::{self, time};
 
 /// Frames per simulated second for the recording, the progress bar and the penetration statistics.
 const FRAME_RATE: f64 = 60.0;

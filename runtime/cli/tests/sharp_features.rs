@@ -8,10 +8,9 @@
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::collision::overlap::{BodyPose, OverlapSolid, faces, with_body};
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, ContactDefaults, Material, MaterialChoice, PinSpec, Placement, Polyhedron, Region, Scene, Shape,
-    SheetSpec,
+    BodySpec, ContactDefaults, IntegratorKind, Material, MaterialChoice, PinSpec, Placement, Polyhedron, Region, Scene,
+    Shape, SheetSpec,
 };
 use sheetwork_rigs::measure::{Setup, measure};
 

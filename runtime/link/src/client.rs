@@ -27,6 +27,15 @@ pub struct Client {
     node: Arc<Node<Ipc>>,
 }
 
+/// Part of an answer.
+#[derive(Deserialize)]
+struct AnswerPart<T> {
+    #[serde(alias = "params", alias = "text")]
+    content: T,
+    /// Index for the next request.
+    next: Option<usize>,
+}
+
 /// A parameter of a running game.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct RemoteParameter {
@@ -173,6 +182,20 @@ impl Client {
         serde_json::from_value(Value::Object(answer)).map_err(|e| LinkError::Unlike(format!("an answer: {e}")))
     }
 
+    /// All parts of an answer that is longer than one message.
+    fn ask_for_parts<T: DeserializeOwned>(&self, command: impl Fn(usize) -> Command) -> Result<Vec<T>, LinkError> {
+        let (mut all, mut from) = (Vec::new(), 0);
+        loop {
+            let part: AnswerPart<T> = self.ask(&command(from))?;
+            all.push(part.content);
+            match part.next {
+                // Only increasing indices, so that the loop terminates for any answer.
+                Some(next) if next > from => from = next,
+                _ => return Ok(all),
+            }
+        }
+    }
+
     /// Status of the game.
     ///
     /// # Errors
@@ -186,21 +209,8 @@ impl Client {
     /// # Errors
     /// No answer.
     pub fn parameters(&self) -> Result<Vec<RemoteParameter>, LinkError> {
-        #[derive(Deserialize)]
-        struct Part {
-            params: Vec<RemoteParameter>,
-            next: Option<usize>,
-        }
-        let (mut all, mut from) = (Vec::new(), 0);
-        loop {
-            let part: Part = self.ask(&Command::Params { from })?;
-            all.extend(part.params);
-            match part.next {
-                // Only increasing indices, so that the loop terminates for any answer.
-                Some(next) if next > from => from = next,
-                _ => return Ok(all),
-            }
-        }
+        let parts: Vec<Vec<RemoteParameter>> = self.ask_for_parts(|from| Command::Params { from })?;
+        Ok(parts.into_iter().flatten().collect())
     }
 
     /// One parameter.
@@ -226,20 +236,8 @@ impl Client {
     /// # Errors
     /// No answer.
     pub fn scene(&self) -> Result<String, LinkError> {
-        #[derive(Deserialize)]
-        struct Part {
-            text: String,
-            next: Option<usize>,
-        }
-        let (mut all, mut from) = (String::new(), 0);
-        loop {
-            let part: Part = self.ask(&Command::Scene { from })?;
-            all.push_str(&part.text);
-            match part.next {
-                Some(next) if next > from => from = next,
-                _ => return Ok(all),
-            }
-        }
+        let parts: Vec<String> = self.ask_for_parts(|from| Command::Scene { from })?;
+        Ok(parts.concat())
     }
 
     /// Grabs the material point (u, v) of a sheet with a spring of `stiffness` N/m and returns the

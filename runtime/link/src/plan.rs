@@ -73,7 +73,7 @@ impl FramePlan {
     pub fn fits(&self, world: &World) -> bool {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
             plan.masses == sheet.node_count()
-                && plan.heated == temperature_of(sheet).is_some()
+                && plan.heated == sheet.temperatures().is_some()
                 && plan.grid == sheet.model.grid
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
@@ -111,7 +111,7 @@ impl SheetPlan {
     /// Plan of a sheet whose arrays begin at `ends`, without triangles. Advances `ends`.
     fn new(world: &World, index: usize, sheet: &Sheet, ends: &mut [usize; 2]) -> Self {
         let n = sheet.node_count();
-        let heated = temperature_of(sheet).is_some();
+        let heated = sheet.temperatures().is_some();
         let mut headers = [header(sheet); 2];
         for (complete, (header, end)) in headers.iter_mut().zip(ends).enumerate() {
             let mut take = |bytes: usize, there: bool| {
@@ -207,11 +207,6 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
     }
     let rest = |[a, b]: [u32; 2]| built.state.x.get(a as usize).distance(built.state.x.get(b as usize));
     built.edges().into_iter().map(|e| StrainEdge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
-}
-
-/// Temperature of each node, °C, of a sheet with temperatures.
-pub fn temperature_of(sheet: &Sheet) -> Option<&[f64]> {
-    sheet.temperatures()
 }
 
 /// Minimum size of samples (bytes), so that small growth of a small scene needs no reallocation.

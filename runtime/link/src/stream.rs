@@ -13,8 +13,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
 
-use crate::link_place::LinkPlace;
-use crate::link_place::free_shared_memory;
+use crate::link_place::{LinkPlace, free_shared_memory};
 use crate::{Ipc, LinkError, MAXIMUM_CLIENTS};
 
 /// Shared memory left free, bytes; far above the need of iceoryx2 for a new reader.

@@ -2,8 +2,7 @@
 
 use crate::layout::{FrameView, LAYOUT};
 use crate::plan::FramePlan;
-use crate::topology;
-use crate::topology::{Meshes, SheetMesh};
+use crate::topology::{self, Meshes, SheetMesh};
 use crate::write::{FrameStamp, frame};
 use sheetwork::World;
 use sheetwork::scene::Scene;

@@ -8,7 +8,7 @@ use glam::Vec3;
 use multiversion::multiversion;
 
 use crate::layout::{FrameHeader, LAYOUT, MAGIC, SheetHeader, UNITS, slice_mut, write_header};
-use crate::plan::{FramePlan, SheetPlan, temperature_of};
+use crate::plan::{FramePlan, SheetPlan};
 use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::sheet::{Sheet, Status};
@@ -80,7 +80,7 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
     }
     positions(&sheet.state.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0
-        && let Some(temperature) = temperature_of(sheet)
+        && let Some(temperature) = sheet.temperatures()
     {
         let all = slice_mut::<f32>(out, header.temperature, n);
         all.iter_mut().zip(temperature).for_each(|(to, from)| *to = *from as f32);

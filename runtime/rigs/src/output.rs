@@ -19,6 +19,14 @@ pub fn print_line(text: &str) -> Result<(), InputError> {
     }
 }
 
+/// Prints a result as JSON, or as a line of text.
+pub fn print_result(json: Option<impl serde::Serialize>, text: impl FnOnce() -> String) -> Result<(), InputError> {
+    match json {
+        Some(value) => print_json(&value),
+        None => print_line(&text()),
+    }
+}
+
 /// Parses whole numbers separated by `x`, as in `11x2x11`.
 pub fn parse_counts<const N: usize>(text: &str) -> Result<[u32; N], String> {
     let parts: Result<Vec<u32>, _> = text.split(['x', 'X']).map(|p| p.trim().parse::<u32>()).collect();

@@ -23,6 +23,12 @@ fn parse_quantity(quantity: Quantity, text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses three plain numbers, `x,y,z`.
+pub fn parse_vector(text: &str) -> Result<[f64; 3], String> {
+    let parts: Vec<f64> = text.split(',').map(parse_number).collect::<Result<_, _>>()?;
+    parts.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))
+}
+
 macro_rules! parsers {
     ($($name:ident $quantity:ident,)*) => {
         $(

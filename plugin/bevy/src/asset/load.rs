@@ -17,13 +17,22 @@ pub(super) struct SceneLoader {
     pub root: PathBuf,
 }
 
-/// Loader of `.pol` files.
+/// Loader of text files of one format.
 #[derive(TypePath)]
-pub(super) struct PolyhedraLoader;
+pub(super) struct TextLoader<A: Asset> {
+    read: fn(&str) -> Result<A, InputError>,
+    extensions: &'static [&'static str],
+}
+
+/// Loader of `.pol` files.
+pub(super) const POLYHEDRA: TextLoader<SheetPolyhedra> = TextLoader {
+    read: |text| pol::read_pol(text).map(|polyhedra| SheetPolyhedra { polyhedra }),
+    extensions: &["pol", "POL"],
+};
 
 /// Loader of `.sht` files.
-#[derive(TypePath)]
-pub(super) struct SheetLoader;
+pub(super) const SHEETS: TextLoader<SheetFileAsset> =
+    TextLoader { read: |text| sht::read_sht(text).map(|file| SheetFileAsset { file }), extensions: &["sht", "SHT"] };
 
 async fn text(reader: &mut dyn Reader, path: &Path) -> Result<String, InputError> {
     let mut bytes = Vec::new();
@@ -39,7 +48,7 @@ impl AssetLoader for SceneLoader {
     async fn load(
         &self,
         reader: &mut dyn Reader,
-        _settings: &(),
+        _: &(),
         context: &mut LoadContext<'_>,
     ) -> Result<SheetScene, InputError> {
         let path = context.path().path().to_owned();
@@ -78,44 +87,17 @@ fn files_of(scene: &Scene) -> Vec<PathBuf> {
     sheets.chain(materials).chain(bodies).chain(heaters).filter(|file| file.is_relative()).collect()
 }
 
-impl AssetLoader for PolyhedraLoader {
-    type Asset = SheetPolyhedra;
+impl<A: Asset> AssetLoader for TextLoader<A> {
+    type Asset = A;
     type Settings = ();
     type Error = InputError;
 
-    async fn load(
-        &self,
-        reader: &mut dyn Reader,
-        _settings: &(),
-        context: &mut LoadContext<'_>,
-    ) -> Result<SheetPolyhedra, InputError> {
+    async fn load(&self, reader: &mut dyn Reader, _: &(), context: &mut LoadContext<'_>) -> Result<A, InputError> {
         let path = context.path().path().to_owned();
-        let polyhedra = pol::read_pol(&text(reader, &path).await?).map_err(|e| e.in_file(&path))?;
-        Ok(SheetPolyhedra { polyhedra })
+        (self.read)(&text(reader, &path).await?).map_err(|e| e.in_file(&path))
     }
 
     fn extensions(&self) -> &[&str] {
-        &["pol", "POL"]
-    }
-}
-
-impl AssetLoader for SheetLoader {
-    type Asset = SheetFileAsset;
-    type Settings = ();
-    type Error = InputError;
-
-    async fn load(
-        &self,
-        reader: &mut dyn Reader,
-        _settings: &(),
-        context: &mut LoadContext<'_>,
-    ) -> Result<SheetFileAsset, InputError> {
-        let path = context.path().path().to_owned();
-        let file = sht::read_sht(&text(reader, &path).await?).map_err(|e| e.in_file(&path))?;
-        Ok(SheetFileAsset { file })
-    }
-
-    fn extensions(&self) -> &[&str] {
-        &["sht", "SHT"]
+        self.extensions
     }
 }

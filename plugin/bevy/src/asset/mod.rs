@@ -34,8 +34,8 @@ impl Plugin for SheetworkAssetPlugin {
             .init_asset::<SheetPolyhedra>()
             .init_asset::<SheetFileAsset>()
             .register_asset_loader(load::SceneLoader { root })
-            .register_asset_loader(load::PolyhedraLoader)
-            .register_asset_loader(load::SheetLoader)
+            .register_asset_loader(load::POLYHEDRA)
+            .register_asset_loader(load::SHEETS)
             .add_message::<SheetSceneSpawned>()
             .register_type::<SheetSceneRoot>()
             .add_systems(PreUpdate, spawn::spawn_scenes);

@@ -8,7 +8,7 @@ use sheetwork::scene::{HeaterSpec, HotFaceSpec};
 use sheetwork::{HeaterId, InputError};
 
 use super::reflect::HeaterSpecReflect;
-use super::sync::Rejected;
+use super::sync::{Rejected, insert_link};
 use super::{SheetWorld, placement};
 
 /// Polyhedron with hot faces, which radiate to the sheets on their outer side. Sheets and bodies
@@ -118,15 +118,8 @@ pub(super) fn sync(
         if let (true, Some(name)) = (spec.name.is_empty(), name) {
             spec.name = name.as_str().to_owned();
         }
-        match insert(&mut world, &spec, &heater, there) {
-            Ok(place) => {
-                commands.entity(entity).try_insert(place).try_remove::<Rejected>();
-            }
-            Err(problem) => {
-                error!("heater {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Rejected).try_remove::<HeaterHandle>();
-            }
-        }
+        let added = insert(&mut world, &spec, &heater, there);
+        insert_link::<HeaterHandle>(commands.entity(entity), "heater", added);
     }
 }
 

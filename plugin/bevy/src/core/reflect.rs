@@ -21,8 +21,8 @@ use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
-    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey,
-    PinSpec, Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
+    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PinSpec,
+    Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
 };
 
 /// Range of a parameter, the attribute of its reflected field.
@@ -204,17 +204,5 @@ pub(super) struct PlacementReflect {
     #[reflect(@range(Id::PlacementPosition))]
     position: DVec3,
     #[reflect(@range(Id::PlacementRotation))]
-    rotation: DVec3,
-}
-
-#[reflect_remote(PathKey)]
-#[derive(Clone, Debug, Default)]
-#[reflect(Default)]
-pub(super) struct PathKeyReflect {
-    #[reflect(@range(Id::PathTime))]
-    time: f64,
-    #[reflect(@range(Id::PathOffset))]
-    offset: DVec3,
-    #[reflect(@range(Id::PathRotation))]
     rotation: DVec3,
 }

@@ -17,6 +17,22 @@ use super::{
 #[derive(Component)]
 pub(crate) struct Rejected;
 
+/// Insert the link of an entity to what was added to the world, or mark a rejected entity, which
+/// loses its link `L`.
+pub(super) fn insert_link<L: Component>(
+    mut entity: EntityCommands,
+    kind: &str,
+    added: Result<impl Bundle, InputError>,
+) {
+    match added {
+        Ok(link) => _ = entity.try_insert(link).try_remove::<Rejected>(),
+        Err(problem) => {
+            error!("{kind} {} is left out: {problem}", entity.id());
+            entity.try_insert(Rejected).try_remove::<L>();
+        }
+    }
+}
+
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
     mut commands: Commands,
@@ -43,15 +59,8 @@ pub(super) fn sync_sheets(
             world.remove_sheet(motion.id());
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
-        match add_sheet(&mut world, &clock, &sheet, name, &there) {
-            Ok(built) => {
-                commands.entity(entity).try_insert(built).try_remove::<Rejected>();
-            }
-            Err(problem) => {
-                error!("sheet {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Rejected).try_remove::<SheetMotion>();
-            }
-        }
+        let added = add_sheet(&mut world, &clock, &sheet, name, &there);
+        insert_link::<SheetMotion>(commands.entity(entity), "sheet", added);
     }
 }
 
@@ -191,15 +200,8 @@ pub(super) fn sync_bodies(
         let start = motion.filter(|m| led(m) || anew(m)).map(|m| m.given);
         let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
         remove_body(&mut world, motion);
-        match add_body(&mut world, &body, polyhedra, name, there) {
-            Ok(motion) => {
-                commands.entity(entity).try_insert(motion).try_remove::<Rejected>();
-            }
-            Err(problem) => {
-                error!("body {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Rejected).try_remove::<BodyMotion>();
-            }
-        }
+        let added = add_body(&mut world, &body, polyhedra, name, there);
+        insert_link::<BodyMotion>(commands.entity(entity), "body", added);
     }
 }
 

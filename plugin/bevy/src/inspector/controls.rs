@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 use bevy::math::DVec3;
-use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
+use bevy_egui::egui::{self, ComboBox, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
 
 use sheetwork::ParameterId;
 
@@ -50,9 +50,14 @@ impl ControlOptions {
         }
     }
 
-    /// Number that is applied on release.
-    pub fn late() -> Self {
-        Self { late: true, ..Self::default() }
+    /// Number that changes by `speed` per point of dragging, in the displayed unit.
+    pub fn speed(speed: f64) -> Self {
+        Self { speed, ..Self::default() }
+    }
+
+    /// The control, applied on release.
+    pub fn on_release(self) -> Self {
+        Self { late: true, ..self }
     }
 }
 
@@ -140,6 +145,18 @@ pub fn parameter_row(
     ui.end_row();
 }
 
+/// Parameter of the world, by path, as a row with its name and a slider over its usual values.
+pub fn usual_row(
+    ui: &mut Ui,
+    access: &mut dyn ParameterAccess,
+    row: (&str, &str, &str),
+    now: f64,
+    shown: DisplayUnit,
+    id: ParameterId,
+) {
+    parameter_row(ui, access, row, now, shown, &ControlOptions::usual(id));
+}
+
 /// Parameter of the world, by path, without row and name.
 pub fn parameter_control(
     ui: &mut Ui,
@@ -158,6 +175,37 @@ pub fn parameter_control(
     if done.reset {
         access.set_default(path);
     }
+}
+
+/// Number with its name; `of` names it in messages, and text that is not a value is reported.
+pub fn number(
+    ui: &mut Ui,
+    access: &mut dyn ParameterAccess,
+    (title, about, of): (&str, &str, &str),
+    now: f64,
+    shown: DisplayUnit,
+    how: &ControlOptions,
+) -> ControlResult {
+    let label = name(ui, title, about);
+    let mut done = input(ui, &label, now, shown, how);
+    tell(access, of, done.error.take());
+    done
+}
+
+/// Choice among `options`, each a value with its title and its description, `width` points wide.
+pub fn choice<'a, T: PartialEq>(
+    ui: &mut Ui,
+    label: &Response,
+    (id, selected, width): (&str, &str, f32),
+    chosen: &mut T,
+    options: impl IntoIterator<Item = (T, &'a str, &'a str)>,
+) -> Response {
+    let shown = ComboBox::from_id_salt(id).selected_text(selected).width(width).show_ui(ui, |ui| {
+        for (value, title, about) in options {
+            ui.selectable_value(chosen, value, title).on_hover_text(about);
+        }
+    });
+    shown.response.labelled_by(label.id)
 }
 
 /// Report text that is not a value.
@@ -210,8 +258,7 @@ pub fn vector_row(
     shown: DisplayUnit,
 ) {
     name(ui, title, about);
-    let (changed, reset) =
-        vector(ui, access, path, now, shown, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
+    let (changed, reset) = vector(ui, access, path, now, shown, &ControlOptions::speed(0.02));
     if let Some(v) = changed {
         access.set(path, &text_of(v));
     }

@@ -1,12 +1,14 @@
 //! Controls of the integrator, its step, gravity, air and wind.
 
 use bevy::math::DVec3;
-use bevy_egui::egui::{ComboBox, RichText, Ui};
+use bevy_egui::egui::{RichText, Ui};
 use sheetwork::ParameterId as Id;
 use sheetwork::integrators::TABLE;
 
 use super::ParameterAccess;
-use super::controls::{ControlOptions, MS, PLAIN, name, parameter_control, parameter_row, text_of, vector_row};
+use super::controls::{
+    ControlOptions, MS, PLAIN, choice, name, parameter_control, parameter_row, text_of, usual_row, vector_row,
+};
 use super::units::{DisplayUnit, Quantity, format_si};
 
 /// Gravity presets, m/s², downwards.
@@ -29,14 +31,9 @@ pub fn engine(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
 fn engine_and_step(ui: &mut Ui, access: &mut dyn ParameterAccess) {
     let info = access.world().engine().info();
     let label = name(ui, "Integrator", "Scheme that advances positions and velocities");
-    let combo = ComboBox::from_id_salt("engine").selected_text(info.name).width(150.0);
     let mut chosen = info.name;
-    let shown = combo.show_ui(ui, |ui| {
-        for row in TABLE {
-            ui.selectable_value(&mut chosen, row.name, row.name).on_hover_text(row.about);
-        }
-    });
-    shown.response.labelled_by(label.id).on_hover_text(info.about);
+    let engines = TABLE.iter().map(|row| (row.name, row.name, row.about));
+    choice(ui, &label, ("engine", info.name, 150.0), &mut chosen, engines).on_hover_text(info.about);
     if chosen != info.name {
         access.set("engine", chosen);
     }
@@ -45,15 +42,7 @@ fn engine_and_step(ui: &mut Ui, access: &mut dyn ParameterAccess) {
     let label = name(ui, "Step", "Time step, ms");
     ui.horizontal(|ui| {
         let dt = access.world().dt();
-        parameter_control(
-            ui,
-            access,
-            &label,
-            "dt",
-            dt,
-            MS,
-            &ControlOptions { speed: 0.01, ..ControlOptions::default() },
-        );
+        parameter_control(ui, access, &label, "dt", dt, MS, &ControlOptions::speed(0.01));
         let limit = access.largest_step();
         if info.adaptive {
             ui.weak("adapts");
@@ -69,14 +58,8 @@ fn engine_and_step(ui: &mut Ui, access: &mut dyn ParameterAccess) {
 
     if info.adaptive {
         let now = access.parameter("tolerance").unwrap_or_default();
-        parameter_row(
-            ui,
-            access,
-            ("Tolerance", "Tolerance of the position error of a step, µm", "tolerance"),
-            now,
-            MICRO,
-            &ControlOptions::default(),
-        );
+        let row = ("Tolerance", "Tolerance of the position error of a step, µm", "tolerance");
+        parameter_row(ui, access, row, now, MICRO, &ControlOptions::default());
     }
 }
 
@@ -117,14 +100,7 @@ fn gravity(ui: &mut Ui, access: &mut dyn ParameterAccess) {
 fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
     let air = access.world().air();
     let about = "Density of the air for pressure drag; 1.2 kg/m³ in a room";
-    parameter_row(
-        ui,
-        access,
-        ("Air", about, "air.density"),
-        air.density,
-        DENSITY,
-        &ControlOptions::usual(Id::AirDensity),
-    );
+    usual_row(ui, access, ("Air", about, "air.density"), air.density, DENSITY, Id::AirDensity);
     if air.density > 0.0 {
         vector_row(ui, access, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
     }
@@ -135,14 +111,7 @@ fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
         "Linear damping: fraction of its speed that a node keeps in every {}; 1 is none",
         format_si(air.per, "s")
     );
-    parameter_row(
-        ui,
-        access,
-        ("Linear damping", &about, "air.factor"),
-        air.factor,
-        PLAIN,
-        &ControlOptions::usual(Id::AirFactor),
-    );
+    usual_row(ui, access, ("Linear damping", &about, "air.factor"), air.factor, PLAIN, Id::AirFactor);
     let about = "Time of that fraction, ms";
     parameter_row(ui, access, ("… in every", about, "air.per"), air.per, MS, &ControlOptions::default());
 }

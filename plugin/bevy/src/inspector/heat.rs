@@ -25,15 +25,8 @@ pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
             let about = format!("Parameter {}, {}", parameter.path, parameter.unit);
             match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
                 (Ok(now), _) => {
-                    let shown = shown(parameter);
-                    parameter_row(
-                        ui,
-                        access,
-                        (&title, &about, &parameter.path),
-                        now,
-                        shown,
-                        &ControlOptions::default(),
-                    );
+                    let (row, shown) = ((&*title, &*about, &*parameter.path), shown(parameter));
+                    parameter_row(ui, access, row, now, shown, &ControlOptions::default());
                 }
                 (_, Ok(mut on)) => {
                     let label = name(ui, &title, &about);

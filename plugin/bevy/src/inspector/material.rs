@@ -5,7 +5,7 @@ use sheetwork::ParameterId as Id;
 use sheetwork::scene::Material;
 
 use super::ParameterAccess;
-use super::controls::{ControlOptions, MM, PASCAL, PLAIN, input, name, parameter_row, tell};
+use super::controls::{ControlOptions, MM, PASCAL, PLAIN, number, parameter_row, usual_row};
 use super::hang::{Hang, gamma, hang};
 use super::style::{ACCENT, quiet};
 use super::units::format_si;
@@ -45,27 +45,13 @@ pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         ui.end_row();
     }
     let about = "Young's modulus: stress per strain. Type 2.1 GPa, or 3G for 3 GPa";
-    parameter_row(
-        ui,
-        access,
-        ("Young", about, &path("young")),
-        now.young,
-        PASCAL,
-        &ControlOptions::usual(Id::MaterialYoung),
-    );
+    usual_row(ui, access, ("Young", about, &path("young")), now.young, PASCAL, Id::MaterialYoung);
     let about = "Thickness; bending stiffness grows with its cube. Type 0.3 mm, 16 µm";
-    let how = ControlOptions { late: true, ..ControlOptions::usual(Id::MaterialThickness) };
+    let how = ControlOptions::usual(Id::MaterialThickness).on_release();
     parameter_row(ui, access, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
     if follows {
         let about = "Poisson's ratio: transverse contraction per extension";
-        parameter_row(
-            ui,
-            access,
-            ("Poisson", about, &path("poisson")),
-            now.poisson,
-            PLAIN,
-            &ControlOptions::usual(Id::MaterialPoisson),
-        );
+        usual_row(ui, access, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, Id::MaterialPoisson);
     }
 }
 
@@ -84,22 +70,20 @@ pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
 /// Droop of a strip of the present material, at a length that can be typed.
 pub fn droop(ui: &mut Ui, access: &mut dyn ParameterAccess, previews: &mut Previews, now: &Material, length: f64) {
     let gravity = access.world().gravity().length();
-    let number = gamma(now, length, gravity);
-    let strip = previews.strip(number).clone();
+    let load = gamma(now, length, gravity);
+    let strip = previews.strip(load).clone();
     ui.horizontal(|ui| {
         let (rect, response) = ui.allocate_exact_size(vec2(86.0, 74.0), Sense::hover());
         ui.painter_at(rect).rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
         strip_shape(ui, rect.shrink(5.0), &strip, ACCENT);
         response.on_hover_text(format!(
-            "Shape of a strip clamped level at its left end, under {gravity:.3} m/s² (Γ = {number:.3})"
+            "Shape of a strip clamped level at its left end, under {gravity:.3} m/s² (Γ = {load:.3})"
         ));
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
-                let label =
-                    name(ui, "Strip of", "Length of the strip in the preview; a double click takes the sheet's own");
-                let done = input(ui, &label, length, MM, &ControlOptions::default());
+                let about = "Length of the strip in the preview; a double click takes the sheet's own";
+                let done = number(ui, access, ("Strip of", about, "strip"), length, MM, &ControlOptions::default());
                 previews.length = done.value.map(|v| v.clamp(1e-6, 1e3)).or(previews.length);
-                tell(access, "strip", done.error);
                 if done.reset {
                     previews.length = None;
                 }

@@ -110,13 +110,7 @@ impl InspectedGame<'_> {
     pub fn undo(&mut self) -> bool {
         let Some((path, before)) = self.changes.undo.pop() else { return false };
         self.changes.sealed = true;
-        match self.world.set(&path, &before) {
-            Ok(_) => true,
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        self.world.set(&path, &before).map_err(|error| self.fail(error.to_string())).is_ok()
     }
 }
 
@@ -126,16 +120,8 @@ impl ParameterAccess for InspectedGame<'_> {
     }
 
     fn set(&mut self, path: &str, value: &str) -> bool {
-        match self.world.set(path, value) {
-            Ok(before) => {
-                self.changes.note(path, before);
-                true
-            }
-            Err(error) => {
-                self.fail(error.to_string());
-                false
-            }
-        }
+        let before = self.world.set(path, value).map_err(|error| self.fail(error.to_string()));
+        before.map(|before| self.changes.note(path, before)).is_ok()
     }
 
     fn set_default(&mut self, path: &str) -> bool {

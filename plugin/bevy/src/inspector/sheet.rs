@@ -4,7 +4,7 @@ use bevy_egui::egui::Ui;
 use sheetwork::ParameterId as Id;
 
 use super::ParameterAccess;
-use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row};
+use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row, usual_row};
 use super::units::{DisplayUnit, Quantity};
 
 const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
@@ -24,44 +24,16 @@ fn damping(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     let path = |name: &str| format!("sheets.{index}.{name}");
     if follows {
         let about = "Damping ratio of the slowest bending mode; faster modes are damped more";
-        parameter_row(
-            ui,
-            access,
-            ("Damping", about, &path("damping_ratio")),
-            ratio,
-            PLAIN,
-            &ControlOptions::usual(Id::DampingRatio),
-        );
+        usual_row(ui, access, ("Damping", about, &path("damping_ratio")), ratio, PLAIN, Id::DampingRatio);
     } else {
         let about = "Dashpots along the springs, as a fraction of critical damping";
-        parameter_row(
-            ui,
-            access,
-            ("Damping", about, &path("damping")),
-            damping,
-            PLAIN,
-            &ControlOptions::usual(Id::Damping),
-        );
+        usual_row(ui, access, ("Damping", about, &path("damping")), damping, PLAIN, Id::Damping);
     }
     if access.world().air().density > 0.0 {
         let about = "Drag coefficient for air across the sheet";
-        parameter_row(
-            ui,
-            access,
-            ("Drag", about, &path("drag.0")),
-            drag.0,
-            PLAIN,
-            &ControlOptions::usual(Id::DragAcross),
-        );
+        usual_row(ui, access, ("Drag", about, &path("drag.0")), drag.0, PLAIN, Id::DragAcross);
         let about = "Drag coefficient for air along the sheet";
-        parameter_row(
-            ui,
-            access,
-            ("… along", about, &path("drag.1")),
-            drag.1,
-            PLAIN,
-            &ControlOptions::usual(Id::DragAlong),
-        );
+        usual_row(ui, access, ("… along", about, &path("drag.1")), drag.1, PLAIN, Id::DragAlong);
     }
 }
 
@@ -70,33 +42,12 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     let (friction, restitution, pressure) = (sheet.parameters.friction, sheet.parameters.restitution, sheet.pressure());
     let path = |name: &str| format!("sheets.{index}.{name}");
     let about = "Coulomb friction coefficient of the sheet; a contact uses the mean of both surfaces";
-    parameter_row(
-        ui,
-        access,
-        ("Friction", about, &path("friction")),
-        friction,
-        PLAIN,
-        &ControlOptions::usual(Id::Friction),
-    );
+    usual_row(ui, access, ("Friction", about, &path("friction")), friction, PLAIN, Id::Friction);
     let about = "Ratio of separation to approach speed";
-    parameter_row(
-        ui,
-        access,
-        ("Restitution", about, &path("restitution")),
-        restitution,
-        PLAIN,
-        &ControlOptions::usual(Id::Restitution),
-    );
+    usual_row(ui, access, ("Restitution", about, &path("restitution")), restitution, PLAIN, Id::Restitution);
     let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
     let shown = DisplayUnit::fixed(Quantity::Pressure, "Pa", 1.0);
-    parameter_row(
-        ui,
-        access,
-        ("Pressure", about, &path("pressure")),
-        pressure,
-        shown,
-        &ControlOptions { speed: 0.2, ..ControlOptions::default() },
-    );
+    parameter_row(ui, access, ("Pressure", about, &path("pressure")), pressure, shown, &ControlOptions::speed(0.2));
 }
 
 /// Bending angle limit, for structures with flexion springs.

@@ -6,12 +6,11 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
-use sheetwork_link::Command;
-use sheetwork_link::GrabForce;
+use sheetwork_link::{Command, GrabForce};
 
 use crate::link::GameSelection;
 use sheetwork_rigs::output::{print_json, print_line};
-use sheetwork_rigs::quantities::{parse_number, stiffness, time};
+use sheetwork_rigs::quantities::{parse_number, parse_vector, stiffness, time};
 
 /// Grabs a material point of a running game's sheet and moves it.
 #[derive(Args)]
@@ -28,7 +27,7 @@ pub struct GrabArguments {
     #[arg(value_parser = parse_number)]
     v: f64,
     /// Displacement of the hand, m: x,y,z.
-    #[arg(long, default_value = "0,0.05,0", value_parser = vector)]
+    #[arg(long, default_value = "0,0.05,0", value_parser = parse_vector)]
     by: [f64; 3],
     /// Duration of the displacement, s; the hand then stays in place.
     #[arg(long, default_value = "1", value_parser = time)]
@@ -48,11 +47,6 @@ pub struct GrabArguments {
     /// Print JSON and nothing else.
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-}
-
-fn vector(text: &str) -> Result<[f64; 3], String> {
-    let parts: Result<Vec<f64>, String> = text.split(',').map(parse_number).collect();
-    parts?.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))
 }
 
 impl GrabArguments {

@@ -7,9 +7,8 @@ pub(crate) mod serve;
 pub(crate) mod watch;
 
 use clap::Args;
-use sheetwork_link::Client;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::LinkPlace;
+use sheetwork_link::{Client, LinkError};
 use sheetwork_rigs::quantities::time;
 
 pub use crate::link::grab::GrabArguments;

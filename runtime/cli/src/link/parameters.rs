@@ -6,11 +6,10 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use sheetwork::InputError;
-use sheetwork_link::Command;
-use sheetwork_link::RemoteParameter;
+use sheetwork_link::{Command, RemoteParameter};
 
 use crate::link::{GameSelection, print_unstable_sheets};
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{print_json, print_line, print_result};
 
 /// Lists all parameters of a running game.
 #[derive(Args)]
@@ -78,11 +77,8 @@ pub struct Get {
 impl Get {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let found = self.target.attach()?.get(&self.path)?;
-        if self.json {
-            print_json(&row(&found))?;
-        } else {
-            print_line(format!("{} {}", found.value, found.unit).trim_end())?;
-        }
+        let text = || format!("{} {}", found.value, found.unit).trim_end().to_owned();
+        print_result(self.json.then(|| row(&found)), text)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -107,11 +103,8 @@ impl Set {
         let command = Command::Set { path: self.path.clone(), value: self.value.clone() };
         let answer = self.target.attach()?.send(&command)?;
         let old = answer.get("old").and_then(|old| old.as_str()).unwrap_or_default();
-        if self.json {
-            print_json(&json!({ "path": self.path, "old": old, "value": self.value }))?;
-        } else {
-            print_line(&format!("{}: {old} -> {}", self.path, self.value))?;
-        }
+        let found = self.json.then(|| json!({ "path": self.path, "old": old, "value": self.value }));
+        print_result(found, || format!("{}: {old} -> {}", self.path, self.value))?;
         print_unstable_sheets(&answer);
         Ok(ExitCode::SUCCESS)
     }

@@ -15,7 +15,7 @@ use sheetwork_link::Topology;
 use sheetwork_link::layout::FrameView;
 
 use crate::link::GameSelection;
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::print_result;
 use sheetwork_rigs::quantities::{parse_number, time};
 
 /// Time limit of the wait for a frame.
@@ -81,11 +81,9 @@ impl Record {
             }
         }
         let (written, missed) = (recorder.finish()?, frames.missed());
-        if self.json {
-            print_json(&json!({ "file": self.file, "frames": written, "missed": missed, "ended": ended }))?;
-        } else {
-            print_line(&format!("{}: {written} frames, {missed} missed; {ended}", self.file.display()))?;
-        }
+        let found = || json!({ "file": self.file, "frames": written, "missed": missed, "ended": ended });
+        let text = || format!("{}: {written} frames, {missed} missed; {ended}", self.file.display());
+        print_result(self.json.then(found), text)?;
         Ok(ExitCode::SUCCESS)
     }
 }

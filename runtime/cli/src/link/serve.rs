@@ -7,10 +7,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use sheetwork::scene::{Scene, library};
 use sheetwork::{InputError, World, check_range};
-use sheetwork_link::Host;
-use sheetwork_link::Link;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::LinkPlace;
+use sheetwork_link::{Host, Link, LinkError};
 
 use crate::apply_overrides;
 use sheetwork_rigs::output::print_line;

@@ -8,10 +8,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::{InputError, check_range};
-use sheetwork_link::Client;
-use sheetwork_link::Frame;
-use sheetwork_link::LinkError;
 use sheetwork_link::layout::{FrameHeader, FrameView, SheetView};
+use sheetwork_link::{Client, Frame, LinkError};
 
 use crate::link::GameSelection;
 use sheetwork_rigs::output::print_line;

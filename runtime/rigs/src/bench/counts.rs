@@ -16,15 +16,14 @@ use serde_json::{Map, Value, json};
 use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, StepObserver};
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, WhenUnstable,
 };
 use sheetwork::{InputError, World};
 use sheetwork_link::Link;
 use sheetwork_link::link_place::LinkPlace;
 
-use crate::bench::hot_box::hot_box;
+use crate::bench::hot_box::{clamped_shell, hot_box};
 use crate::bench::link::BenchedGame;
 use crate::output::{print_json, print_line};
 
@@ -76,8 +75,6 @@ struct CountRig {
     link: Option<Link>,
 }
 
-fn nothing(_: &mut CountRig) {}
-
 /// Exchange with a link without readers; no action where the link cannot be served.
 fn exchange(rig: &mut CountRig) {
     if rig.link.is_none() {
@@ -91,7 +88,20 @@ fn exchange(rig: &mut CountRig) {
 }
 
 const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> CountCase {
-    CountCase { name, about, scene, sleep: false, each: nothing }
+    CountCase { name, about, scene, sleep: false, each: |_| {} }
+}
+
+/// A case of the plain scene with an action before each step.
+const fn acting(name: &'static str, about: &'static str, each: fn(&mut CountRig)) -> CountCase {
+    CountCase { each, ..case(name, about, plain) }
+}
+
+/// The sheet lying on a floor.
+fn on_floor() -> Scene {
+    let mut scene = with(|s| s.pins.clear());
+    scene.sheets[0].placement.position.y = 2.6e-4;
+    scene.bodies.push(BodySpec::new(Shape::HalfSpace));
+    scene
 }
 
 const CASES: &[CountCase] = &[
@@ -114,24 +124,8 @@ const CASES: &[CountCase] = &[
     case("room_60", "the whole room at 60 °C", || Scene { ambient_temperature: 60.0, ..plain() }),
     case("heater", "a heater of six faces above it", || Scene { heaters: vec![hot_box()], ..plain() }),
     case("creep", "it creeps", || with(|s| s.creep = true)),
-    case("on_floor", "it lies on a floor", || {
-        let mut scene = with(|s| s.pins.clear());
-        scene.sheets[0].placement.position.y = 2.6e-4;
-        scene.bodies.push(BodySpec::new(Shape::HalfSpace));
-        scene
-    }),
-    CountCase {
-        name: "asleep",
-        about: "it has been put to sleep on a floor",
-        scene: || {
-            let mut scene = with(|s| s.pins.clear());
-            scene.sheets[0].placement.position.y = 2.6e-4;
-            scene.bodies.push(BodySpec::new(Shape::HalfSpace));
-            scene
-        },
-        sleep: true,
-        each: nothing,
-    },
+    case("on_floor", "it lies on a floor", on_floor),
+    CountCase { sleep: true, ..case("asleep", "it has been put to sleep on a floor", on_floor) },
     case("contained", "what is about to go unstable would be frozen", || {
         with(|s| s.when_unstable = WhenUnstable::Freeze)
     }),
@@ -141,28 +135,12 @@ const CASES: &[CountCase] = &[
         scene.sheets[0].when_unstable = WhenUnstable::ReduceStep { parts: 64 };
         scene
     }),
-    CountCase {
-        name: "snapshots",
-        about: "a snapshot every step",
-        scene: plain,
-        sleep: false,
-        each: |rig| rig.game.0.serialise_into(&mut rig.bytes),
-    },
-    CountCase { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
-    CountCase {
-        name: "watched",
-        about: "buckling is looked for",
-        scene: plain,
-        sleep: false,
-        each: |rig| rig.game.0.set_buckling_detection(true),
-    },
-    CountCase {
-        name: "phases",
-        about: "somebody is told which part of a step is under way",
-        scene: plain,
-        sleep: false,
-        each: |rig| rig.game.0.set_profiler(Some(Arc::new(NullObserver))),
-    },
+    acting("snapshots", "a snapshot every step", |rig| rig.game.0.serialise_into(&mut rig.bytes)),
+    acting("link_unread", "a link that nobody reads", exchange),
+    acting("watched", "buckling is looked for", |rig| rig.game.0.set_buckling_detection(true)),
+    acting("phases", "somebody is told which part of a step is under way", |rig| {
+        rig.game.0.set_profiler(Some(Arc::new(NullObserver)));
+    }),
 ];
 
 /// A step observer without effect.
@@ -186,16 +164,8 @@ fn springs() -> Scene {
 }
 
 fn plain() -> Scene {
-    let sheet = SheetSpec {
-        structure: StructureKind::Shell,
-        springs: SpringLaw::Calibrated,
-        grid: (21, 1, 21),
-        size: (0.25, 0.25),
-        material: MaterialChoice::Named("hips".into()),
-        pins: vec![PinSpec::clamped(Region::Left)],
-        ..SheetSpec::default()
-    };
-    Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+    let sheets = vec![clamped_shell(21, MaterialChoice::Named("hips".into()))];
+    Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets, ..Scene::default() }
 }
 
 fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {

@@ -19,11 +19,13 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    IntegratorKind, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw,
+};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::memory;
+use crate::measure::random_sequence::SplitMix64;
 use crate::output::{print_json, print_line};
 use crate::quantities::parse_number;
 
@@ -99,7 +101,7 @@ impl Day {
         let cycles = (self.hours * 3600.0 / CYCLE as f64).round() as u64;
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(cycles) };
         let mut all: Vec<DayStatistics> = Vec::with_capacity(parts as usize + 1);
-        let mut draw = 0_u64;
+        let mut draw = SplitMix64::new(0, 0);
         let mut seen = DayStatistics::NOTHING;
         for cycle in 0..cycles {
             if let Some(sheet) = cycle_of(&mut world, rest, &mut draw, &mut seen)? {
@@ -193,7 +195,7 @@ impl Day {
 fn cycle_of(
     world: &mut World,
     rest: f64,
-    draw: &mut u64,
+    draw: &mut SplitMix64,
     seen: &mut DayStatistics,
 ) -> Result<Option<String>, InputError> {
     let mut before = world.energy().total;
@@ -229,18 +231,11 @@ fn cycle_of(
     Ok(None)
 }
 
-/// Adds a random velocity to every dynamic node (splitmix64).
-fn kick(world: &mut World, draw: &mut u64) {
-    let mut next = || {
-        *draw = draw.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *draw;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        KICK * (2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 - 1.0)
-    };
+/// Adds a random velocity to every dynamic node.
+fn kick(world: &mut World, draw: &mut SplitMix64) {
     let sheet = &mut world.sheets_mut()[0];
     for i in 0..sheet.node_count() {
-        let way = DVec3::new(next(), next(), next());
+        let way = draw.place(KICK);
         if !sheet.is_held(i) {
             sheet.state.v.set(i, sheet.state.v.get(i) + way);
         }

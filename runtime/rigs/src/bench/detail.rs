@@ -14,11 +14,10 @@ use clap::Args;
 use cpu_time::ThreadTime;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{DetailSpec, IntegratorKind, MaterialChoice, Placement, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
+use crate::bench::hot_box::{clamped_shell, polystyrene};
 use crate::output::{print_json, print_line};
 
 /// Duration of a frame, s.
@@ -217,22 +216,15 @@ impl Detail {
 
     /// A shell clamped at one edge.
     fn sail(&self, i: u32, grid: u32, levels: bool) -> SheetSpec {
-        let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
         let position = DVec3::new(f64::from(i % 8), 0.0, f64::from(i / 8)) * 0.5;
         let part = |by: u32| ((grid - 1) / by + 1, (grid - 1) / by + 1);
         let detail = DetailSpec::new([(part(1), Some(1e3)), (part(2), Some(1e4)), (part(4), None)]);
         SheetSpec {
             name: format!("sail {i}"),
-            structure: StructureKind::Shell,
-            springs: SpringLaw::Calibrated,
-            grid: (grid, 1, grid),
-            size: (0.25, 0.25),
-            material: MaterialChoice::Inline(material),
             placement: Placement { position, ..Placement::default() },
-            pins: vec![PinSpec::clamped(Region::Left)],
             damping_ratio: Some(0.002),
             detail: levels.then_some(detail),
-            ..SheetSpec::default()
+            ..clamped_shell(grid, polystyrene())
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::measure::drops::{Drop, throw};
+use crate::measure::object;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
@@ -62,10 +63,8 @@ impl Drops {
                 let why = drop.unstable.iter().chain(&drop.through).cloned().collect::<Vec<_>>().join("; ");
                 print_line(&format!("{}: {}: {why}", drop.index, drop.what))?;
             }
-            if let Value::Object(map) = summary(&drops) {
-                let line = |(key, value): (&String, &Value)| print_line(&format!("{key:<24}  {value}"));
-                map.iter().try_for_each(line)?;
-            }
+            let line = |(key, value): (&String, &Value)| print_line(&format!("{key:<24}  {value}"));
+            object(summary(&drops)).iter().try_for_each(line)?;
             print_line(&file.display().to_string())?;
         }
         Ok(if drops.iter().any(|d| failed(&d)) { ExitCode::from(1) } else { ExitCode::SUCCESS })
@@ -93,33 +92,22 @@ fn summary(drops: &[Drop]) -> Value {
 fn write_csv(file: &Path, drops: &[Drop]) -> Result<(), InputError> {
     let failed = |e: csv::Error| InputError::new("out", format!("{}: {e}", file.display()));
     let mut writer = csv::Writer::from_path(file).map_err(failed)?;
-    let heads = [
-        "index",
-        "what",
-        "simulated_s",
-        "penetration_m",
-        "energy_ratio",
-        "step_ms",
-        "worst_step_ms",
-        "asleep",
-        "unstable",
-        "through",
+    type Column = (&'static str, fn(&Drop) -> String);
+    let columns: [Column; 10] = [
+        ("index", |d| d.index.to_string()),
+        ("what", |d| d.what.clone()),
+        ("simulated_s", |d| d.simulated.to_string()),
+        ("penetration_m", |d| d.penetration.to_string()),
+        ("energy_ratio", |d| d.energy_ratio.to_string()),
+        ("step_ms", |d| d.step_ms.to_string()),
+        ("worst_step_ms", |d| d.worst_step_ms.to_string()),
+        ("asleep", |d| d.asleep.to_string()),
+        ("unstable", |d| d.unstable.clone().unwrap_or_default()),
+        ("through", |d| d.through.clone().unwrap_or_default()),
     ];
-    writer.write_record(heads).map_err(failed)?;
-    for d in drops {
-        let row = [
-            d.index.to_string(),
-            d.what.clone(),
-            d.simulated.to_string(),
-            d.penetration.to_string(),
-            d.energy_ratio.to_string(),
-            d.step_ms.to_string(),
-            d.worst_step_ms.to_string(),
-            d.asleep.to_string(),
-            d.unstable.clone().unwrap_or_default(),
-            d.through.clone().unwrap_or_default(),
-        ];
-        writer.write_record(&row).map_err(failed)?;
+    writer.write_record(columns.map(|c| c.0)).map_err(failed)?;
+    for drop in drops {
+        writer.write_record(columns.map(|c| (c.1)(drop))).map_err(failed)?;
     }
     writer.flush().map_err(|e| InputError::io(file, &e))
 }

@@ -10,12 +10,10 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use serde_json::json;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::scene::{IntegratorKind, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
-use crate::bench::hot_box::hot_box;
+use crate::bench::hot_box::{clamped_shell, hot_box, polystyrene};
 use crate::output::{print_json, print_line};
 
 /// Steps of a round.
@@ -95,17 +93,7 @@ impl HeatBench {
     }
 
     fn scene(&self) -> Scene {
-        let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
-        let sheet = SheetSpec {
-            structure: StructureKind::Shell,
-            springs: SpringLaw::Calibrated,
-            grid: (self.masses, 1, self.masses),
-            size: (0.25, 0.25),
-            material: MaterialChoice::Inline(material),
-            damping_ratio: Some(0.05),
-            pins: vec![PinSpec::clamped(Region::Left)],
-            ..SheetSpec::default()
-        };
+        let sheet = SheetSpec { damping_ratio: Some(0.05), ..clamped_shell(self.masses, polystyrene()) };
         Scene { engine: IntegratorKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
     }
 }

@@ -15,11 +15,8 @@ use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::scene::{Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
-use sheetwork_link::Client;
-use sheetwork_link::Host;
-use sheetwork_link::Link;
 use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
-use sheetwork_link::monotonic_ns;
+use sheetwork_link::{Client, Host, Link, monotonic_ns};
 
 use crate::output::{print_json, print_line};
 use crate::quantities::{parse_number, time};

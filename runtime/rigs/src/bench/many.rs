@@ -14,14 +14,11 @@ use std::time::Instant;
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, StepObserver};
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{
-    BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
-};
+use sheetwork::scene::{BodySpec, IntegratorKind, Placement, Scene, Shape, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
+use crate::bench::hot_box::{clamped_shell, polystyrene, shell};
 use crate::output::{print_json, print_line};
 
 /// Duration of a frame, s.
@@ -89,7 +86,7 @@ impl Many {
     /// Minimum wall-clock time of a frame of free sheets far apart, ms, and the smallest share of
     /// the broad phase.
     fn measure_broad_phase(&self) -> Result<(f64, f64), InputError> {
-        let free = |i| shell(format!("sail {i}"), 11, 0.25, at(i, 1.0));
+        let free = |i| placed(format!("sail {i}"), at(i, 1.0), shell(11, 0.25, polystyrene()));
         let mut world = World::new(&Scene { sheets: (0..self.free).map(free).collect(), ..empty() })?;
         let clock = Arc::new(IslandsClock { start: Instant::now(), nanoseconds: AtomicU64::new(0) });
         world.set_profiler(Some(clock.clone()));
@@ -171,31 +168,22 @@ fn at(i: u32, apart: f64) -> DVec3 {
     DVec3::new(f64::from(i % 32), 0.0, f64::from(i / 32)) * apart
 }
 
-fn shell(name: String, masses: u32, side: f64, position: DVec3) -> SheetSpec {
-    let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
-    SheetSpec {
-        name,
-        structure: StructureKind::Shell,
-        springs: SpringLaw::Calibrated,
-        grid: (masses, 1, masses),
-        size: (side, side),
-        material: MaterialChoice::Inline(material),
-        placement: Placement { position, ..Placement::default() },
-        ..SheetSpec::default()
-    }
+fn placed(name: String, position: DVec3, sheet: SheetSpec) -> SheetSpec {
+    SheetSpec { name, placement: Placement { position, ..Placement::default() }, ..sheet }
 }
 
 /// Small shells on a floor.
 fn resting(count: u32) -> Scene {
-    let lying = |i| shell(format!("leaf {i}"), 5, 0.05, at(i, 0.1) + DVec3::new(0.0, 3e-4, 0.0));
+    let above = DVec3::new(0.0, 3e-4, 0.0);
+    let lying = |i| placed(format!("leaf {i}"), at(i, 0.1) + above, shell(5, 0.05, polystyrene()));
     let floor = BodySpec { name: "floor".into(), ..BodySpec::new(Shape::HalfSpace) };
     Scene { sheets: (0..count).map(lying).collect(), bodies: vec![floor], ..empty() }
 }
 
 /// A shell clamped at one edge.
 fn swinging(i: u32, position: DVec3) -> SheetSpec {
-    let spec = shell(format!("sail {i}"), 11, 0.25, position);
-    SheetSpec { pins: vec![PinSpec::clamped(Region::Left)], damping_ratio: Some(0.005), ..spec }
+    let spec = placed(format!("sail {i}"), position, clamped_shell(11, polystyrene()));
+    SheetSpec { damping_ratio: Some(0.005), ..spec }
 }
 
 /// Steps until all sheets sleep.

@@ -27,9 +27,12 @@ pub(crate) mod sweep;
 pub(crate) mod table;
 pub(crate) mod verdict;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 use sheetwork::InputError;
 
 /// Arguments of `sheetwork bench`.
@@ -102,6 +105,56 @@ impl Bench {
             Campaign::Soak(soak) => soak.execute(),
         }
     }
+}
+
+/// Files of a folder with this extension, by name.
+pub(crate) fn files_of(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, InputError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
+    let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
+    let mut paths = paths.map_err(|e| InputError::io(folder, &e))?;
+    paths.retain(|p| p.extension().is_some_and(|e| e == ending));
+    paths.sort();
+    Ok(paths)
+}
+
+/// Contents of files, by name.
+fn read_files(mut files: Vec<PathBuf>) -> Result<Vec<Vec<u8>>, InputError> {
+    files.sort();
+    files.iter().map(|f| std::fs::read(f).map_err(|e| InputError::io(f, &e))).collect()
+}
+
+/// Writes rows as CSV with a header line.
+///
+/// # Errors
+/// Failure to write.
+fn write_csv(path: &Path, rows: &[impl Serialize]) -> Result<(), InputError> {
+    let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
+    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
+    rows.iter().try_for_each(|row| writer.serialize(row)).map_err(failed)?;
+    writer.flush().map_err(|e| InputError::io(path, &e))
+}
+
+/// Runs the trials of a campaign that belong to a shard, with a progress bar.
+fn run_shard<T, P>(
+    shard: Option<(usize, usize)>,
+    trials: impl Iterator<Item = T>,
+    name: impl Fn(&T) -> String,
+    mut run: impl FnMut(T) -> Result<P, InputError>,
+) -> Result<Vec<P>, InputError> {
+    let (which, of) = shard.unwrap_or((1, 1));
+    let mine: Vec<T> = trials.skip(which - 1).step_by(of).collect();
+    let bar = ProgressBar::new(mine.len() as u64);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    let mut points = Vec::with_capacity(mine.len());
+    for trial in mine {
+        bar.set_message(name(&trial));
+        points.push(run(trial)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(points)
 }
 
 /// Parses `I/N`, counted from 1.

@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::InputError;
 
 use crate::bench::plot::Plot;
-use crate::bench::point::{ParetoPoint, read_csv, read_peers, write_csv};
+use crate::bench::point::{ParetoPoint, read_csv, read_peers};
 use crate::bench::reference::References;
 use crate::bench::sweep::plan;
-use crate::bench::{canvas, shard, table};
+use crate::bench::{canvas, files_of, run_shard, shard, table, write_csv};
 use crate::output::print_line;
 
 #[derive(Args)]
@@ -55,20 +54,7 @@ impl Pareto {
 
     /// Runs all configurations, or those of the shard.
     fn run(&self, references: &mut References) -> Result<Vec<ParetoPoint>, InputError> {
-        let (which, of) = self.shard.unwrap_or((1, 1));
-        let mine: Vec<_> = plan(self.quick).into_iter().skip(which - 1).step_by(of).collect();
-        let bar = ProgressBar::new(mine.len() as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
-            bar.set_style(style);
-        }
-        let mut points = Vec::with_capacity(mine.len());
-        for configuration in mine {
-            bar.set_message(configuration.name());
-            points.push(configuration.run(references)?);
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        Ok(points)
+        run_shard(self.shard, plan(self.quick).into_iter(), |c| c.name(), |c| c.run(references))
     }
 
     fn write(&self, points: &[ParetoPoint]) -> Result<(), InputError> {
@@ -91,14 +77,8 @@ impl Pareto {
 fn merge(folders: &[PathBuf]) -> Result<Vec<ParetoPoint>, InputError> {
     let mut points = Vec::new();
     for folder in folders {
-        let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
-        let mut files = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
-        if let Ok(files) = &mut files {
-            files.sort();
-        }
-        let files = files.map_err(|e| InputError::io(folder, &e))?;
-        for file in files.iter().filter(|f| f.extension().is_some_and(|e| e == "csv")) {
-            for point in read_csv(file)? {
+        for file in files_of(folder, "csv")? {
+            for point in read_csv(&file)? {
                 if !points.iter().any(|p: &ParetoPoint| p.is_same_configuration(&point)) {
                     points.push(point);
                 }

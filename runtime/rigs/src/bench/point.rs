@@ -73,19 +73,6 @@ pub fn read_csv(path: &Path) -> Result<Vec<ParetoPoint>, InputError> {
     reader.deserialize().map(|row| row.map_err(failed)).collect()
 }
 
-/// Writes points to a CSV file with a header line.
-///
-/// # Errors
-/// Failure to write.
-pub fn write_csv(path: &Path, points: &[ParetoPoint]) -> Result<(), InputError> {
-    let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
-    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
-    for point in points {
-        writer.serialize(point).map_err(failed)?;
-    }
-    writer.flush().map_err(|e| failed(e.into()))
-}
-
 /// Reads the JSON lines of `tests/peers/run.sh`. Peers use Poisson's ratio 0 and the same
 /// references.
 ///
@@ -130,6 +117,7 @@ fn peer(found: &Value, references: &mut References) -> Option<ParetoPoint> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::write_csv;
 
     #[test]
     fn points_survive_a_round_trip() {

@@ -14,12 +14,14 @@ use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::{BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+};
 use sheetwork::{InputError, World, check_range};
 
-use crate::bench::shard;
-use crate::output::{print_json, print_line};
+use crate::bench::hot_box::shell;
+use crate::bench::{files_of, shard};
+use crate::output::{print_json, print_line, print_result};
 
 /// Repetitions of a cost measurement, and of a rollback.
 const COST_REPETITIONS: usize = 201;
@@ -80,11 +82,9 @@ impl Rollback {
         }
         bar.finish_and_clear();
         let all = rows.len();
-        if self.json {
-            print_json(&json!({ "steps": self.steps, "scenes": rows, "equal": passed, "of": all }))?;
-        } else {
-            print_line(&format!("{passed} of {all} scenes go on from a snapshot to the bit for {} steps", self.steps))?;
-        }
+        let found = || json!({ "steps": self.steps, "scenes": rows, "equal": passed, "of": all });
+        let text = || format!("{passed} of {all} scenes go on from a snapshot to the bit for {} steps", self.steps);
+        print_result(self.json.then(found), text)?;
         Ok(if passed == all { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
@@ -187,25 +187,19 @@ impl Rollback {
 
 /// Names of the scenes of a folder.
 pub fn scenes_of(folder: &Path) -> Result<Vec<String>, InputError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
-    let files = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ron"));
-    let mut names: Vec<String> =
-        files.filter_map(|p| p.file_stem().and_then(|s| s.to_str()).map(str::to_owned)).collect();
+    let files = files_of(folder, "ron")?;
+    let mut names: Vec<String> = files.iter().filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned())).collect();
+    // Names without their extension have another order: `a-b` and `a`.
     names.sort();
     Ok(names)
 }
 
 /// Scenes of the cost measurement, with their steps.
 fn costly() -> Vec<(&'static str, Scene, u32)> {
-    let shell = |pins: Vec<PinSpec>| SheetSpec {
-        structure: StructureKind::Shell,
-        springs: SpringLaw::Calibrated,
-        grid: (21, 1, 21),
-        size: (0.25, 0.25),
-        material: MaterialChoice::Named("hips".into()),
+    let raised = |pins: Vec<PinSpec>| SheetSpec {
         pins,
         placement: Placement { position: glam::DVec3::new(0.0, 0.05, 0.0), ..Placement::default() },
-        ..SheetSpec::default()
+        ..shell(21, 0.25, MaterialChoice::Named("hips".into()))
     };
     let of = |sheet: SheetSpec| Scene {
         engine: IntegratorKind::TrBdf2,
@@ -213,14 +207,14 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         sheets: vec![sheet],
         ..Scene::default()
     };
-    let clamped = || shell(vec![PinSpec::clamped(Region::Left)]);
+    let clamped = || raised(vec![PinSpec::clamped(Region::Left)]);
     let floor = || BodySpec::new(Shape::HalfSpace);
     let ball = || BodySpec {
         mass: Some(0.02),
         placement: Placement { position: glam::DVec3::new(0.0, 0.12, 0.0), ..Placement::default() },
         ..BodySpec::new(Shape::Ball(0.02))
     };
-    let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..shell(Vec::new()) };
+    let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..raised(Vec::new()) };
     let soft = SheetSpec {
         springs: SpringLaw::Uniform,
         material: MaterialChoice::Named("thesis".into()),
@@ -229,7 +223,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
     };
     vec![
         ("shell 21x21, clamped", of(clamped()), 40),
-        ("shell 21x21, lying on a floor", Scene { bodies: vec![floor()], ..of(shell(Vec::new())) }, 60),
+        ("shell 21x21, lying on a floor", Scene { bodies: vec![floor()], ..of(raised(Vec::new())) }, 60),
         ("shell 21x21, a ball falls on it", Scene { bodies: vec![floor(), ball()], ..of(clamped()) }, 40),
         ("shell 21x21, in a warm room", Scene { ambient_temperature: 60.0, ..of(clamped()) }, 40),
         ("shell 21x21, creeping", of(SheetSpec { creep: true, ..clamped() }), 40),

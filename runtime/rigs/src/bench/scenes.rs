@@ -13,8 +13,7 @@ use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::islands::event::EventKind;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::mesh::structure::TABLE as STRUCTURES;
+use sheetwork::mesh::structure::{StructureKind, TABLE as STRUCTURES};
 use sheetwork::scene::{
     Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene,
     Shape, SheetSpec, SpringLaw, WhenUnstable,
@@ -23,7 +22,8 @@ use sheetwork::sheet::Status;
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;
-use crate::output::{print_json, print_line};
+use crate::measure::random_sequence::SplitMix64;
+use crate::output::{print_line, print_result};
 use crate::quantities::time;
 
 #[derive(Args)]
@@ -92,7 +92,7 @@ impl Scenes {
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
         for index in mine {
-            let mut draws = SceneRandom::new(self.seed, index);
+            let mut draws = SplitMix64::new(self.seed, index);
             let mut scene = drawn(&mut draws, self.side);
             for sheet in &mut scene.sheets {
                 sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
@@ -126,11 +126,7 @@ impl Scenes {
             "scenes": count, "well": well, "contained": contained, "frozen": frozen, "gained_energy": gained, "cut_short": short, "refused": refused,
             "unstable": unstable, "broken": broken,
         });
-        if self.json {
-            print_json(&summary)?;
-        } else {
-            print_line(&summary.to_string())?;
-        }
+        print_result(self.json.then_some(&summary), || summary.to_string())?;
         Ok(if broken == 0 && unstable == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
@@ -199,52 +195,9 @@ fn available_energy(world: &World, seconds: f64) -> f64 {
     there + moving + (sheets + bodies) * fall + sheets * (fastest + world.air().wind.length_squared())
 }
 
-/// Pseudo-random numbers (splitmix64), determined by seed and number.
-struct SceneRandom(u64);
-
-impl SceneRandom {
-    fn new(seed: u64, number: u64) -> Self {
-        Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() % end.max(1) as u64) as usize
-    }
-
-    /// True with probability 1/n.
-    fn once_in(&mut self, n: usize) -> bool {
-        self.below(n) == 0
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Uniform in the logarithm.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
-        self.within(low.ln(), high.ln()).exp()
-    }
-
-    fn place(&mut self, reach: f64) -> DVec3 {
-        DVec3::new(self.within(-reach, reach), self.within(-reach, reach), self.within(-reach, reach))
-    }
-
-    fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
-        &of[self.below(of.len())]
-    }
-}
-
 /// A random scene: one to three sheets of at most `side` nodes along a side, bodies, air and heat,
 /// with an integrator and a step that suit its sheets.
-fn drawn(draws: &mut SceneRandom, side: u32) -> Scene {
+fn drawn(draws: &mut SplitMix64, side: u32) -> Scene {
     // Explicit integrators get soft sheets; their step may be unstable.
     let implicit = !draws.once_in(4);
     let engines: Vec<_> = ENGINES.iter().filter(|e| e.implicit == implicit && !e.adaptive).collect();
@@ -281,11 +234,11 @@ fn drawn(draws: &mut SceneRandom, side: u32) -> Scene {
     scene
 }
 
-fn sheet(draws: &mut SceneRandom, implicit: bool, most: u32) -> SheetSpec {
+fn sheet(draws: &mut SplitMix64, implicit: bool, most: u32) -> SheetSpec {
     let row = if draws.once_in(2) { StructureKind::Shell } else { draws.pick(STRUCTURES).kind };
     let shell = row == StructureKind::Shell;
     let layers = if shell || row == StructureKind::Provot2d { 1 } else { 2 };
-    let side = |draws: &mut SceneRandom| 3 + draws.below(most as usize - 2) as u32;
+    let side = |draws: &mut SplitMix64| 3 + draws.below(most as usize - 2) as u32;
     let names = ["hips", "pet", "paper", "card", "pvc"];
     let material = if implicit {
         match draws.below(3) {
@@ -335,7 +288,7 @@ fn sheet(draws: &mut SceneRandom, implicit: bool, most: u32) -> SheetSpec {
     }
 }
 
-fn body(draws: &mut SceneRandom) -> BodySpec {
+fn body(draws: &mut SplitMix64) -> BodySpec {
     let shape = match draws.below(2) {
         0 => Shape::Ball(draws.scale(0.01, 0.2)),
         _ => Shape::Box(DVec3::new(draws.scale(0.01, 0.3), draws.scale(0.01, 0.3), draws.scale(0.01, 0.3))),

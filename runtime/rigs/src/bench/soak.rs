@@ -14,14 +14,12 @@ use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
-use sheetwork_link::Client;
-use sheetwork_link::Link;
-use sheetwork_link::LinkError;
 use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
+use sheetwork_link::{Client, Link, LinkError};
 
 use crate::bench::link::BenchedGame;
 use crate::bench::memory;
-use crate::output::{print_json, print_line};
+use crate::output::{print_line, print_result};
 
 /// Number of times that the visiting process is killed.
 const KILLS: u64 = 20;
@@ -77,15 +75,11 @@ impl Soak {
         let result = self.run(&root);
         let _ = std::fs::remove_dir_all(&root);
         let (result, grown) = result?;
-        if self.json {
-            print_json(&result)?;
-        } else {
-            let last = if grown { "it has grown" } else { "nothing has grown" };
-            print_line(&format!(
-                "{} frames in {:.0} s, {} commands, {KILLS} kills; {last}",
-                self.frames, result["seconds"], result["commands"]
-            ))?;
-        }
+        let last = if grown { "it has grown" } else { "nothing has grown" };
+        let (seconds, commands) = (&result["seconds"], &result["commands"]);
+        print_result(self.json.then_some(&result), || {
+            format!("{} frames in {seconds:.0} s, {commands} commands, {KILLS} kills; {last}", self.frames)
+        })?;
         Ok(if grown { ExitCode::from(1) } else { ExitCode::SUCCESS })
     }
 

@@ -8,8 +8,7 @@
 use crate::measure::{Setup, TABLE, measure};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
-use sheetwork::scene::Material;
+use sheetwork::scene::{IntegratorKind, Material};
 
 use crate::bench::point::ParetoPoint;
 use crate::bench::reference::References;

@@ -2,22 +2,21 @@
 //! energy after the first impact is e² times the energy before it.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
-use sheetwork::InputError;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigResult, Runner, Setup, plane};
 use sheetwork::World;
 use sheetwork::scene::Placement;
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
+    RigCase::with_contact("bounce", "rebound heights of a flat drop: --height M --restitution E", run);
 
 /// Number of rebounds to wait for.
 const REBOUNDS: usize = 3;
 
 /// Height of the centre of mass above its resting height on the floor, m.
+#[derive(Default)]
 struct Flight {
     last_height: f64,
     last_rise: f64,
@@ -29,7 +28,7 @@ struct Flight {
     met: bool,
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.contact_offset()?, 0.0);
@@ -39,14 +38,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let lying = centre(&runner.world) - setup.height;
     let scale = contact_observer::fall_energy(&runner.world, setup.height);
     let level = contact_observer::energy(&runner.world) - scale;
-    let mut flight = Flight {
-        last_height: setup.height,
-        last_rise: 0.0,
-        heights: Vec::new(),
-        energy_after_impact: None,
-        highest: 0.0,
-        met: false,
-    };
+    let mut flight = Flight { last_height: setup.height, ..Flight::default() };
     // Duration of the fall plus twice the rise of each rebound.
     let e = setup.restitution;
     let fall = setup.fall_time(setup.height)?;
@@ -58,8 +50,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     });
     let kept = flight.energy_after_impact.unwrap_or_else(|| contact_observer::energy(&runner.world)) - level;
     let expected: Vec<f64> = (1..=REBOUNDS as i32).map(|n| setup.height * e.powi(2 * n)).collect();
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "height_m": setup.height,
         "restitution": e,
         "friction": setup.friction,
@@ -67,10 +58,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "expected_heights_m": expected,
         "energy_ratio": kept / scale.max(f64::MIN_POSITIVE),
         "rebound_ratio": flight.met.then_some(flight.highest / setup.height),
-    }) {
-        keys.extend(own);
-    }
-    Ok(runner.outcome(Value::Object(keys)))
+    });
+    Ok(runner.contact_outcome(&watch, scale, own))
 }
 
 impl Flight {

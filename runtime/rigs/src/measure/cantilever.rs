@@ -5,18 +5,16 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "cantilever",
-    about: "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "cantilever",
+    "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
     run,
-};
+);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);

@@ -7,25 +7,18 @@ use std::time::Instant;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
-use sheetwork::World;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, object};
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
 use sheetwork::scene::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
-pub(crate) const PACK: RigCase =
-    RigCase { name: "card-pack", about: "52 cards dropped as a pack: [--threads N]", contact: true, run: pack };
+pub(crate) const PACK: RigCase = RigCase::with_contact("card-pack", "52 cards dropped as a pack: [--threads N]", pack);
 
-pub(crate) const HOUSE: RigCase = RigCase {
-    name: "card-house",
-    about: "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
-    contact: true,
-    run: house,
-};
+const HOUSE_ABOUT: &str = "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]";
+pub(crate) const HOUSE: RigCase = RigCase::with_contact("card-house", HOUSE_ABOUT, house);
 
 /// Time limit for the pack to come to rest, s.
 const REST_TIMEOUT: f64 = 6.0;
@@ -54,19 +47,17 @@ impl StepDurations {
     }
 
     fn keys(&self) -> Map<String, Value> {
-        let keys = json!({
+        object(json!({
             "wall_ms_per_step": 1e3 * self.total / f64::from(self.count.max(1)),
             "worst_wall_step_ms": 1e3 * self.worst,
-        });
-        if let Value::Object(map) = keys { map } else { Map::new() }
+        }))
     }
 }
 
 /// JSON keys of the card's size, in place of those of the rig's flags.
 fn size(world: &World) -> Map<String, Value> {
     let grid = world.scene().sheets.first().map(|sheet| format!("{}x{}", sheet.grid.0, sheet.grid.2));
-    let keys = json!({ "grid": grid, "length_m": LENGTH, "width_m": WIDTH });
-    if let Value::Object(map) = keys { map } else { Map::new() }
+    object(json!({ "grid": grid, "length_m": LENGTH, "width_m": WIDTH }))
 }
 
 fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
@@ -78,7 +69,7 @@ fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
     Ok(world)
 }
 
-fn pack(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn pack(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::Pack)?);
     let mut watch = ContactObserver::new(&runner.world);
     // An overlap evaluation of 52 cards costs more than a step.
@@ -95,24 +86,20 @@ fn pack(setup: &Setup) -> Result<RigOutcome, InputError> {
     let overlap = between(runner.world.sheets());
     let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, DROP));
     keys.extend(frames.keys());
-    if let Value::Object(own) = json!({
+    keys.extend(object(json!({
         "cards": runner.world.sheets().len(),
         "threads": setup.threads,
         "overlap_at_rest_m": overlap,
         "overlap_ratio": overlap / THICKNESS,
         "drift_m": drift,
         "in_order": contact_observer::is_in_order(&runner.world),
-    }) {
-        keys.extend(own);
-    }
+    })));
     keys.extend(size(&runner.world));
-    let settled = watch.still_since().is_some();
-    let mut outcome = runner.outcome(Value::Object(keys));
-    outcome.settled = Some(settled);
-    Ok(outcome)
+    let settled = Some(watch.still_since().is_some());
+    Ok(RigOutcome { settled, ..runner.outcome(Value::Object(keys)) })
 }
 
-fn house(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn house(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::House)?);
     let mut watch = ContactObserver::new(&runner.world);
     watch.every = 30;
@@ -140,7 +127,7 @@ fn house(setup: &Setup) -> Result<RigOutcome, InputError> {
         }
     }
     let left = top(&runner.world);
-    if let Value::Object(own) = json!({
+    keys.extend(object(json!({
         "cards": runner.world.sheets().len(),
         "threads": setup.threads,
         "top_m": start,
@@ -154,9 +141,7 @@ fn house(setup: &Setup) -> Result<RigOutcome, InputError> {
         "falls_to_the_ball": stands.then_some(left < 0.7 * start),
         "wall_ms_per_step_falling": falling.keys()["wall_ms_per_step"],
         "worst_wall_step_falling_ms": falling.keys()["worst_wall_step_ms"],
-    }) {
-        keys.extend(own);
-    }
+    })));
     keys.extend(size(&runner.world));
     Ok(runner.outcome(Value::Object(keys)))
 }

@@ -7,9 +7,9 @@
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
+use crate::measure::{Runner, object};
 use sheetwork::World;
-use sheetwork::collision::overlap;
-use sheetwork::collision::overlap::{BodyPose, OverlapSolid};
+use sheetwork::collision::overlap::{self, BodyPose, OverlapSolid};
 use sheetwork::math::Vectors;
 use sheetwork::scene::sleep::SLEEP;
 use sheetwork::sheet::Status;
@@ -19,6 +19,7 @@ use sheetwork::sheet::Status;
 const OBSERVATION_INTERVAL: f64 = 1e-3;
 
 /// Largest values since construction.
+#[derive(Default)]
 pub(crate) struct ContactObserver {
     /// Index and solid of the bodies with a known shape.
     solids: Vec<(usize, OverlapSolid)>,
@@ -55,15 +56,8 @@ impl ContactObserver {
             places: world.sheets().iter().map(|s| s.state.x.clone()).collect(),
             looked: world.time(),
             start: energy(world),
-            rise: 0.0,
-            masses: 0.0,
-            surface: 0.0,
-            sheets: 0.0,
             every: 4,
-            steps: 0,
-            still_since: None,
-            asleep_at: None,
-            touching: 0,
+            ..Self::default()
         }
     }
 
@@ -77,6 +71,14 @@ impl ContactObserver {
         self.steps += 1;
         self.record_state(world);
         self.observe_rest(world, since);
+    }
+
+    /// Runs until all sheets sleep, for at most `duration` s.
+    pub fn run_to_sleep(&mut self, runner: &mut Runner, duration: f64) {
+        runner.run(duration, |world| {
+            self.observe_step(world);
+            !self.asleep()
+        });
     }
 
     /// Records energy, penetration and contacts of the present state.
@@ -128,7 +130,7 @@ impl ContactObserver {
     /// JSON keys common to all rigs with contact; `scale` is the energy (J) of the situation.
     pub fn keys(&self, world: &World, scale: f64) -> Map<String, Value> {
         let contacts: u64 = world.sheets().iter().map(|s| s.state.counters.contacts).sum();
-        let keys = json!({
+        object(json!({
             "max_penetration_m": self.surface.max(self.masses).max(self.sheets),
             "max_mass_penetration_m": self.masses,
             "energy_gain": self.energy_gain(scale),
@@ -136,8 +138,7 @@ impl ContactObserver {
             "asleep_s": self.asleep_at,
             "contacts": contacts,
             "most_masses_touching": self.touching,
-        });
-        if let Value::Object(map) = keys { map } else { Map::new() }
+        }))
     }
 }
 

@@ -12,26 +12,24 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
-use sheetwork::World;
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
 use sheetwork::elements::creep::TimeShift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
+use sheetwork::{InputError, World};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "creep",
-    about: "creep of a strip under a constant weight against the compliance of Burgers' model: --celsius C --seconds S",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "creep",
+    "creep of a strip under a constant weight against the compliance of Burgers' model: --celsius C --seconds S",
     run,
-};
+);
 
 /// Initial deflection, as a fraction of the length.
 const SAG: f64 = 1e-4;
 /// Number of creep steps when no step is given.
 const STEPS: f64 = 200.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let material = &setup.material;
     let Some(burgers) = material.burgers else {
         return Err(InputError::new("relaxation-time", "is not known of this material, which does not creep"));

@@ -15,8 +15,7 @@ use crate::measure::contact_observer;
 use sheetwork::World;
 use sheetwork::collision::overlap::{BodyPose, OverlapSolid, faces};
 use sheetwork::math::Vectors;
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::stage_trace;
+use sheetwork::sheet::{Sheet, stage_trace};
 
 /// Maximum rotation of a body per linear piece of a path, rad.
 const MAXIMUM_TURN: f64 = 0.1;

@@ -19,22 +19,20 @@
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
-use sheetwork::InputError;
-use sheetwork::World;
+use crate::measure::{RigCase, RigResult, Runner, Setup, body};
 use sheetwork::material::calibration::isotropic_rows;
 use sheetwork::mesh::outline::locate::PointLocator;
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec, TriangleMesh};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{CreaseSpec, Region, Scene, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "detail",
-    about: "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
-    contact: true,
+pub(crate) const CASE: RigCase = RigCase::with_contact(
+    "detail",
+    "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
     run,
-};
+);
 
 /// Nodes along each side of the grids.
 const GRIDS: [u32; 3] = [11, 21, 41];
@@ -45,7 +43,7 @@ const AFTER: f64 = 0.1;
 /// Time for a sheet on a box to come to rest, s.
 const REST: f64 = 2.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut rows = Vec::new();
     let mut last = None;
     let is_shell = setup.structure == StructureKind::Shell;
@@ -59,10 +57,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
             for to in GRIDS.into_iter().filter(|to| *to != from) {
                 runner.world.deserialise(&start)?;
                 let mut row = change(&mut runner.world, to)?;
-                if let Value::Object(map) = &mut row {
-                    map.insert("shape".into(), json!(shape));
-                    map.insert("change".into(), json!(format!("{from} to {to}")));
-                }
+                row["shape"] = json!(shape);
+                row["change"] = json!(format!("{from} to {to}"));
                 rows.push(row);
             }
             last = Some(runner);

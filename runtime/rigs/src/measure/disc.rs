@@ -5,19 +5,17 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{Boundary, RigCase, RigResult, Runner, Setup};
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "disc",
-    about: "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "disc",
+    "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
     run,
-};
+);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let across = 2.0 * setup.radius;
     let setup = &Setup { damping_ratio: 0.0, gravity: 0.0, length: across, width: across, ..setup.clone() };
     let mut scene = setup.scene();

@@ -2,26 +2,20 @@
 //! oscillate for ever, and must lie on the box bent by the weight of its overhang.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
-use sheetwork::InputError;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, body};
 use sheetwork::World;
 use sheetwork::scene::Shape;
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "drop-box",
-    about: "a flat drop on a box, to rest: --height M --box M --friction MU",
-    contact: true,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::with_contact("drop-box", "a flat drop on a box, to rest: --height M --box M --friction MU", run);
 
 /// Time limit to come to rest after the fall, s.
 const REST_TIMEOUT: f64 = 4.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let side = setup.box_side;
     scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
@@ -31,26 +25,19 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
     let mut watch = ContactObserver::new(&runner.world);
     let fall = setup.fall_time(setup.height)?;
-    runner.run((fall + REST_TIMEOUT).min(1e3), |world| {
-        watch.observe_step(world);
-        !watch.asleep()
-    });
+    watch.run_to_sleep(&mut runner, (fall + REST_TIMEOUT).min(1e3));
     let (corners, centre) = heights(&runner.world);
-    let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, setup.height));
-    if let Value::Object(own) = json!({
+    let scale = contact_observer::fall_energy(&runner.world, setup.height);
+    let own = json!({
         "height_m": setup.height,
         "box_m": side,
         "friction": setup.friction,
         "restitution": setup.restitution,
         "corner_below_centre_m": centre - corners,
         "centre_m": centre,
-    }) {
-        keys.extend(own);
-    }
-    let settled = watch.still_since().is_some();
-    let mut outcome = runner.outcome(Value::Object(keys));
-    outcome.settled = Some(settled);
-    Ok(outcome)
+    });
+    let settled = Some(watch.still_since().is_some());
+    Ok(RigOutcome { settled, ..runner.contact_outcome(&watch, scale, own) })
 }
 
 /// Mean height of the corners and height of the centre, m.

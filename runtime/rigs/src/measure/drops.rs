@@ -8,20 +8,17 @@
 
 use glam::DVec3;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
+use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::crossing_detector::CrossingDetector;
 use crate::measure::random_sequence::RandomSequence;
 use crate::measure::{Runner, body, plane};
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{
-    BodySpec, ContactDefaults, Material, MaterialChoice, Placement, Polyhedron, Scene, Shape, SheetSpec,
+    BodySpec, ContactDefaults, IntegratorKind, Material, MaterialChoice, Placement, Polyhedron, Scene, Shape, SheetSpec,
 };
+use sheetwork::{InputError, World};
 
 /// A throw and its result.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,23 +3,20 @@
 //! reported as a function of the step.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
-use sheetwork::InputError;
-use sheetwork::World;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigResult, Runner, Setup, body, plane};
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{Placement, Polyhedron, Scene, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "edge-landing",
-    about: "a landing on an edge: --angle DEG --height M [--corner] [--edge-of-body] [--refine N]",
-    contact: true,
+pub(crate) const CASE: RigCase = RigCase::with_contact(
+    "edge-landing",
+    "a landing on an edge: --angle DEG --height M [--corner] [--edge-of-body] [--refine N]",
     run,
-};
+);
 
 /// Height of the wedge or needle, m.
 const OBSTACLE: f64 = 0.08;
@@ -38,7 +35,7 @@ struct Landing {
     scale: f64,
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let landing = land(setup)?;
     let dt = landing.runner.world.dt();
     let mut by_step = vec![json!({ "dt_s": dt, "rebound_speed_m_s": landing.rebound_speed })];
@@ -48,8 +45,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         by_step.push(json!({ "dt_s": dt, "rebound_speed_m_s": finer.rebound_speed }));
     }
     let Landing { runner, watch, rebound_speed, rebound, scale } = landing;
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "angle_deg": setup.angle,
         "height_m": setup.height,
         "corner": setup.corner,
@@ -60,10 +56,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "rebound_m": rebound,
         "rebound_speed_m_s": rebound_speed,
         "rebound_speed_by_step": by_step,
-    }) {
-        keys.extend(own);
-    }
-    Ok(runner.outcome(Value::Object(keys)))
+    });
+    Ok(runner.contact_outcome(&watch, scale, own))
 }
 
 /// The scene, and the height (m) of the lowest node above its resting height on the floor.

@@ -8,24 +8,20 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::release::cubic;
+use crate::measure::{Boundary, RigCase, RigResult, Runner, Setup, bisect};
 use sheetwork::scene::{PinSpec, Region, Scene};
 use sheetwork::sheet::{Mode, Sheet};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "frequency",
-    about: "slowest vibrations: --boundary cantilever|clamped|supported|free --modes K",
-    contact: false,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::new("frequency", "slowest vibrations: --boundary cantilever|clamped|supported|free --modes K", run);
 
 /// Half periods of the simulated vibration.
 const CROSSINGS: usize = 8;
 /// Largest displacement as a fraction of the thickness, in the linear range.
 const AMPLITUDE: f64 = 0.01;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, gravity: 0.0, ..setup.clone() }.scene();
     add_boundary_pins(setup.boundary, &mut scene);
     let mut runner = Runner::new(setup.world(&scene)?);
@@ -93,21 +89,5 @@ pub(crate) fn vibrate(setup: &Setup, runner: &mut Runner, mode: &Mode) -> Option
 
 /// Zero of the cubic through two times with values and slopes.
 fn zero(a: (f64, f64, f64), b: (f64, f64, f64)) -> f64 {
-    let h = b.0 - a.0;
-    let value = |s: f64| {
-        let (s2, s3) = (s * s, s * s * s);
-        (2.0 * s3 - 3.0 * s2 + 1.0) * a.1
-            + (3.0 * s2 - 2.0 * s3) * b.1
-            + h * ((s3 - 2.0 * s2 + s) * a.2 + (s3 - s2) * b.2)
-    };
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if value(middle) * a.1 > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    a.0 + low * h
+    a.0 + bisect((0.0, 1.0), 60, |s| cubic(a, b, s) * a.1 > 0.0).0 * (b.0 - a.0)
 }

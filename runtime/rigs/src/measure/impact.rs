@@ -6,22 +6,16 @@
 //! integrator conserves it only to its order while the sheet rotates.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, body};
-use sheetwork::InputError;
-use sheetwork::World;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigResult, Runner, Setup, body};
 use sheetwork::scene::{BodySpec, Placement, Scene, Shape, SheetSpec};
 use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "impact",
-    about: "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]",
-    contact: true,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::with_contact("impact", "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]", run);
 
 /// Radius (m) and density (kg/m³) of the ball, about as heavy as the default sheet.
 const RADIUS: f64 = 0.02;
@@ -33,7 +27,7 @@ const APART: f64 = 0.01;
 const STRIKER_SIZE_RATIO: f64 = 0.7;
 const STRIKER_ROTATION: DVec3 = DVec3::new(10.0, 25.0, 40.0);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.gravity = DVec3::ZERO;
     if setup.on_sheet {
@@ -60,8 +54,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         .chain(runner.world.body_state("ball").map(|b| (b.mass_properties().mass, b.velocity())))
         .unzip();
     let ball = velocities.last().filter(|_| !setup.on_sheet);
-    let mut keys = watch.keys(&runner.world, brought);
-    if let Value::Object(own) = json!({
+    let scale = brought;
+    let own = json!({
         "speed_m_s": setup.speed,
         "friction": setup.friction,
         "restitution": setup.restitution,
@@ -72,10 +66,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "masses_kg": masses,
         "velocities_m_s": velocities.iter().map(DVec3::to_array).collect::<Vec<_>>(),
         "met": met,
-    }) {
-        keys.extend(own);
-    }
-    Ok(runner.outcome(Value::Object(keys)))
+    });
+    Ok(runner.contact_outcome(&watch, scale, own))
 }
 
 /// Velocity of the striking body, m/s; oblique, so that friction acts too.

@@ -7,19 +7,17 @@
 //! it sleeps.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
-use sheetwork::InputError;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigResult, Runner, Setup, ground};
 use sheetwork::World;
 use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::scene::Placement;
 use sheetwork::sheet::{Sheet, Status};
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };
+    RigCase::with_contact("incline", "stick or slide on an incline: --angle DEG --friction MU", run);
 
 /// Displacement of the bottom layer that counts as slip, m.
 const SLIP_THRESHOLD: f64 = 2e-5;
@@ -59,7 +57,7 @@ impl PhaseDurations {
     }
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let tilt = Placement { position: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, -setup.angle) };
     let down = tilt.quaternion() * DVec3::X;
@@ -91,8 +89,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let slid = moved.abs() > SLIP_THRESHOLD;
     let asleep = if slid { None } else { creep_asleep(&mut runner, &place) };
     let scale = contact_observer::fall_energy(&runner.world, setup.length);
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "angle_deg": setup.angle,
         "friction": setup.friction,
         "slid": slid,
@@ -100,10 +97,8 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "creep_m_s": if slid { None } else { Some(moved.abs() / time) },
         "creep_asleep_m_s": asleep,
         "expected_acceleration_m_s2": expected(setup),
-    }) {
-        keys.extend(own);
-    }
-    Ok(runner.outcome(Value::Object(keys)))
+    });
+    Ok(runner.contact_outcome(&watch, scale, own))
 }
 
 /// Speed of a sleeping sheet, m/s; `None` if it does not fall asleep.

@@ -7,12 +7,10 @@
 use glam::DVec3;
 
 use crate::measure::random_sequence::RandomSequence;
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::material::LIBRARY;
-use sheetwork::scene::{MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
+use sheetwork::scene::{IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
+use sheetwork::{InputError, World};
 
 /// A kicked sheet and its result.
 #[derive(Clone, Debug, PartialEq)]

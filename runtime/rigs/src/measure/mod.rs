@@ -51,6 +51,7 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 pub(crate) use crate::measure::edge::FreeEdge;
+pub use crate::measure::random_sequence::SplitMix64;
 pub(crate) use crate::measure::runner::Runner;
 pub use crate::measure::setup::{Boundary, Setup};
 pub use crate::measure::thermal::Thermal;
@@ -66,7 +67,21 @@ pub struct RigCase {
     /// Whether the sheet touches bodies. Lattices with explicit integrators then use springs by
     /// length.
     pub contact: bool,
-    pub(crate) run: fn(&Setup) -> Result<RigOutcome, InputError>,
+    pub(crate) run: fn(&Setup) -> RigResult,
+}
+
+/// Result of a run of a rig.
+pub(crate) type RigResult = Result<RigOutcome, InputError>;
+
+impl RigCase {
+    pub(crate) const fn new(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
+        Self { name, about, contact: false, run }
+    }
+
+    /// Rig whose sheet touches bodies.
+    pub(crate) const fn with_contact(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
+        Self { contact: true, ..Self::new(name, about, run) }
+    }
 }
 
 /// All rigs, in the order of listing.
@@ -115,6 +130,20 @@ pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
     BodySpec { name: name.into(), placement, ..BodySpec::new(shape) }
 }
 
+/// Halves an interval `count` times. `is_low` holds at its lower end and not at its upper end.
+pub(crate) fn bisect((mut low, mut high): (f64, f64), count: u32, is_low: impl Fn(f64) -> bool) -> (f64, f64) {
+    for _ in 0..count {
+        let middle = 0.5 * (low + high);
+        if is_low(middle) { low = middle } else { high = middle }
+    }
+    (low, high)
+}
+
+/// Keys of a JSON object; none of another value.
+pub(crate) fn object(value: Value) -> Map<String, Value> {
+    if let Value::Object(map) = value { map } else { Map::new() }
+}
+
 /// Result of a rig.
 pub struct RigOutcome {
     /// JSON keys specific to the rig.
@@ -155,7 +184,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
     let set_up = (start.elapsed().as_secs_f64() - found.cpu).max(0.0);
     let ((nx, nz), width) = setup.as_built();
     let per_second = if found.simulated > 0.0 { 1e3 * found.cpu / found.simulated } else { 0.0 };
-    let mut all = json!({
+    let mut all = object(json!({
         "case": case,
         "structure": setup.structure.name(),
         "grid": format!("{nx}x{nz}"),
@@ -174,9 +203,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         "settled": found.settled,
         "stable": found.stable,
         "status": found.status,
-    });
-    if let Value::Object(map) = &mut all {
-        map.extend(found.keys);
-    }
-    Ok(all)
+    }));
+    all.extend(found.keys);
+    Ok(Value::Object(all))
 }

@@ -10,13 +10,14 @@
 use serde_json::json;
 
 use crate::measure::harmonic::Harmonic;
-use crate::measure::{RigCase, RigOutcome, Setup};
-use sheetwork::InputError;
+use crate::measure::thermal::outcome;
+use crate::measure::{RigCase, RigResult, Setup, bisect};
+use sheetwork::integrators::Forces;
 use sheetwork::math::Vectors;
 use sheetwork::scene::IntegratorKind;
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
+    RigCase::new("oscillator", "order and stability limit of an engine: --engine NAME", run);
 
 /// Spectral radius minus 1 above which a motion grows, beyond rounding.
 const GROWTH_TOLERANCE: f64 = 1e-12;
@@ -30,13 +31,18 @@ const LONG_STEPS: [f64; 3] = [30.0, 1e3, 1e5];
 
 /// One step of a = hω as a matrix on (x, v), ω = 1: columns are the images of (1, 0) and (0, 1).
 pub fn step_matrix(engine: IntegratorKind, a: f64) -> [[f64; 2]; 2] {
+    step_matrix_of(engine, &mut Harmonic, a)
+}
+
+/// One step of `a` with these forces as a matrix on (x, v).
+pub(crate) fn step_matrix_of(engine: IntegratorKind, forces: &mut dyn Forces, a: f64) -> [[f64; 2]; 2] {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([(1.0, 0.0), (0.0, 1.0)]) {
         let mut engine = engine.construct();
         engine.set_tolerance(f64::MAX);
         let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
         (x.x[0], v.x[0]) = start;
-        engine.advance(&mut Harmonic, 0.0, a, &mut x, &mut v);
+        engine.advance(forces, 0.0, a, &mut x, &mut v);
         *column = [x.x[0], v.x[0]];
     }
     columns
@@ -47,7 +53,11 @@ pub fn spectral_radius(engine: IntegratorKind, a: f64) -> f64 {
     if engine.info().implicit {
         return shrinking(engine, a);
     }
-    let [[xx, vx], [xv, vv]] = step_matrix(engine, a);
+    radius_of(step_matrix(engine, a))
+}
+
+/// Spectral radius of a step.
+pub(crate) fn radius_of([[xx, vx], [xv, vv]]: [[f64; 2]; 2]) -> f64 {
     let (half_trace, determinant) = (0.5 * (xx + vv), xx * vv - xv * vx);
     let discriminant = half_trace * half_trace - determinant;
     if discriminant <= 0.0 { determinant.abs().sqrt() } else { half_trace.abs() + discriminant.sqrt() }
@@ -83,12 +93,7 @@ pub fn stability_limit(engine: IntegratorKind) -> f64 {
     if low >= 10.0 && LONG_STEPS.into_iter().all(stable) {
         return f64::INFINITY;
     }
-    let mut high = low + step;
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if stable(middle) { low = middle } else { high = middle }
-    }
-    low
+    bisect((low, low + step), 40, stable).0
 }
 
 /// Slope of log error against log step in the (x, v) plane at t = 5, between 200 and 400 steps. At
@@ -112,7 +117,7 @@ fn error(engine: IntegratorKind, steps: u32) -> f64 {
     (x.x[0] - x1).hypot(v.x[0] - v1)
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let engine = setup.engine;
     let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
     let keys = json!({
@@ -121,16 +126,5 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "energy_growth_per_step_at_0.1": energy(0.1),
         "energy_growth_per_step_at_0.5": energy(0.5),
     });
-    let Some(map) = keys.as_object().cloned() else { return Err(InputError::new("", "no keys")) };
-    Ok(RigOutcome {
-        keys: map,
-        dt: 0.0,
-        steps: 0,
-        simulated: 0.0,
-        cpu: 0.0,
-        worst: 0.0,
-        settled: None,
-        stable: None,
-        status: "ok".into(),
-    })
+    Ok(outcome(0.0, (0, 0.0, 0.0), keys))
 }

@@ -4,18 +4,14 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigOutcome, Runner, Setup};
+use crate::measure::{RigCase, RigResult, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "pedestal",
-    about: "droop of a square clamped on its central patch: --side M --patch M",
-    contact: false,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::new("pedestal", "droop of a square clamped on its central patch: --side M --patch M", run);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     if setup.outlined {
         return Err(InputError::new("outlined", "is not offered for this case"));
     }

@@ -6,16 +6,14 @@ use serde_json::json;
 
 use crate::measure::cooling::gentle_step;
 use crate::measure::thermal::HeatRig;
-use crate::measure::{RigCase, RigOutcome, Setup};
-use sheetwork::InputError;
+use crate::measure::{RigCase, RigResult, Setup};
 use sheetwork::thermal::source::{HeatSource, HeatedSheet, SourceInputs, fourth_power};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "radiate",
-    about: "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "radiate",
+    "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
     run,
-};
+);
 
 /// A black heater with one view factor for the whole upper side.
 struct BlackHeater {
@@ -35,7 +33,7 @@ impl HeatSource for BlackHeater {
     }
 }
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let t = &setup.thermal;
     let from = t.from.unwrap_or(t.ambient);
     let mut rig = HeatRig::new(setup, from)?;

@@ -44,3 +44,57 @@ impl RandomSequence {
         DVec3::new(self.between(0.0, 360.0), self.between(0.0, 360.0), self.between(0.0, 360.0))
     }
 }
+
+/// Pseudo-random numbers (splitmix64), determined by seed and number.
+pub struct SplitMix64(u64);
+
+impl SplitMix64 {
+    /// Sequence from this state.
+    pub fn from_state(state: u64) -> Self {
+        Self(state)
+    }
+
+    /// Sequence `number` of a seed; 0 and 0 start at state 0.
+    pub fn new(seed: u64, number: u64) -> Self {
+        Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    /// Next 64 bits.
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `end`; 0 for an end of 0.
+    pub fn below(&mut self, end: usize) -> usize {
+        (self.next() % end.max(1) as u64) as usize
+    }
+
+    /// True with probability 1/n.
+    pub fn once_in(&mut self, n: usize) -> bool {
+        self.below(n) == 0
+    }
+
+    /// Next number, uniform in `low` to `high`.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in the logarithm.
+    pub fn scale(&mut self, low: f64, high: f64) -> f64 {
+        self.within(low.ln(), high.ln()).exp()
+    }
+
+    /// A vector with components of at most `reach`.
+    pub fn place(&mut self, reach: f64) -> DVec3 {
+        DVec3::new(self.within(-reach, reach), self.within(-reach, reach), self.within(-reach, reach))
+    }
+
+    /// A random element.
+    pub fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+        &of[self.below(of.len())]
+    }
+}

@@ -3,21 +3,16 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup, bisect};
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "release",
-    about: "first swing of a sheet clamped along one edge and let go from flat, undamped",
-    contact: false,
-    run,
-};
+pub(crate) const CASE: RigCase =
+    RigCase::new("release", "first swing of a sheet clamped along one edge and let go from flat, undamped", run);
 
 /// Time limit of the swing, in periods of the slowest bending mode.
 const PERIODS: f64 = 3.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);
@@ -47,25 +42,19 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
 /// Turning point (time, value) of the cubic through two times with values and slopes.
 pub(crate) fn turning_point(a: (f64, f64, f64), b: (f64, f64, f64)) -> (f64, f64) {
     let h = b.0 - a.0;
-    let value = |s: f64| {
-        let (s2, s3) = (s * s, s * s * s);
-        let (p, q) = (2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3);
-        p * a.1 + q * b.1 + h * ((s3 - 2.0 * s2 + s) * a.2 + (s3 - s2) * b.2)
-    };
     let slope = |s: f64| {
         let (p, q) = (6.0 * s * s - 6.0 * s, 3.0 * s * s - 4.0 * s + 1.0);
         p * (a.1 - b.1) + h * (q * a.2 + (3.0 * s * s - 2.0 * s) * b.2)
     };
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if slope(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    (a.0 + low * h, value(low))
+    let turn = bisect((0.0, 1.0), 60, |s| slope(s) > 0.0).0;
+    (a.0 + turn * h, cubic(a, b, turn))
+}
+
+/// Value at the fraction `s` of the cubic through two times with values and slopes.
+pub(crate) fn cubic(a: (f64, f64, f64), b: (f64, f64, f64), s: f64) -> f64 {
+    let (s2, s3) = (s * s, s * s * s);
+    let (p, q) = (2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3);
+    p * a.1 + q * b.1 + (b.0 - a.0) * ((s3 - 2.0 * s2 + s) * a.2 + (s3 - s2) * b.2)
 }
 
 #[cfg(test)]

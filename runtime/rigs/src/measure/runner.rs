@@ -1,9 +1,10 @@
 //! Stepping of a world with CPU time.
 
 use cpu_time::ProcessTime;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
-use crate::measure::{RigOutcome, Setup};
+use crate::measure::contact_observer::ContactObserver;
+use crate::measure::{RigOutcome, Setup, object};
 use sheetwork::World;
 
 /// A world, and the CPU time of its steps.
@@ -58,11 +59,18 @@ impl Runner {
         self.world.sheets()[0].state.counters.evaluations
     }
 
+    /// Outcome with the keys of all rigs with contact, and the rig's own; `scale` is the energy (J)
+    /// of the situation.
+    pub fn contact_outcome(self, watch: &ContactObserver, scale: f64, own: Value) -> RigOutcome {
+        let mut keys = watch.keys(&self.world, scale);
+        keys.extend(object(own));
+        self.outcome(Value::Object(keys))
+    }
+
     pub fn outcome(self, keys: Value) -> RigOutcome {
         let status = self.world.report(0.0, &[]).status;
-        let keys = if let Value::Object(map) = keys { map } else { Map::new() };
         RigOutcome {
-            keys,
+            keys: object(keys),
             dt: self.world.dt(),
             steps: self.world.steps(),
             simulated: self.world.time(),

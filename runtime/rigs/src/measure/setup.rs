@@ -3,16 +3,15 @@
 use glam::DVec3;
 
 use crate::measure::thermal::Thermal;
-use sheetwork::World;
 use sheetwork::collision::overlap::half_thickness;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    Air, BurgersCreep, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
+    Air, BurgersCreep, ContactDefaults, IntegratorKind, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec,
+    SpringLaw,
 };
 use sheetwork::sheet::Sheet;
-use sheetwork::{InputError, ParameterId as Id, check_range};
+use sheetwork::{InputError, ParameterId as Id, World, check_range};
 
 /// Minimum gravity of rigs in which a sheet falls, lies or slides, m/s². Without gravity the sheet
 /// never arrives.

@@ -2,22 +2,20 @@
 //! speed v with friction μ.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, ground};
-use sheetwork::InputError;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, ground};
 use sheetwork::scene::Placement;
 
 pub(crate) const CASE: RigCase =
-    RigCase { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", contact: true, run };
+    RigCase::with_contact("slide", "stopping distance on a floor: --speed M_S --friction MU", run);
 
 /// Speed at which the sheet has stopped, as a fraction of the initial speed. Its layers can still
 /// oscillate.
 const STOPPED: f64 = 1e-4;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let deceleration = setup.friction * setup.gravity;
     let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
@@ -36,17 +34,12 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     });
     let distance = runner.world.sheets()[0].centre_of_mass().x - start;
     let scale = contact_observer::energy_of_speed(&runner.world, setup.speed);
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "speed_m_s": setup.speed,
         "friction": setup.friction,
         "distance_m": stopped.then_some(distance),
         "stopped_s": stopped.then_some(runner.world.time()),
         "expected_distance_m": expected,
-    }) {
-        keys.extend(own);
-    }
-    let mut outcome = runner.outcome(Value::Object(keys));
-    outcome.settled = Some(stopped);
-    Ok(outcome)
+    });
+    Ok(RigOutcome { settled: Some(stopped), ..runner.contact_outcome(&watch, scale, own) })
 }

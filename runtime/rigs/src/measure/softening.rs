@@ -3,19 +3,17 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "softening",
-    about: "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "softening",
+    "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
     run,
-};
+);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let celsius = setup.thermal.celsius;
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);

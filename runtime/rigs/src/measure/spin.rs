@@ -4,13 +4,11 @@
 use glam::DVec3;
 use serde_json::json;
 
-use crate::measure::{RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{RigCase, RigResult, Runner, Setup};
 
-pub(crate) const CASE: RigCase =
-    RigCase { name: "spin", about: "momentum and energy kept by a second's spin: --rate RAD_S", contact: false, run };
+pub(crate) const CASE: RigCase = RigCase::new("spin", "momentum and energy kept by a second's spin: --rate RAD_S", run);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     scene.gravity = DVec3::ZERO;
     // The axis lies mostly in the plane, so that the sheet also bends.

@@ -19,19 +19,19 @@
 
 use glam::{DMat3, DVec3};
 
-use sheetwork::InputError;
-use sheetwork::World;
 use sheetwork::integrators::Forces;
 use sheetwork::integrators::settings::NewtonSettings;
 use sheetwork::islands::event::EventKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
-    BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
+    BodySpec, IntegratorKind, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
 };
 use sheetwork::sheet::{Sheet, Status};
+use sheetwork::{InputError, World};
 
+use crate::measure::bisect;
+use crate::measure::oscillator::{radius_of, step_matrix_of};
 use crate::measure::random_sequence::RandomSequence;
 
 /// Parameters of a stability trial.
@@ -380,18 +380,7 @@ impl Forces for Damped {
 /// Spectral radius of a step of `a` radians of an oscillator with damping ratio `zeta`, from the
 /// images of the two unit states.
 pub fn radius(engine: IntegratorKind, a: f64, zeta: f64) -> f64 {
-    let image = |x0: f64, v0: f64| {
-        let mut engine = engine.construct();
-        engine.set_tolerance(f64::MAX);
-        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
-        (x.x[0], v.x[0]) = (x0, v0);
-        engine.advance(&mut Damped(zeta), 0.0, a, &mut x, &mut v);
-        (x.x[0], v.x[0])
-    };
-    let ((xx, vx), (xv, vv)) = (image(1.0, 0.0), image(0.0, 1.0));
-    let (half, determinant) = (0.5 * (xx + vv), xx * vv - xv * vx);
-    let root = half * half - determinant;
-    if root <= 0.0 { determinant.abs().sqrt() } else { half.abs() + root.sqrt() }
+    radius_of(step_matrix_of(engine, &mut Damped(zeta), a))
 }
 
 /// Growth per step that a trial detects: half of the energy in half of the trial.
@@ -426,13 +415,9 @@ fn longest_of(engine: IntegratorKind, omega: f64, tau: f64) -> f64 {
     while !grows(high) && high < 20.0 {
         high *= 1.05;
     }
-    let mut low = high / 1.05;
+    let low = high / 1.05;
     if grows(low) {
         return 0.0;
     }
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        if grows(middle) { high = middle } else { low = middle }
-    }
-    low / omega
+    bisect((low, high), 40, |a| !grows(a)).0 / omega
 }

@@ -2,26 +2,23 @@
 //! without overlap or drift.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
-use crate::measure::contact_observer;
-use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, plane};
-use sheetwork::InputError;
+use crate::measure::contact_observer::{self, ContactObserver};
+use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, plane};
 use sheetwork::World;
 use sheetwork::collision::overlap::pairs;
 use sheetwork::scene::{Placement, SheetSpec};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: RigCase =
-    RigCase { name: "stack", about: "sheets dropped in a pile on a floor: --sheets N", contact: true, run };
+pub(crate) const CASE: RigCase = RigCase::with_contact("stack", "sheets dropped in a pile on a floor: --sheets N", run);
 
 /// Distance between the sheets, and of the lowest sheet from the floor, m.
 const APART: f64 = 1e-3;
 /// Time limit to come to rest, s.
 const REST_TIMEOUT: f64 = 5.0;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let sheet = Sheet::build(&scene, 0)?;
     let (low, high) = sheet.state.x.bounds().unwrap_or_default();
@@ -43,15 +40,11 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
     let scale: f64 = (0..setup.sheets)
         .map(|i| contact_observer::fall_energy(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets))
         .sum();
-    runner.run(REST_TIMEOUT, |world| {
-        watch.observe_step(world);
-        !watch.asleep()
-    });
+    watch.run_to_sleep(&mut runner, REST_TIMEOUT);
     let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
     let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
     let overlaps = pairs(runner.world.sheets(), 0.0);
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "sheets": setup.sheets,
         "friction": setup.friction,
         "drift_m": drift,
@@ -62,13 +55,9 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "overlapping_pairs_at_rest": overlaps.len(),
         "height_m": centres(&runner.world).last().map(|c| c.y),
         "height_without_overlap_m": half + f64::from(setup.sheets - 1) * (pitch - APART),
-    }) {
-        keys.extend(own);
-    }
-    let settled = watch.still_since().is_some();
-    let mut outcome = runner.outcome(Value::Object(keys));
-    outcome.settled = Some(settled);
-    Ok(outcome)
+    });
+    let settled = Some(watch.still_since().is_some());
+    Ok(RigOutcome { settled, ..runner.contact_outcome(&watch, scale, own) })
 }
 
 fn centres(world: &World) -> Vec<DVec3> {

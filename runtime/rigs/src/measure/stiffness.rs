@@ -4,18 +4,16 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigOutcome, Runner, Setup};
-use sheetwork::InputError;
+use crate::measure::{RigCase, RigResult, Runner, Setup};
 use sheetwork::material::calibration::{CalibrationRequest, calibrate};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "stiffness",
-    about: "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
-    contact: false,
+pub(crate) const CASE: RigCase = RigCase::new(
+    "stiffness",
+    "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
     run,
-};
+);
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     let scene = setup.scene();
     let spec = &scene.sheets[0];
     let material = &setup.material;

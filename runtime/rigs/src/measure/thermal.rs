@@ -1,12 +1,11 @@
 //! Input of the thermal rigs, and a sheet that exchanges heat with its room.
 
 use glam::DVec3;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
-use crate::measure::{RigOutcome, Setup};
+use crate::measure::{RigOutcome, Setup, object};
 use sheetwork::scene::Scene;
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::temperature;
+use sheetwork::sheet::{Sheet, temperature};
 use sheetwork::thermal::ThermalModel;
 use sheetwork::thermal::source::HeatSource;
 use sheetwork::{InputError, ParameterId as Id, check_range};
@@ -140,7 +139,6 @@ impl HeatRig {
 
 /// Result of a rig without motion: step (s), steps, simulated time (s), CPU time (s), keys.
 pub(crate) fn outcome(dt: f64, (steps, simulated, cpu): (u64, f64, f64), keys: Value) -> RigOutcome {
-    let keys = if let Value::Object(map) = keys { map } else { Map::new() };
-    let worst = cpu / steps.max(1) as f64;
+    let (keys, worst) = (object(keys), cpu / steps.max(1) as f64);
     RigOutcome { keys, dt, steps, simulated, cpu, worst, settled: None, stable: None, status: "ok".into() }
 }

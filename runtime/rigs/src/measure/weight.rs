@@ -8,23 +8,20 @@
 //! the ratio furthest from 1 of the three.
 
 use glam::DVec3;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, Runner, Setup, body, plane};
-use sheetwork::World;
+use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, body, plane};
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::accelerations;
-use sheetwork::{InputError, check_range};
+use sheetwork::sheet::{Sheet, accelerations};
+use sheetwork::{InputError, World, check_range};
 
-pub(crate) const CASE: RigCase = RigCase {
-    name: "weight",
-    about: "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
-    contact: true,
+pub(crate) const CASE: RigCase = RigCase::with_contact(
+    "weight",
+    "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
     run,
-};
+);
 
 /// Time before the force measurement, for the sheet to come to rest, and its duration, s.
 const SETTLING_TIME: f64 = 5.0;
@@ -35,7 +32,7 @@ const BOX_HEIGHT_RATIO: f64 = 0.2;
 /// Largest side of the box as a fraction of the sheet's length.
 const MAXIMUM_BOX_RATIO: f64 = 0.8;
 
-fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
+fn run(setup: &Setup) -> RigResult {
     // A box above an attached edge would load the pins directly.
     check_range("box", setup.box_side, 1e-3, MAXIMUM_BOX_RATIO * setup.length, "m")?;
     let gravity = setup.required_gravity()?;
@@ -62,8 +59,7 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         .into_iter()
         .fold(1.0_f64, |worst, r| if (r - 1.0).abs() > (worst - 1.0).abs() { r } else { worst });
     let scale = BOX_MASS * gravity * (start - heights(&runner.world)).abs();
-    let mut keys = watch.keys(&runner.world, scale);
-    if let Value::Object(own) = json!({
+    let own = json!({
         "box_m": setup.box_side,
         "box_mass_kg": BOX_MASS,
         "support_force_ratio": furthest,
@@ -71,13 +67,9 @@ fn run(setup: &Setup) -> Result<RigOutcome, InputError> {
         "box_force_ratio": boxed,
         "held_edges_force_ratio": held,
         "sag_m": start - heights(&runner.world),
-    }) {
-        keys.extend(own);
-    }
-    let settled = watch.still_since().is_some();
-    let mut outcome = runner.outcome(Value::Object(keys));
-    outcome.settled = Some(settled);
-    Ok(outcome)
+    });
+    let settled = Some(watch.still_since().is_some());
+    Ok(RigOutcome { settled, ..runner.contact_outcome(&watch, scale, own) })
 }
 
 /// Force of the floor on a resting sheet, over its weight.

@@ -19,9 +19,10 @@ use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
 
-use crate::bench::fuzz::mutate::{MutationRandom, mutate};
+use crate::bench::fuzz::mutate::mutate;
 use crate::bench::fuzz::readers::{FuzzedReader, READERS};
-use crate::bench::shard;
+use crate::bench::{read_files, shard};
+use crate::measure::random_sequence::SplitMix64;
 use crate::output::{print_json, print_line};
 
 /// CPU time above which an input counts as a fault, s.
@@ -120,7 +121,7 @@ impl Fuzz {
             }
             let input = match seeds.get(number as usize) {
                 Some(seed) => seed.clone(),
-                None => mutate(&seeds, reader, &mut MutationRandom::new(self.seed, number)),
+                None => mutate(&seeds, reader, &mut SplitMix64::new(self.seed, number)),
             };
             let start = ProcessTime::now();
             let done = catch_unwind(AssertUnwindSafe(|| tried(&input)));
@@ -163,7 +164,5 @@ impl Fuzz {
 /// Files of a folder, by name; empty without such a folder.
 fn corpus(folder: &Path) -> Result<Vec<Vec<u8>>, InputError> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Ok(Vec::new()) };
-    let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file()).collect();
-    files.sort();
-    files.iter().map(|f| std::fs::read(f).map_err(|e| InputError::io(f, &e))).collect()
+    read_files(entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file()).collect())
 }

@@ -1,6 +1,7 @@
 //! Mutations of an input: of its bytes, its numbers and its fragments.
 
 use crate::bench::fuzz::readers::FuzzedReader;
+use crate::measure::random_sequence::SplitMix64;
 
 /// Numbers at limits of formats and types.
 const NUMBERS: &[&str] = &[
@@ -31,34 +32,12 @@ const WHOLE: &[u64] =
 /// Maximum length of an input, bytes.
 const MAXIMUM_INPUT_LENGTH: usize = 200_000;
 
-/// Pseudo-random numbers (splitmix64), determined by seed and number.
-pub struct MutationRandom(u64);
-
-impl MutationRandom {
-    pub fn new(seed: u64, number: u64) -> Self {
-        Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-    }
-
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number below `limit`; 0 for a limit of 0.
-    pub fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit.max(1) as u64) as usize
-    }
-}
-
 /// A mutation of one of `seeds`.
-pub fn mutate(seeds: &[Vec<u8>], reader: &FuzzedReader, dice: &mut MutationRandom) -> Vec<u8> {
+pub fn mutate(seeds: &[Vec<u8>], reader: &FuzzedReader, dice: &mut SplitMix64) -> Vec<u8> {
     let mut bytes = seeds.get(dice.below(seeds.len())).cloned().unwrap_or_default();
     // Mostly a single change, because several can mask one another.
     for _ in 0..=[0, 0, 1, 3, 8][dice.below(5)] {
-        if reader.is_text {
+        if !reader.pieces.is_empty() {
             change_text(&mut bytes, seeds, reader.pieces, dice);
         } else {
             change_bytes(&mut bytes, seeds, dice);
@@ -71,7 +50,7 @@ pub fn mutate(seeds: &[Vec<u8>], reader: &FuzzedReader, dice: &mut MutationRando
     bytes
 }
 
-fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &mut MutationRandom) {
+fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &mut SplitMix64) {
     let at = dice.below(bytes.len() + 1);
     match dice.below(8) {
         0 | 1 => replace_number(bytes, dice),
@@ -83,7 +62,7 @@ fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &m
     }
 }
 
-fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut MutationRandom) {
+fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut SplitMix64) {
     let at = dice.below(bytes.len());
     match dice.below(9) {
         0 | 1 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
@@ -106,7 +85,7 @@ fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
     bytes.iter_mut().skip(at).zip(by).for_each(|(to, from)| *to = *from);
 }
 
-fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut MutationRandom) {
+fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut SplitMix64) {
     let piece: Vec<u8> = bytes.iter().skip(at).take(1 + dice.below(60)).copied().collect();
     for _ in 0..=dice.below(3) {
         bytes.splice(at.min(bytes.len())..at.min(bytes.len()), piece.iter().copied());
@@ -114,7 +93,7 @@ fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut MutationRandom) {
 }
 
 /// Replaces a number.
-fn replace_number(bytes: &mut Vec<u8>, dice: &mut MutationRandom) {
+fn replace_number(bytes: &mut Vec<u8>, dice: &mut SplitMix64) {
     let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
     let Some(at) = digits.get(dice.below(digits.len())).copied() else { return };
     let part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
@@ -126,7 +105,7 @@ fn replace_number(bytes: &mut Vec<u8>, dice: &mut MutationRandom) {
 }
 
 /// Replaces a line with one of another input.
-fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut MutationRandom) {
+fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut SplitMix64) {
     let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
     let lines: Vec<&[u8]> = other.split(|b| *b == b'\n').collect();
     let line = lines.get(dice.below(lines.len())).copied().unwrap_or_default();

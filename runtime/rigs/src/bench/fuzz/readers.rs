@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use crate::bench::{files_of, read_files};
 use sheetwork::scene::{Scene, heater_file, material, pol, sht};
 use sheetwork::world::journal::{Journal, JournalInput, JournalWriter};
-use sheetwork::world::recording;
-use sheetwork::world::recording::RecordingWriter;
+use sheetwork::world::recording::{self, RecordingWriter};
 use sheetwork::{InputError, SceneError, World};
 use sheetwork_link::Command;
 use sheetwork_link::layout::FrameView;
@@ -13,16 +13,17 @@ use sheetwork_link::topology::Meshes;
 
 /// Tests an input: true for accepted, false for rejected.
 type Try = Box<dyn FnMut(&[u8]) -> bool>;
+type Make = fn() -> Result<Try, InputError>;
+type Seeds = fn(&Path) -> Result<Vec<Vec<u8>>, InputError>;
 
 /// A reader under test.
 pub struct FuzzedReader {
     pub name: &'static str,
-    pub is_text: bool,
-    /// Fragments of the format that break or change its meaning.
+    /// Fragments of a text format that break or change its meaning; none for a binary format.
     pub pieces: &'static [&'static str],
     /// Valid inputs, from the folder of the shipped files.
-    pub seeds: fn(&Path) -> Result<Vec<Vec<u8>>, InputError>,
-    pub make: fn() -> Result<Try, InputError>,
+    pub seeds: Seeds,
+    pub make: Make,
     /// Repairs checksums.
     pub repair: Option<fn(&mut [u8])>,
 }
@@ -61,119 +62,40 @@ const RON: &[&str] = &[
 ];
 const RECORDS: &[&str] =
     &["V", "F", "P", "*", "M", "S", "K", "B", "HOT", "#", "\n", "\n\n", " ", "\t", "x", "1 2 3", "-"];
-const JSON: &[&str] = &[
-    "{",
-    "}",
-    "[",
-    "]",
-    ":",
-    ",",
-    "\"",
-    "null",
-    "true",
-    "\\u0000",
-    "\"op\":\"set\"",
-    "\"layout\":1",
-    "\"op\":\"grab\"",
-    "\"op\":\"step\"",
-];
+const fn text(name: &'static str, pieces: &'static [&'static str], seeds: Seeds, make: Make) -> FuzzedReader {
+    FuzzedReader { name, pieces, seeds, make, repair: None }
+}
+
+const fn binary(name: &'static str, seeds: Seeds, make: Make, repair: Option<fn(&mut [u8])>) -> FuzzedReader {
+    FuzzedReader { name, pieces: &[], seeds, make, repair }
+}
 
 pub const READERS: &[FuzzedReader] = &[
-    FuzzedReader {
-        name: "scene",
-        is_text: true,
-        pieces: RON,
-        seeds: |a| files(a, "scenes", "ron"),
-        make: scene,
-        repair: None,
-    },
-    FuzzedReader {
-        name: "sht",
-        is_text: true,
-        pieces: RECORDS,
-        seeds: |a| files(a, "sheets", "sht"),
-        make: sht_file,
-        repair: None,
-    },
-    FuzzedReader {
-        name: "pol",
-        is_text: true,
-        pieces: RECORDS,
-        seeds: |a| files(a, "polyhedra", "pol"),
-        make: pol_file,
-        repair: None,
-    },
-    FuzzedReader {
-        name: "heater",
-        is_text: true,
-        pieces: RECORDS,
-        seeds: |a| files(a, "heaters", "heater"),
-        make: heater_file,
-        repair: None,
-    },
-    FuzzedReader {
-        name: "material",
-        is_text: true,
-        pieces: RON,
-        seeds: |a| files(a, "materials", "ron"),
-        make: material_file,
-        repair: None,
-    },
-    FuzzedReader {
-        name: "snapshot",
-        is_text: false,
-        pieces: &[],
-        seeds: |_| snapshots(),
-        make: snapshot,
-        repair: Some(repair_snapshot),
-    },
-    FuzzedReader {
-        name: "recording",
-        is_text: false,
-        pieces: &[],
-        seeds: |_| recordings(),
-        make: || Ok(Box::new(|bytes| recording::from_bytes(bytes).is_ok())),
-        repair: Some(repair_parts),
-    },
-    FuzzedReader {
-        name: "journal",
-        is_text: false,
-        pieces: &[],
-        seeds: |_| journals(),
-        make: journal,
-        repair: Some(repair_parts),
-    },
-    FuzzedReader {
-        name: "link",
-        is_text: false,
-        pieces: JSON,
-        seeds: |_| messages(),
-        make: || Ok(Box::new(message)),
-        repair: None,
-    },
+    text("scene", RON, |a| files(a, "scenes", "ron"), || Ok(Box::new(scene))),
+    text("sht", RECORDS, |a| files(a, "sheets", "sht"), || Ok(Box::new(sht_file))),
+    text("pol", RECORDS, |a| files(a, "polyhedra", "pol"), || Ok(Box::new(pol_file))),
+    text("heater", RECORDS, |a| files(a, "heaters", "heater"), || Ok(Box::new(heater_file))),
+    text("material", RON, |a| files(a, "materials", "ron"), || Ok(Box::new(material_file))),
+    binary("snapshot", |_| snapshots(), snapshot, Some(repair_snapshot)),
+    binary("recording", |_| recordings(), || Ok(Box::new(recording_file)), Some(repair_parts)),
+    binary("journal", |_| journals(), || Ok(Box::new(journal)), Some(repair_parts)),
+    binary("link", |_| messages(), || Ok(Box::new(message)), None),
 ];
 
 fn files(assets: &Path, folder: &str, ending: &str) -> Result<Vec<Vec<u8>>, InputError> {
-    let folder = assets.join(folder);
-    let entries = std::fs::read_dir(&folder).map_err(|e| InputError::io(&folder, &e))?;
-    let all = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == ending));
-    let mut all: Vec<_> = all.collect();
-    all.sort();
-    all.iter().map(|f| std::fs::read(f).map_err(|e| InputError::io(f, &e))).collect()
+    read_files(files_of(&assets.join(folder), ending)?)
 }
 
 /// An accepted scene is built and stepped if it is selected and small.
-fn scene() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(scene) = Scene::parse(&String::from_utf8_lossy(bytes)) else { return false };
-        if is_chosen(bytes)
-            && is_small(&scene)
-            && let Ok(mut world) = World::new(&scene)
-        {
-            (0..3).for_each(|_| _ = world.step());
-        }
-        true
-    }))
+fn scene(bytes: &[u8]) -> bool {
+    let Ok(scene) = Scene::parse(&String::from_utf8_lossy(bytes)) else { return false };
+    if is_chosen(bytes)
+        && is_small(&scene)
+        && let Ok(mut world) = World::new(&scene)
+    {
+        (0..3).for_each(|_| _ = world.step());
+    }
+    true
 }
 
 /// Whether an input is tested beyond reading: a fixed choice of one in 64.
@@ -188,37 +110,29 @@ fn is_small(scene: &Scene) -> bool {
     !files && scene.sheets.iter().map(masses).sum::<u64>() < 600 && scene.engine.name() != "rk45"
 }
 
-fn sht_file() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(file) = sht::read_sht(&String::from_utf8_lossy(bytes)) else { return false };
-        if file.masses.len() < 2000
-            && let Ok(sheet) = sheetwork::sheet::from_file(&file)
-        {
-            let _ = sht::write_sht(&sheetwork::sheet::to_file(&sheet));
-        }
-        true
-    }))
+fn sht_file(bytes: &[u8]) -> bool {
+    let Ok(file) = sht::read_sht(&String::from_utf8_lossy(bytes)) else { return false };
+    if file.masses.len() < 2000
+        && let Ok(sheet) = sheetwork::sheet::from_file(&file)
+    {
+        let _ = sht::write_sht(&sheetwork::sheet::to_file(&sheet));
+    }
+    true
 }
 
-fn pol_file() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(all) = pol::read_pol(&String::from_utf8_lossy(bytes)) else { return false };
-        pol::read_pol(&pol::write_pol(&all)).is_ok()
-    }))
+fn pol_file(bytes: &[u8]) -> bool {
+    let Ok(all) = pol::read_pol(&String::from_utf8_lossy(bytes)) else { return false };
+    pol::read_pol(&pol::write_pol(&all)).is_ok()
 }
 
-fn heater_file() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(all) = heater_file::read_heaters(&String::from_utf8_lossy(bytes)) else { return false };
-        heater_file::read_heaters(&heater_file::write_heaters(&all)).is_ok()
-    }))
+fn heater_file(bytes: &[u8]) -> bool {
+    let Ok(all) = heater_file::read_heaters(&String::from_utf8_lossy(bytes)) else { return false };
+    heater_file::read_heaters(&heater_file::write_heaters(&all)).is_ok()
 }
 
-fn material_file() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(read) = material::read_material(&String::from_utf8_lossy(bytes)) else { return false };
-        read.plate_stiffness().is_finite()
-    }))
+fn material_file(bytes: &[u8]) -> bool {
+    let Ok(read) = material::read_material(&String::from_utf8_lossy(bytes)) else { return false };
+    read.plate_stiffness().is_finite()
 }
 
 /// A small world with each kind of state: heat, creep, fracture, contact. It has no dynamic body,
@@ -296,6 +210,10 @@ fn written(name: &str, write: impl FnOnce(&Path) -> Result<(), InputError>) -> R
     Ok(bytes)
 }
 
+fn recording_file(bytes: &[u8]) -> bool {
+    recording::from_bytes(bytes).is_ok()
+}
+
 fn recordings() -> Result<Vec<Vec<u8>>, InputError> {
     let mut world = World::new(&small_scene()?)?;
     let one = written("recording", |file| {
@@ -327,19 +245,17 @@ fn journals() -> Result<Vec<Vec<u8>>, InputError> {
     Ok(vec![one])
 }
 
-fn journal() -> Result<Try, InputError> {
-    Ok(Box::new(|bytes| {
-        let Ok(journal) = Journal::from_bytes(bytes) else { return false };
-        // The scene may differ from the original, so only small ones are run.
-        let small = || Scene::parse(&journal.header.source).is_ok_and(|s| is_small(&s)) && journal.len() < 50;
-        if is_chosen(bytes)
-            && small()
-            && let Ok(mut world) = journal.world(None)
-        {
-            let _ = journal.check(&mut world);
-        }
-        true
-    }))
+fn journal(bytes: &[u8]) -> bool {
+    let Ok(journal) = Journal::from_bytes(bytes) else { return false };
+    // The scene may differ from the original, so only small ones are run.
+    let small = || Scene::parse(&journal.header.source).is_ok_and(|s| is_small(&s)) && journal.len() < 50;
+    if is_chosen(bytes)
+        && small()
+        && let Ok(mut world) = journal.world(None)
+    {
+        let _ = journal.check(&mut world);
+    }
+    true
 }
 
 fn messages() -> Result<Vec<Vec<u8>>, InputError> {

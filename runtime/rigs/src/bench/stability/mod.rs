@@ -10,14 +10,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 
 use crate::bench::stability::map::StabilityMap;
 use crate::bench::stability::plan::{PlannedTrial, SWEEPS, plan};
-use crate::bench::stability::point::{StabilityPoint, merge, write_csv};
-use crate::bench::{canvas, shard};
+use crate::bench::stability::point::{StabilityPoint, merge};
+use crate::bench::{canvas, run_shard, shard, write_csv};
 use crate::output::print_line;
 
 #[derive(Args)]
@@ -59,7 +58,6 @@ impl Stability {
 
     /// Runs all points, or those of the shard.
     fn run(&self) -> Result<Vec<StabilityPoint>, InputError> {
-        let (which, of) = self.shard.unwrap_or((1, 1));
         let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
         let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
         let fits = |trial: &PlannedTrial| wanted(trial.sweep) && of_these(trial.setting.structure);
@@ -69,19 +67,8 @@ impl Stability {
             return Err(InputError::new("--only", "nothing of the plan is left with these sweeps and structures"));
         }
         let count = chosen.len();
-        let mine: Vec<_> = chosen.into_iter().enumerate().skip(which - 1).step_by(of).collect();
-        let bar = ProgressBar::new(mine.len() as u64);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
-            bar.set_style(style);
-        }
-        let mut points = Vec::with_capacity(mine.len());
-        for (number, trial) in mine {
-            bar.set_message(trial.name());
-            points.push(trial.run(number, count)?);
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        Ok(points)
+        let numbered = chosen.into_iter().enumerate();
+        run_shard(self.shard, numbered, |(_, trial)| trial.name(), |(number, trial)| trial.run(number, count))
     }
 
     fn write(&self, points: &[StabilityPoint]) -> Result<(), InputError> {

@@ -3,8 +3,7 @@
 use crate::measure::stability_limit::{StabilityTrial, VariedParameter};
 use sheetwork::InputError;
 use sheetwork::integrators::TABLE;
-use sheetwork::mesh::structure;
-use sheetwork::mesh::structure::StructureKind;
+use sheetwork::mesh::structure::{self, StructureKind};
 use sheetwork::scene::IntegratorKind;
 
 use crate::bench::stability::point::StabilityPoint;

@@ -6,6 +6,7 @@ use crate::measure::stability_limit::VariedParameter;
 use serde::{Deserialize, Serialize};
 use sheetwork::InputError;
 
+use crate::bench::files_of;
 use crate::bench::stability::plan::PlannedTrial;
 
 /// A trial and its stability limit.
@@ -84,17 +85,6 @@ impl StabilityPoint {
     }
 }
 
-/// Writes points as CSV.
-///
-/// # Errors
-/// Failure to write.
-pub fn write_csv(path: &Path, points: &[StabilityPoint]) -> Result<(), InputError> {
-    let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
-    let mut writer = csv::Writer::from_path(path).map_err(refused)?;
-    points.iter().try_for_each(|p| writer.serialize(p)).map_err(refused)?;
-    writer.flush().map_err(|e| InputError::io(path, &e))
-}
-
 fn read_csv(path: &Path) -> Result<Vec<StabilityPoint>, InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let text = std::fs::read(path).map_err(|e| InputError::io(path, &e))?;
@@ -113,13 +103,8 @@ fn read_csv(path: &Path) -> Result<Vec<StabilityPoint>, InputError> {
 pub fn merge(folders: &[PathBuf]) -> Result<Vec<StabilityPoint>, InputError> {
     let mut points: Vec<StabilityPoint> = Vec::new();
     for folder in folders {
-        let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
-        let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
-        let mut paths = paths.map_err(|e| InputError::io(folder, &e))?;
-        paths.sort();
-        for path in paths {
-            let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-            if name.starts_with("stability-") && name.ends_with(".csv") {
+        for path in files_of(folder, "csv")? {
+            if path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("stability-")) {
                 points.extend(read_csv(&path)?);
             }
         }
@@ -129,17 +114,13 @@ pub fn merge(folders: &[PathBuf]) -> Result<Vec<StabilityPoint>, InputError> {
         return Err(InputError::new("merge", "the folders hold no stability-I-of-N.csv with points"));
     };
     if points.iter().any(|p| p.of != of) {
-        return Err(InputError::new(
-            "merge",
-            "the files are of different plans: some of --quick, or of another --only, some not?",
-        ));
+        let problem = "the files are of different plans: some of --quick, or of another --only, some not?";
+        return Err(InputError::new("merge", problem));
     }
     points.dedup();
     if points.windows(2).any(|two| two[0].number == two[1].number) {
-        return Err(InputError::new(
-            "merge",
-            "a point is there twice, and not the same: shards of different builds or choices?",
-        ));
+        let problem = "a point is there twice, and not the same: shards of different builds or choices?";
+        return Err(InputError::new("merge", problem));
     }
     if points.len() != of {
         let problem =
