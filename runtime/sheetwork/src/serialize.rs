@@ -18,7 +18,7 @@ pub struct CorruptState;
 pub type ReadResult<T = ()> = Result<T, CorruptState>;
 
 /// State of known size, written and read in one order. A list has no count: its reader knows it.
-pub trait State: Sized {
+pub(crate) trait State: Sized {
     /// Write the state.
     fn serialise(&self, to: &mut StateWriter);
 
@@ -255,7 +255,7 @@ impl StateWriter {
     }
 
     /// Write the count of states, then the states.
-    pub fn states<T: State>(&mut self, values: &[T]) {
+    pub(crate) fn states<T: State>(&mut self, values: &[T]) {
         self.count(values.len() as u64);
         T::serialise_all(values, self);
     }
@@ -374,14 +374,14 @@ impl<'a> StateReader<'a> {
     }
 
     /// Read a state.
-    pub fn read<T: State + Default>(&mut self) -> ReadResult<T> {
+    pub(crate) fn read<T: State + Default>(&mut self) -> ReadResult<T> {
         let mut value = T::default();
         value.deserialise(self)?;
         Ok(value)
     }
 
     /// Read a count of states that take at least `least` bytes each, then the states.
-    pub fn states<T: State + Default>(&mut self, least: usize) -> ReadResult<Vec<T>> {
+    pub(crate) fn states<T: State + Default>(&mut self, least: usize) -> ReadResult<Vec<T>> {
         (0..self.length(least)?).map(|_| self.read()).collect()
     }
 
