@@ -18,7 +18,7 @@ pub struct CorruptState;
 pub type ReadResult<T = ()> = Result<T, CorruptState>;
 
 /// State of known size, written and read in one order. A list has no count: its reader knows it.
-pub trait State: Sized {
+pub(crate) trait State: Sized {
     /// Write the state.
     fn serialise(&self, to: &mut StateWriter);
 
@@ -254,14 +254,8 @@ impl StateWriter {
         }
     }
 
-    /// Write the count of numbers, then the numbers.
-    pub fn list(&mut self, values: &[f64]) {
-        self.count(values.len() as u64);
-        self.numbers(values);
-    }
-
     /// Write the count of states, then the states.
-    pub fn states<T: State>(&mut self, values: &[T]) {
+    pub(crate) fn states<T: State>(&mut self, values: &[T]) {
         self.count(values.len() as u64);
         T::serialise_all(values, self);
     }
@@ -380,14 +374,14 @@ impl<'a> StateReader<'a> {
     }
 
     /// Read a state.
-    pub fn read<T: State + Default>(&mut self) -> ReadResult<T> {
+    pub(crate) fn read<T: State + Default>(&mut self) -> ReadResult<T> {
         let mut value = T::default();
         value.deserialise(self)?;
         Ok(value)
     }
 
     /// Read a count of states that take at least `least` bytes each, then the states.
-    pub fn states<T: State + Default>(&mut self, least: usize) -> ReadResult<Vec<T>> {
+    pub(crate) fn states<T: State + Default>(&mut self, least: usize) -> ReadResult<Vec<T>> {
         (0..self.length(least)?).map(|_| self.read()).collect()
     }
 
@@ -432,12 +426,6 @@ impl<'a> StateReader<'a> {
         Ok(())
     }
 
-    pub fn list(&mut self) -> ReadResult<Vec<f64>> {
-        let mut values = vec![0.0; self.length(8)?];
-        self.numbers(&mut values)?;
-        Ok(values)
-    }
-
     /// Read vectors, either none or one per node.
     pub fn vector_list(&mut self, to: &mut Vectors, masses: usize) -> ReadResult {
         let count = self.length(24)?;
@@ -471,7 +459,7 @@ mod tests {
         }
         let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310, 3.0, 0.0, 0.0, 7.5];
         keeper.sparse(&numbers);
-        keeper.list(&numbers);
+        keeper.states(&numbers);
         keeper.singles(&[1.5, -0.0]);
         keeper.flags(&[true, false, true, true, false, false, false, false, true]);
         keeper.text("αβ");
@@ -485,7 +473,7 @@ mod tests {
         let mut sparse = [9.0; 9];
         taker.sparse(&mut sparse).expect("there");
         assert_eq!(bits(&sparse), bits(&numbers));
-        assert_eq!(taker.list().map(|l| bits(&l)), Ok(bits(&numbers)));
+        assert_eq!(taker.states(8).map(|l| bits(&l)), Ok(bits(&numbers)));
         let mut singles = [0.0; 2];
         taker.singles(&mut singles).expect("there");
         assert_eq!(singles.map(f32::to_bits), [1.5_f32, -0.0].map(f32::to_bits));
@@ -505,7 +493,7 @@ mod tests {
         assert_eq!(StateReader::new(&[9, 1, 2]).blob(), Err(CorruptState));
         assert_eq!(StateReader::new(&[1, 0xff]).text(), Err(CorruptState));
         // A count larger than memory.
-        assert_eq!(StateReader::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).list(), Err(CorruptState));
+        assert_eq!(StateReader::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).states::<f64>(8), Err(CorruptState));
         assert_eq!(StateReader::new(&[5]).index(5), Err(CorruptState));
         assert_eq!(StateReader::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).flags(&mut Vec::new()), Err(CorruptState));
     }

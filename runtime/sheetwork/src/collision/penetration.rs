@@ -38,7 +38,7 @@ pub fn into_body(
                 let depth = |t: [DVec3; 3]| radius + offset - combined(t, point_triangle(*centre, t)).distance(*centre);
                 triangles.map(depth).fold(0.0, f64::max)
             }
-            ColliderPart::Mesh(mesh) if mesh.is_convex() => {
+            ColliderPart::Mesh(mesh) if mesh.min_width().is_finite() => {
                 triangles.map(|t| depth_in_convex(mesh, t, offset)).fold(0.0, f64::max)
             }
             ColliderPart::Mesh(mesh) => triangles.map(|t| sampled_depth(mesh, t, offset)).fold(0.0, f64::max),

@@ -145,9 +145,7 @@ impl ContactWorkspace {
 
     /// Serialise the state that persists between steps.
     pub fn serialise(&self, to: &mut StateWriter) {
-        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent]
-            .into_iter()
-            .for_each(|f| to.flag(f));
+        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent].serialise(to);
         to.count(self.stage as u64);
         to.number(self.closing_gap);
         self.counters.serialise(to);
@@ -158,8 +156,7 @@ impl ContactWorkspace {
 
     /// Deserialise the state that persists between steps.
     pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        (self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent) =
-            (from.flag()?, from.flag()?, from.flag()?);
+        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent] = from.read()?;
         self.stage = from.index(2)? as usize;
         self.closing_gap = from.number()?;
         self.counters.deserialise(from)?;

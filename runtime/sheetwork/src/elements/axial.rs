@@ -104,3 +104,55 @@ impl Axial {
         self.force = self.force_at(length, per_time);
     }
 }
+
+/// The methods of [`crate::elements::Element`] on springs with an axial law that do not depend on
+/// the ends of the springs.
+macro_rules! axial_methods {
+    () => {
+        fn finish_stage(&mut self, x: &Vectors) {
+            for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+                s.axial.finish(s.along(x).1, self.per_time);
+            }
+        }
+
+        fn reset_rates(&mut self) {
+            self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
+        }
+
+        fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+            self.springs.iter_mut().for_each(|s| s.axial.visit_history(visit));
+        }
+
+        fn serialise_history(&self, to: &mut StateWriter) {
+            self.springs.iter().for_each(|s| s.axial.serialise(to));
+        }
+
+        fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
+            self.springs.iter_mut().try_for_each(|s| s.axial.deserialise(from))
+        }
+
+        fn potential(&self, x: &Vectors) -> f64 {
+            self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
+        }
+
+        fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+            let mut missed = 0.0;
+            for s in &mut self.springs {
+                let (along, length) = s.along(x);
+                if length > 0.0 {
+                    let change = s.change(d);
+                    missed += s.axial.predict_stress(along, length, change, self.per_time);
+                }
+            }
+            missed
+        }
+
+        fn update_stress(&mut self, x: &Vectors) {
+            for s in &mut self.springs {
+                s.axial.update_stress(s.along(x).1, self.per_time);
+            }
+        }
+    };
+}
+
+pub(crate) use axial_methods;

@@ -5,7 +5,7 @@
 //! tangent block of a spring enters the diagonal blocks of both nodes with a plus sign and the
 //! off-diagonal block with a minus sign. A spring of zero length has no direction and is skipped.
 
-use crate::elements::axial::Axial;
+use crate::elements::axial::{Axial, axial_methods};
 use crate::elements::spring::Springs;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
 use crate::material::law::ElementLaw;
@@ -61,6 +61,12 @@ impl MixedSpring {
         let d = x.get(self.masses.0 as usize) - x.get(self.masses.1 as usize);
         (d, d.length())
     }
+
+    /// Change of that vector for the displacement `d` (m).
+    #[inline(always)]
+    fn change(&self, d: &Vectors) -> glam::DVec3 {
+        self.along(d).0
+    }
 }
 
 impl Element for MixedSprings {
@@ -109,31 +115,7 @@ impl Element for MixedSprings {
         }
     }
 
-    fn finish_stage(&mut self, x: &Vectors) {
-        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
-            s.axial.finish(s.along(x).1, self.per_time);
-        }
-    }
-
-    fn reset_rates(&mut self) {
-        self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
-    }
-
-    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
-        self.springs.iter_mut().for_each(|s| s.axial.visit_history(visit));
-    }
-
-    fn serialise_history(&self, to: &mut StateWriter) {
-        self.springs.iter().for_each(|s| s.axial.serialise(to));
-    }
-
-    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
-        self.springs.iter_mut().try_for_each(|s| s.axial.deserialise(from))
-    }
-
-    fn potential(&self, x: &Vectors) -> f64 {
-        self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
-    }
+    axial_methods!();
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
         for s in &self.springs {
@@ -157,25 +139,6 @@ impl Element for MixedSprings {
             add_block(values, s.blocks[0], &block);
             add_block(values, s.blocks[1], &block);
             add_block(values, s.blocks[2], &block.map(|b| -b));
-        }
-    }
-
-    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        let mut missed = 0.0;
-        for s in &mut self.springs {
-            let (along, length) = s.along(x);
-            if length <= 0.0 {
-                continue;
-            }
-            let change = s.along(d).0;
-            missed += s.axial.predict_stress(along, length, change, self.per_time);
-        }
-        missed
-    }
-
-    fn update_stress(&mut self, x: &Vectors) {
-        for s in &mut self.springs {
-            s.axial.update_stress(s.along(x).1, self.per_time);
         }
     }
 }

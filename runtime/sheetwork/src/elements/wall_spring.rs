@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::elements::axial::Axial;
+use crate::elements::axial::{Axial, axial_methods};
 use crate::elements::creep::{CreepStrain, InelasticElement, InelasticStep};
 use crate::elements::fracture::OpenCells;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
@@ -134,6 +134,12 @@ impl ClampSpring {
         let d = x.get(self.mass) - self.point;
         (d, d.length())
     }
+
+    /// Change of that vector for the displacement `d` (m).
+    #[inline(always)]
+    fn change(&self, d: &Vectors) -> DVec3 {
+        d.get(self.mass)
+    }
 }
 
 impl Element for WallSprings {
@@ -211,27 +217,7 @@ impl Element for WallSprings {
         }
     }
 
-    fn finish_stage(&mut self, x: &Vectors) {
-        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
-            s.axial.finish(s.along(x).1, self.per_time);
-        }
-    }
-
-    fn reset_rates(&mut self) {
-        self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
-    }
-
-    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
-        self.springs.iter_mut().for_each(|s| s.axial.visit_history(visit));
-    }
-
-    fn serialise_history(&self, to: &mut StateWriter) {
-        self.springs.iter().for_each(|s| s.axial.serialise(to));
-    }
-
-    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult {
-        self.springs.iter_mut().try_for_each(|s| s.axial.deserialise(from))
-    }
+    axial_methods!();
 
     fn serialise_changes(&self, to: &mut StateWriter) {
         self.springs.serialise(to);
@@ -243,10 +229,6 @@ impl Element for WallSprings {
         self.springs.deserialise(from)?;
         self.creep.deserialise(from)?;
         self.is_in_step.deserialise(from)
-    }
-
-    fn potential(&self, x: &Vectors) -> f64 {
-        self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
@@ -267,23 +249,6 @@ impl Element for WallSprings {
             }
             let block = s.axial.block(d, length, geometric, self.per_time);
             add_block(values, s.block, &block);
-        }
-    }
-
-    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        let mut missed = 0.0;
-        for s in &mut self.springs {
-            let (along, length) = s.along(x);
-            if length > 0.0 {
-                missed += s.axial.predict_stress(along, length, d.get(s.mass), self.per_time);
-            }
-        }
-        missed
-    }
-
-    fn update_stress(&mut self, x: &Vectors) {
-        for s in &mut self.springs {
-            s.axial.update_stress(s.along(x).1, self.per_time);
         }
     }
 

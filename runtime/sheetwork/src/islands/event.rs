@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::contact::node::detection::TouchListener;
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::sheet::{FractureOpening, Sheet, instability, node_contact};
 
 const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
@@ -267,9 +267,8 @@ impl ContactLog {
             for v in [collider.0, collider.1].into_iter().chain(body.into_iter().flat_map(|b| [b.0, b.1])) {
                 to.count(u64::from(v));
             }
-            to.count(u64::from(t.masses));
-            to.number(t.last);
-            [t.off, t.flat, t.known].into_iter().for_each(|f| to.flag(f));
+            (t.masses, t.last).serialise(to);
+            [t.off, t.flat, t.known].serialise(to);
         }
     }
 
@@ -286,8 +285,8 @@ impl ContactLog {
             } else {
                 None
             };
-            let (masses, last) = (from.count_u32()?, from.number()?);
-            let (off, flat, known) = (from.flag()?, from.flag()?, from.flag()?);
+            let (masses, last) = from.read()?;
+            let [off, flat, known] = from.read()?;
             self.list.push(BodyTouch { collider, body, masses, last, off, flat, known });
         }
         Ok(())

@@ -44,6 +44,13 @@ impl RigidFrame {
         self.rotation * d
     }
 
+    /// The frame a time `dt` (s) earlier, for a body with velocity `linear` (m/s) and angular
+    /// velocity `angular` (rad/s) about `centre` (m).
+    pub fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
+        let back = DMat3::from_quat(DQuat::from_scaled_axis(-angular * dt));
+        Self { origin: centre + back * (self.origin - centre) - linear * dt, rotation: back * self.rotation }
+    }
+
     /// Direction in the body's frame from a world direction.
     #[inline]
     pub fn local_direction(&self, d: DVec3) -> DVec3 {

@@ -86,8 +86,8 @@ fn serialise_motion(motion: &RigidMotion, to: &mut StateWriter) {
     }
     motion.start.serialise(to);
     motion.end.serialise(to);
-    [motion.asleep, motion.set_by_contact, motion.had_impulse].into_iter().for_each(|f| to.flag(f));
-    to.numbers(&[motion.rest_time, motion.extent]);
+    [motion.asleep, motion.set_by_contact, motion.had_impulse].serialise(to);
+    [motion.rest_time, motion.extent].serialise(to);
 }
 
 fn deserialise_motion(from: &mut StateReader) -> ReadResult<RigidMotion> {
@@ -102,16 +102,7 @@ fn deserialise_motion(from: &mut StateReader) -> ReadResult<RigidMotion> {
     let mut states = [BodyState::fixed_at(DVec3::ZERO, DQuat::IDENTITY); 2];
     states.deserialise(from)?;
     let [start, end] = states;
-    let (asleep, claimed, pushed) = (from.flag()?, from.flag()?, from.flag()?);
-    Ok(RigidMotion {
-        kind,
-        start,
-        substep_start: start,
-        end,
-        asleep,
-        rest_time: from.number()?,
-        set_by_contact: claimed,
-        had_impulse: pushed,
-        extent: from.number()?,
-    })
+    let [asleep, set_by_contact, had_impulse] = from.read()?;
+    let [rest_time, extent] = from.read()?;
+    Ok(RigidMotion { kind, start, substep_start: start, end, asleep, rest_time, set_by_contact, had_impulse, extent })
 }

@@ -67,7 +67,7 @@ impl InelasticState {
 impl InelasticState {
     /// Serialise the state.
     pub fn serialise(&self, to: &mut StateWriter) {
-        [self.creeps, self.in_step, self.springs.running].into_iter().for_each(|f| to.flag(f));
+        [self.creeps, self.in_step, self.springs.running].serialise(to);
         to.number(self.dt);
         for (strain, made) in self.springs.strains.iter().zip(&self.springs.instantaneous) {
             strain.serialise(to);
@@ -77,7 +77,7 @@ impl InelasticState {
 
     /// Deserialise the state.
     pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        (self.creeps, self.in_step, self.springs.running) = (from.flag()?, from.flag()?, from.flag()?);
+        [self.creeps, self.in_step, self.springs.running] = from.read()?;
         self.dt = from.number()?;
         for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.instantaneous) {
             strain.deserialise(from)?;

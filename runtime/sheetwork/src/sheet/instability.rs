@@ -15,7 +15,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::elements::strain_limit::{self, LimitedSpring, StrainLimit};
 use crate::math::Vectors;
 use crate::scene::{IntegratorKind, WhenUnstable};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::{Field, Sheet, energy};
 
 /// Implicit integrator that replaces one that failed.
@@ -113,8 +113,7 @@ impl RecoveryState {
     pub fn serialise(&self, to: &mut StateWriter) {
         to.count(self.bisections.into());
         [self.limits_strain, self.replaces_integrator, self.is_relaxed, self.replaced_integrator.is_some()]
-            .into_iter()
-            .for_each(|f| to.flag(f));
+            .serialise(to);
         self.replaced_integrator.iter().for_each(|own| to.text(own.name()));
         to.numbers(&[self.energy_budget, self.energy_error, self.time_since_detection, self.delay]);
     }
@@ -122,7 +121,7 @@ impl RecoveryState {
     /// Deserialise a state.
     pub fn deserialise(from: &mut StateReader) -> ReadResult<Self> {
         let mut state = Self { bisections: from.read()?, ..Self::default() };
-        (state.limits_strain, state.replaces_integrator, state.is_relaxed) = (from.flag()?, from.flag()?, from.flag()?);
+        [state.limits_strain, state.replaces_integrator, state.is_relaxed] = from.read()?;
         if from.flag()? {
             state.replaced_integrator = Some(from.text()?.parse().map_err(|_| CorruptState)?);
         }

@@ -72,14 +72,15 @@ pub struct ClosestPoint {
 /// A surface of plane faces in double precision.
 #[derive(Clone)]
 pub struct ColliderMesh {
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    /// Vertices, each once, m.
+    pub vertices: Vec<DVec3>,
+    /// Triangles with nonzero area.
+    pub triangles: Vec<[u32; 3]>,
     face_of: Vec<u32>,
     faces: Vec<ColliderFace>,
     edges: Vec<ColliderEdge>,
     corners: Vec<ColliderCorner>,
     bounds: (DVec3, DVec3),
-    convex: bool,
     thinness: f64,
     edge_tree: Bvh,
     /// Structure for distance and ray queries; `None` for convex solids with few faces.
@@ -106,17 +107,7 @@ impl ColliderMesh {
         let surface = if many { surface_of(&topology) } else { None };
         let MeshTopology { vertices, triangles, face_of, faces, edges, corners, .. } = topology;
         let bounds = (low, high);
-        Some(Self { vertices, triangles, face_of, faces, edges, corners, bounds, convex, thinness, edge_tree, surface })
-    }
-
-    /// Vertices, each once, m.
-    pub fn vertices(&self) -> &[DVec3] {
-        &self.vertices
-    }
-
-    /// Triangles with nonzero area.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+        Some(Self { vertices, triangles, face_of, faces, edges, corners, bounds, thinness, edge_tree, surface })
     }
 
     /// Faces.
@@ -137,11 +128,6 @@ impl ColliderMesh {
     /// Lower and upper corner of the bounding box, m.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds
-    }
-
-    /// Whether the surface is closed and convex.
-    pub fn is_convex(&self) -> bool {
-        self.convex
     }
 
     /// Whether the solid is convex with few faces, so that all planes are tested.

@@ -16,8 +16,8 @@ fn mesh(shape: &SharedShape) -> ColliderMesh {
 #[test]
 fn a_box_has_six_faces_twelve_edges_and_eight_corners() {
     let mesh = mesh(&SharedShape::cuboid(0.1, 0.05, 0.02));
-    assert_eq!((mesh.vertices().len(), mesh.faces().len(), mesh.edges().len(), mesh.corners().len()), (8, 6, 12, 8));
-    assert!(mesh.is_convex() && mesh.uses_planes());
+    assert_eq!((mesh.vertices.len(), mesh.faces().len(), mesh.edges().len(), mesh.corners().len()), (8, 6, 12, 8));
+    assert!(mesh.min_width().is_finite() && mesh.uses_planes());
     assert!((mesh.min_width() - 0.04).abs() < 1e-8);
     for face in mesh.faces() {
         assert!(face.height(DVec3::ZERO) < 0.0 && (face.normal.length() - 1.0).abs() < 1e-12);
@@ -41,9 +41,9 @@ fn round_shapes_are_closed_convex_and_close_to_their_surface() {
     ];
     for (shape, away) in shapes {
         let mesh = mesh(&shape);
-        assert!(mesh.is_convex(), "{:?}", shape.shape_type());
-        for t in mesh.triangles() {
-            let [a, b, c] = t.map(|i| mesh.vertices()[i as usize]);
+        assert!(mesh.min_width().is_finite(), "{:?}", shape.shape_type());
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
             let middle = (a + b + c) / 3.0;
             let distance = shape.distance_to_local_point(middle.as_vec3(), false).abs();
             assert!(distance < away, "{:?}: {distance}", shape.shape_type());
@@ -56,9 +56,9 @@ fn a_round_box_lies_between_its_true_surface_and_just_below_it() {
     let (half, radius) = (0.03, 0.005);
     let side = half as f32;
     let mesh = mesh(&SharedShape::round_cuboid(side, side, side, 0.005));
-    assert!(mesh.is_convex());
-    for t in mesh.triangles() {
-        let middle = t.iter().map(|i| mesh.vertices()[*i as usize]).sum::<DVec3>() / 3.0;
+    assert!(mesh.min_width().is_finite());
+    for t in &mesh.triangles {
+        let middle = t.iter().map(|i| mesh.vertices[*i as usize]).sum::<DVec3>() / 3.0;
         let out = (middle.abs() - DVec3::splat(half)).max(DVec3::ZERO).length() - radius;
         assert!(out < 1e-7 && out > -1e-4, "{out}");
     }
@@ -79,7 +79,7 @@ fn a_hollow_has_no_convex_edge() {
         triangles.extend([[a, 4 + a, 4 + b], [a, 4 + b, b], [4 + a, 8, 4 + b]]);
     }
     let mesh = ColliderMesh::new(&vertices, &triangles).expect("triangles");
-    assert!(!mesh.is_convex());
+    assert!(!mesh.min_width().is_finite());
     assert_eq!((mesh.faces().len(), mesh.edges().len()), (9, 12));
     // The lower corners are convex; those of the rim have a concave edge.
     assert_eq!(mesh.corners().len(), 4);

@@ -16,9 +16,10 @@ use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
 use crate::contact::node::clearance::{Clearance, FirstHit, RemainingPath};
 use crate::contact::node::response::{NodeContactSurface, NodePath, respond_to_surface, time_of_impact};
-use crate::contact::node::target::{ColliderFrame, NO_FACE, PathHit, StepTarget};
+use crate::contact::node::target::{NO_FACE, PathHit, StepTarget};
 use crate::contact::node::through_thickness::propagate_impacts;
 use crate::contact::settings::{ContactSettings, NodeContactSettings};
+use crate::math::RigidFrame;
 use crate::rigid::RigidView;
 use crate::sheet::layer_stack::LayerImpact;
 use crate::sheet::{Sheet, node_contact};
@@ -120,7 +121,7 @@ fn test_nodes(sheet: &Sheet, clearance: &mut Clearance, target: &StepTarget, dt:
         if near != target.handle {
             face = NO_FACE;
         }
-        let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
+        let (a, b) = (target.start.local_point(flight.x0).as_vec3(), target.end.local_point(flight.x1).as_vec3());
         match target.test_path(a, b, reach, &mut face) {
             PathHit::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
             PathHit::Surface(surface) => {
@@ -237,8 +238,11 @@ fn test_remaining_paths(
                     continue;
                 }
                 let flight = NodePath { x1: sheet.state.x.get(i), v1: sheet.state.v.get(i), ..leg.flight };
-                let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
-                let PathHit::Surface(surface) = target.test_path(a, b, 0.0, &mut { NO_FACE }) else { continue };
+                let (a, b) = (target.before_end(flight.dt).local_point(flight.x0), target.end.local_point(flight.x1));
+                let PathHit::Surface(surface) = target.test_path(a.as_vec3(), b.as_vec3(), 0.0, &mut { NO_FACE })
+                else {
+                    continue;
+                };
                 if leg.from == handle && surface.normal.dot(leg.normal) > SETTINGS.same_face_cosine {
                     continue;
                 }
@@ -279,12 +283,12 @@ pub fn deepest_penetration(sheet: &Sheet, view: &RigidView) -> f64 {
     let Some((low, high)) = sheet.state.x.bounds() else { return 0.0 };
     let mut deepest = 0.0_f64;
     for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
-        let frame = ColliderFrame::of(collider.position());
+        let frame = RigidFrame::from_pose(collider.position());
         for p in sheet.state.x.iter() {
-            let local = frame.local(p);
+            let local = frame.local_point(p).as_vec3();
             // Only this projection of Parry distinguishes inside and outside of an oriented mesh.
             let (projection, _) = collider.shape().project_local_point_and_get_feature(local);
-            let depth = frame.world(projection.point).distance(p);
+            let depth = frame.world(projection.point.as_dvec3()).distance(p);
             if projection.is_inside && depth > deepest && is_within(collider.shape(), local.as_dvec3()) {
                 deepest = depth;
             }

@@ -7,48 +7,18 @@
 //! cases (a concave shape, entry through another face, passage through a thin plate) are decided by
 //! a ray cast from a to b.
 
-use glam::{DMat3, DQuat, DVec3};
-use rapier3d::math::{Pose, Real, Vector};
+use glam::DVec3;
+use rapier3d::math::{Real, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
 use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
 use crate::contact::node::response::NodeContactSurface;
+use crate::math::RigidFrame;
 use crate::rigid::{CONVEX, RigidView};
 use crate::scene::contact::MINIMUM_CONTACT_OFFSET;
 use crate::sheet::{Sheet, node_contact};
-
-/// A rigid frame in `f64`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ColliderFrame {
-    /// Origin, m.
-    pub origin: DVec3,
-    /// Rotation from local to world axes.
-    pub rotation: DMat3,
-}
-
-impl ColliderFrame {
-    pub fn of(pose: &Pose) -> Self {
-        let rotation = DMat3::from_quat(pose.rotation.as_dquat().normalize());
-        Self { origin: pose.translation.as_dvec3(), rotation }
-    }
-
-    pub fn local(&self, p: DVec3) -> Vector {
-        (self.rotation.transpose() * (p - self.origin)).as_vec3()
-    }
-
-    pub fn world(&self, p: Vector) -> DVec3 {
-        self.rotation * p.as_dvec3() + self.origin
-    }
-
-    /// The frame a time `dt` (s) earlier, for a body with velocity `linear` (m/s) and angular
-    /// velocity `angular` (rad/s) about `centre` (m).
-    fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
-        let back = DMat3::from_quat(DQuat::from_scaled_axis(-angular * dt));
-        Self { origin: centre + back * (self.origin - centre) - linear * dt, rotation: back * self.rotation }
-    }
-}
 
 /// Result of testing a path against a collider.
 pub(crate) enum PathHit {
@@ -61,8 +31,8 @@ pub(crate) enum PathHit {
 /// A collider over one step of a sheet.
 pub(crate) struct StepTarget<'a> {
     pub handle: ColliderHandle,
-    pub end: ColliderFrame,
-    pub start: ColliderFrame,
+    pub end: RigidFrame,
+    pub start: RigidFrame,
     shape: &'a dyn Shape,
     kind: TargetShape<'a>,
     pub convex: bool,
@@ -114,7 +84,7 @@ impl<'a> StepTarget<'a> {
         let (linear, angular, centre) = body.map_or((DVec3::ZERO, DVec3::ZERO, DVec3::ZERO), |b| {
             (b.linvel().as_dvec3(), b.angvel().as_dvec3(), b.center_of_mass().as_dvec3())
         });
-        let last = ColliderFrame::of(collider.position());
+        let last = RigidFrame::from_pose(collider.position());
         let (mut end, mut start) = (last, last);
         if body.is_some() {
             end = last.earlier(linear, angular, centre, remaining);
@@ -147,7 +117,7 @@ impl<'a> StepTarget<'a> {
     }
 
     /// Frame at the time `dt` (s) before the end of the step.
-    pub fn before_end(&self, dt: f64) -> ColliderFrame {
+    pub fn before_end(&self, dt: f64) -> RigidFrame {
         if self.moves { self.end.earlier(self.linear, self.angular, self.centre, dt) } else { self.end }
     }
 
@@ -221,7 +191,7 @@ impl<'a> StepTarget<'a> {
     /// Surface that holds a point at `p` (world, m), if it is inside or nearer than the contact
     /// offset.
     pub fn surface_at(&self, p: DVec3) -> Option<NodeContactSurface> {
-        let b = self.end.local(p);
+        let b = self.end.local_point(p).as_vec3();
         if !self.bounds.contains_local_point(b) {
             return None;
         }
@@ -261,7 +231,7 @@ impl<'a> StepTarget<'a> {
     }
 
     fn surface(&self, point: Vector, normal: Vector) -> NodeContactSurface {
-        let point = self.end.world(point);
+        let point = self.end.world(point.as_dvec3());
         NodeContactSurface {
             point,
             normal: (self.end.rotation * normal.as_dvec3()).normalize_or(DVec3::Y),

@@ -283,11 +283,6 @@ impl DualProblem {
         DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
     }
 
-    /// u of the last solve, m.
-    pub fn moved(&self) -> &[DVec3] {
-        &self.u
-    }
-
     /// Add the effect of force `p` at contact `j` to u of all contacts.
     fn apply(&mut self, j: usize, p: DVec3) {
         self.u[j] += self.proximal_diagonal[j] * p;

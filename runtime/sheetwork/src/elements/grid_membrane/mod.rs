@@ -128,18 +128,6 @@ impl CellMembrane {
         let cell = CellGeometry { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..CellGeometry::default() };
         Self { cell, packets, ..Self::default() }
     }
-
-    /// Mean strains along u and v and shear of each cell, in the order of the grid, for reports.
-    pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
-        let mut all = Vec::new();
-        for packet in &self.packets {
-            let e = self.cell.strains(&self.cell.edges(x, packet.first));
-            for l in 0..packet.count {
-                all.push([0.5 * (e[0].0[l] + e[1].0[l]), 0.5 * (e[2].0[l] + e[3].0[l]), e[4].0[l]]);
-            }
-        }
-        all
-    }
 }
 
 impl CellGeometry {

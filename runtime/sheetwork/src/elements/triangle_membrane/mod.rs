@@ -157,15 +157,6 @@ impl EdgeMembrane {
         self.compute_offsets();
     }
 
-    /// Strains (uu, vv, uv with engineering shear) of every triangle at `x` (m), for reports.
-    pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
-        let of = |t: &MembraneTriangle| {
-            let e = t.edges.map(|e| self.strains[e as usize].at(x));
-            product(&t.from_edges, &e)
-        };
-        self.triangles.iter().map(of).collect()
-    }
-
     fn compute_weights(&mut self) {
         for triangle in &mut self.triangles {
             let strains = triangle.edges.map(|e| &self.strains[e as usize]);

@@ -17,7 +17,7 @@ const AREAL: f64 = 1050.0 * THICKNESS;
 const LEFT: ClampedEdges = ClampedEdges { left: true, right: false, back: false, front: false };
 
 fn target(poisson: f64) -> StiffnessTarget {
-    StiffnessTarget::isotropic(3e9, poisson, THICKNESS).expect("valid")
+    StiffnessTarget::of_plate(3e9, poisson, THICKNESS)
 }
 
 /// Two layers of the structure, `n` nodes along 0.25 m and `cells` cells across; triangles are

@@ -120,12 +120,6 @@ impl Outline {
         let found = self.rings.iter().map(|r| r.nearest(p)).min_by(|a, b| p.distance(*a).total_cmp(&p.distance(*b)));
         found.unwrap_or(p)
     }
-
-    /// Distance of `p` from the nearest boundary, m; negative in the sheet.
-    pub fn signed_distance(&self, p: DVec2) -> f64 {
-        let d = p.distance(self.nearest(p));
-        if self.contains(p) { -d } else { d }
-    }
 }
 
 /// Bounding box of points.

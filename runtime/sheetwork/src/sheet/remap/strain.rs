@@ -106,6 +106,17 @@ impl StrainGrid {
         (u, v)
     }
 
+    /// Strains from those `along` edges of a length (m) and of the `shear` of cells.
+    fn measure(&self, along: impl Fn([usize; 2], f64) -> f64, shear: impl Fn([usize; 4]) -> f64) -> GridStrains {
+        let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
+        if self.triangular {
+            let slants = |forward| self.slanting_edges(forward).map(|e| along(e, self.slant())).collect();
+            return GridStrains { u, v: slants(true), shear: slants(false) };
+        }
+        let v = self.edges_v().map(|e| along(e, self.spacing.1)).collect();
+        GridStrains { u, v, shear: self.cells().map(shear).collect() }
+    }
+
     /// Strains at the positions `x` (m).
     pub fn strains(&self, x: &[DVec3]) -> GridStrains {
         let along = |[a, b]: [usize; 2], h: f64| 0.5 * ((x[b] - x[a]).length_squared() / (h * h) - 1.0);
@@ -113,16 +124,7 @@ impl StrainGrid {
             let (a, b) = self.middle(x, cell);
             a.dot(b)
         };
-        if self.triangular {
-            let slants = |forward| self.slanting_edges(forward).map(|e| along(e, self.slant())).collect();
-            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
-            return GridStrains { u, v: slants(true), shear: slants(false) };
-        }
-        GridStrains {
-            u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
-            v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
-            shear: self.cells().map(shear).collect(),
-        }
+        self.measure(along, shear)
     }
 
     /// First-order change of the strains at `x` (m) by the displacement `d` (m); rates of strain
@@ -133,16 +135,7 @@ impl StrainGrid {
             let ((a, b), (p, q)) = (self.middle(x, cell), self.middle(d, cell));
             a.dot(q) + p.dot(b)
         };
-        if self.triangular {
-            let slants = |forward| self.slanting_edges(forward).map(|e| along(e, self.slant())).collect();
-            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
-            return GridStrains { u, v: slants(true), shear: slants(false) };
-        }
-        GridStrains {
-            u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
-            v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
-            shear: self.cells().map(shear).collect(),
-        }
+        self.measure(along, shear)
     }
 
     /// Apply the transpose of [`StrainGrid::rates`] to `of`.

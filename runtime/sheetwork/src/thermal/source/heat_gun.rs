@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind};
 use crate::units::parameters::ParameterId as Id;
 
@@ -135,15 +135,13 @@ impl HeatSource for HeatGun {
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
-        to.flag(self.spec.on);
-        to.number(self.spec.temperature);
-        to.vector(self.spec.position);
-        to.vector(self.spec.direction);
+        (self.spec.on, self.spec.temperature).serialise(to);
+        (self.spec.position, self.spec.direction).serialise(to);
     }
 
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
-        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
-        (self.spec.position, self.spec.direction) = (from.vector()?, from.vector()?);
+        (self.spec.on, self.spec.temperature) = from.read()?;
+        (self.spec.position, self.spec.direction) = from.read()?;
         Ok(())
     }
 }
