@@ -133,10 +133,8 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
         });
         ui.weak("The open scene is restored afterwards.");
         ui.add_space(4.0);
-        if ui.button(RichText::new("Begin").strong()).clicked() {
-            if session.accept(study.begin()).is_some() {
-                show(session, state, study);
-            }
+        if ui.button(RichText::new("Begin").strong()).clicked() && session.accept(study.begin()).is_some() {
+            show(session, state, study);
         }
     });
     *stays = open;
@@ -177,10 +175,9 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
         }
     });
     ui.add_space(4.0);
-    if ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong())).clicked() {
-        if session.accept(study.answer()) == Some(true) {
-            show(session, state, &study);
-        }
+    let next = ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong()));
+    if next.clicked() && session.accept(study.answer()) == Some(true) {
+        show(session, state, &study);
     }
     ui.add_space(6.0);
     state.study = Some(study);

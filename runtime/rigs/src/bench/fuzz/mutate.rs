@@ -66,7 +66,7 @@ fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut SplitMix64) {
     let at = dice.below(bytes.len());
     match dice.below(9) {
         0 | 1 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
-        2 if !bytes.is_empty() => bytes[at] = dice.next() as u8,
+        2 if !bytes.is_empty() => bytes[at] = dice.bits() as u8,
         3 => overwrite(bytes, at, &WHOLE[dice.below(WHOLE.len())].to_le_bytes()[..[1, 2, 4, 8][dice.below(4)]]),
         4 => bytes.truncate(at),
         5 => drop(bytes.drain(at..(at + dice.below(64)).min(bytes.len()))),
@@ -77,7 +77,7 @@ fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut SplitMix64) {
             bytes.truncate(at);
             bytes.extend_from_slice(&other[at.min(other.len())..]);
         }
-        _ => overwrite(bytes, at, &f64::from_bits(dice.next()).to_le_bytes()),
+        _ => overwrite(bytes, at, &f64::from_bits(dice.bits()).to_le_bytes()),
     }
 }
 
