@@ -4,7 +4,7 @@ mod common;
 
 // Only the history of the example is used here.
 #[allow(dead_code)]
-#[path = "../examples/rollback/history.rs"]
+#[path = "../examples/late_inputs/history.rs"]
 mod history;
 
 use bevy::prelude::*;

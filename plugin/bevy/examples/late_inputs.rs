@@ -7,7 +7,7 @@
 //! known inputs. The result equals, bit for bit, that of inputs in time. The title shows the cost
 //! beside the duration of a frame.
 //!
-//! `cargo run -p bevy_sheetwork --example rollback`
+//! `cargo run -p bevy_sheetwork --example late_inputs`
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -15,7 +15,7 @@ use std::time::Instant;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
-#[path = "rollback/history.rs"]
+#[path = "late_inputs/history.rs"]
 mod history;
 
 use history::{History, LATE, blow};
