@@ -56,7 +56,7 @@ fn check(name: &str, outline: &Outline, grid: (u32, u32), (loops, pieces): (usiz
     let least = worst(&mesh, cell);
     assert!(least > 0.2, "{name}: worst quality {least}");
     for (p, border) in mesh.positions.iter().zip(&mesh.border) {
-        let d = signed_distance(&outline, DVec2::from_array(*p));
+        let d = signed_distance(outline, DVec2::from_array(*p));
         assert!(d < 1e-9, "{name}: a mass {d} m outside");
         let on_cut = !outline.cuts().is_empty();
         assert!(!border || on_cut || d.abs() < 1e-9, "{name}: a mass of the boundary {d} m off it");
