@@ -6,9 +6,9 @@
 //!
 //!   0 ≤ u_n ⊥ p_n ≥ 0,  |p_t| ≤ μ p_n,  and p_t = -μ p_n u_t/|u_t| in slip.
 //!
-//! Three cases are tried in turn: open (b_n ≥ 0), stick (A p = -b lies in the friction cone), slip.
-//! Slip is found by a fixed-point iteration. Where that cycles (large μ, strong coupling of normal
-//! and tangential compliance), a bracketing search on p_n replaces it: for a given p_n the
+//! Three cases are tried in turn: open (b_n ≥ 0), stick (A p = -b lies in the friction cone),
+//! slip. Slip is found by a fixed-point iteration. Where that cycles (large μ, strong coupling of
+//! normal and tangential compliance), a bracketing search on p_n replaces it: for a given p_n the
 //! tangential force is the minimum of a convex quadratic over a disc, and the resulting gap changes
 //! sign once.
 //!
@@ -143,10 +143,10 @@ impl FrictionDisc {
     }
 
     /// Return the force with normal part `normal` (N) whose tangential part, |p_t| ≤ μ `normal`,
-    /// opposes slip best. It minimises ½ p_tᵀ A_tt p_t + (b_t + A_tn p_n)·p_t over the disc. On the
-    /// boundary p_t = -(A_tt + s)⁻¹ c, with s from Newton's method on 1/|p_t|, which converges from
-    /// below (J. J. Moré, "The Levenberg-Marquardt algorithm", Lecture Notes in Mathematics 630,
-    /// 1978).
+    /// opposes slip best. It minimises ½ p_tᵀ A_tt p_t + (b_t + A_tn p_n)·p_t over the disc. On
+    /// the boundary p_t = -(A_tt + s)⁻¹ c, with s from Newton's method on 1/|p_t|, which
+    /// converges from below (J. J. Moré, "The Levenberg-Marquardt algorithm", Lecture Notes in
+    /// Mathematics 630, 1978).
     fn opposing_force(&self, a: &DMat3, b: DVec3, friction: f64, normal: f64) -> DVec3 {
         let c = self.rotation.transpose() * DVec2::new(b.y + a.x_axis.y * normal, b.z + a.x_axis.z * normal);
         let radius = friction * normal;
@@ -245,8 +245,8 @@ mod tests {
 
     #[test]
     fn coupled_slip_has_the_normal_force_of_two_linear_equations() {
-        // Normal and first tangent couple with c. In slip towards ±y, p_y = ∓μ p_n, and the closed
-        // gap a p_n + c p_y + b_n = 0 gives p_n = -b_n/(a ∓ μ c).
+        // Normal and first tangent couple with c. In slip towards ±y, p_y = ∓μ p_n, and the
+        // closed gap a p_n + c p_y + b_n = 0 gives p_n = -b_n/(a ∓ μ c).
         let (a, c, mu) = (2.0, 0.8, 0.5);
         let block = DMat3::from_cols(DVec3::new(a, c, 0.0), DVec3::new(c, a, 0.0), DVec3::new(0.0, 0.0, a));
         for sign in [1.0, -1.0] {

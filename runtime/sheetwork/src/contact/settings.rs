@@ -30,9 +30,9 @@ settings! {
         pub restitution_speed: f64 = 0.2,
         /// Work budget of one step, in node-iterations: the sum of outer iterations × nodes,
         /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual
-        /// solver × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration ends
-        /// and the remaining substeps are skipped. Steps that need more do not converge, such as
-        /// those of interpenetrating sheets. The largest value in the shipped scenes is 2.5
+        /// solver × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration
+        /// ends and the remaining substeps are skipped. Steps that need more do not converge, such
+        /// as those of interpenetrating sheets. The largest value in the shipped scenes is 2.5
         /// million: a ball that hits a house of fifteen cards.
         pub maximum_work: u64 = 4_000_000,
         /// Work budget of one step of a single sheet on kinematic and static bodies, in
@@ -292,8 +292,8 @@ settings! {
         /// Maximum number of iterations of a variant; doubled if it shortens steps.
         pub maximum_iterations: u32 = 20,
         /// Ratio of a contact force to the largest force that would open a single contact, above
-        /// which contacts contradict each other. The ratio reaches 1000 in folds, and at least 10⁴
-        /// where a needle is touched from within.
+        /// which contacts contradict each other. The ratio reaches 1000 in folds, and at least
+        /// 10⁴ where a needle is touched from within.
         pub contradiction_ratio: f64 = 2000.0,
         /// Required relative decrease of the squared residual for a full step; proportional to the
         /// step length.

@@ -26,10 +26,10 @@ settings! {
         /// Tolerance of the energy of the prediction error with contact.
         pub prediction_error_contact: f64 = 1e-2,
         /// Tolerance of the energy of the prediction error of a sheet that is attached to a dynamic
-        /// body. A rotation by φ in an outer iteration mispredicts an energy proportional to φ⁴,
-        /// but the attachment forces on two rows of a stiff sheet, hundreds of newtons, are wrong
-        /// by φ. At 0.01 rad, which the tolerance of other sheets allows, a strip on a drum loses a
-        /// fifth of its angular momentum in one step.
+        /// body. A rotation by φ in an outer iteration mispredicts an energy proportional to
+        /// φ⁴, but the attachment forces on two rows of a stiff sheet, hundreds of newtons, are
+        /// wrong by φ. At 0.01 rad, which the tolerance of other sheets allows, a strip on a drum
+        /// loses a fifth of its angular momentum in one step.
         pub prediction_error_attached: f64 = 1e-12,
         /// Speed (m/s) whose kinetic energy is the minimum of the inertial term: below it, the
         /// kinetic energy of a sheet does not justify another solve.

@@ -5,9 +5,9 @@
 //!
 //!   x = R p + o,  v = R u + v₀ + ω × (x - c),  f = R f,
 //!
-//! with v₀ (m/s) and ω (rad/s) of the description and c (m) the centre of mass. Springs store their
-//! stiffness per unit: of E t (N/m), or of the bending stiffness D (N m) if they are calibrated to
-//! it.
+//! with v₀ (m/s) and ω (rad/s) of the description and c (m) the centre of mass. Springs store
+//! their stiffness per unit: of E t (N/m), or of the bending stiffness D (N m) if they are
+//! calibrated to it.
 
 use glam::DVec3;
 

@@ -59,7 +59,8 @@ fn stage_without_overlap_converges_without_contact() {
 
 #[test]
 fn trapezoidal_stage_balances_stored_and_new_acceleration() {
-    // x₁ - x₀ = h² (a₀ + a₁) with h = γ dt/2, so that the free motion is 2 h² g and p = 2 m g.
+    // x₁ - x₀ = h² (a₀ + a₁) with h = γ dt/2, so that the free motion is 2 h² g and p =
+    // 2 m g.
     let sheet = loose_nodes(2, M, &[], IntegratorKind::TrBdf2);
     let mut island = TestIsland::new(vec![sheet], vec![fixed_body()], GRAVITY);
     let floor = on_plane(0, DVec3::Y);
@@ -169,7 +170,8 @@ fn nodes_of_two_sheets_part_with_the_force_of_the_schur_complement() {
     let pair = contact(0, node_side(0, 0), node_side(1, 0), DVec3::Y);
     let pair = ContactConstraint { offset: overlap, ..pair };
     assert_eq!(island.solve_stage(DT, &[pair]), StageSolve::Converged);
-    // p = overlap/(h² (1/m₁ + 1/m₂)); the gap tolerance of several sheets is 1 % of the overlap.
+    // p = overlap/(h² (1/m₁ + 1/m₂)); the gap tolerance of several sheets is 1 % of the
+    // overlap.
     let expected = overlap / (DT * DT * (1.0 / m1 + 1.0 / m2));
     let force = island.force(&pair);
     assert!((force - DVec3::Y * expected).length() < 1e-2 * expected, "{force} {expected}");

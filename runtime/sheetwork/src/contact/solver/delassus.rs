@@ -2,8 +2,8 @@
 //!
 //! The Jacobian J of a contact holds, on a sheet, the weights of its nodes times the contact frame;
 //! on a body, the frame and its moment. A sheet contributes with the factor of its tangent H = L
-//! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the compliance
-//! of [`SolverBody`].
+//! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the
+//! compliance of [`SolverBody`].
 
 use glam::{DMat3, DVec3};
 
@@ -397,7 +397,8 @@ mod tests {
 
     #[test]
     fn two_contacts_of_a_body_couple_through_its_rotation() {
-        // A ball of 2 kg, I = 0.4 · 2 · 0.01, under normal forces at the arms x = 0.06 and -0.08 m.
+        // A ball of 2 kg, I = 0.4 · 2 · 0.01, under normal forces at the arms x = 0.06 and -0.08
+        // m.
         let mut island = TestIsland::new(vec![], vec![ball(2.0, DVec3::ZERO), fixed_body()], DVec3::ZERO);
         let arms = [0.06, -0.08];
         let contacts = [0, 1].map(|i| {

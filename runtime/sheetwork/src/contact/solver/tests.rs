@@ -145,7 +145,8 @@ fn delassus_operator_of_three_blocks_in_a_line_is_the_schur_complement() {
         constraint
     });
     let problem = blocks.tangent.dual_space(&constraints).delassus.problem;
-    // Diagonal entries h² (1/m_a + 1/m_b); the contacts share block 2 with opposite signs: -h²/m₂.
+    // Diagonal entries h² (1/m_a + 1/m_b); the contacts share block 2 with opposite signs:
+    // -h²/m₂.
     let expected = [H * H * (1.0 / m1 + 1.0 / m2), H * H * (1.0 / m2 + 1.0 / m3), -H * H / m2];
     let (other, block) = problem.columns[0][0];
     let found = [problem.diagonal[0].x_axis.x, problem.diagonal[1].x_axis.x, block.x_axis.x];

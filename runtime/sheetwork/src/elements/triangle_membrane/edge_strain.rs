@@ -6,9 +6,9 @@
 //!
 //! where ε_c is the creep strain. The curvature x_tt (1/m) along the edge is the mean over its
 //! triangles, each weighted by the other's area. In a triangle, x_tt = sᵀ Q κ with the squared
-//! direction s = (t_u², t_v², t_u t_v) of the edge, the curvatures κ of the triangle's group, and
-//! the relaxation Q of free directions, which depends on the bending stiffness. d and k are linear
-//! in the positions x (m), with weights in 1/m; clamp directions contribute a constant to k.
+//! direction s = (t_u², t_v², t_u t_v) of the edge, the curvatures κ of the triangle's group,
+//! and the relaxation Q of free directions, which depends on the bending stiffness. d and k are
+//! linear in the positions x (m), with weights in 1/m; clamp directions contribute a constant to k.
 
 use glam::DVec3;
 

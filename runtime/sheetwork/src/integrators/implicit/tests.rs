@@ -123,10 +123,11 @@ fn linear_stage_converges_in_one_step() {
 
 #[test]
 fn cubic_spring_takes_the_steps_of_newtons_recurrence() {
-    // x - 2 + x³ = 0 has the root 1. Φ(0) = 2 is less than Φ(2) = 4, so that the iteration starts
-    // at 0 and follows x ← (2 x³ + 2)/(3 x² + 1): 0, 2, 1.3846, 1.0826, 1.0048, 1.00002. The force
-    // missed by the fourth step is 0.0192 N, with an energy of 0.0192²/(2 · 4.52) = 4.1e-5 J. That
-    // of the third is 9.1e-3 J, and the tolerance is 1e-4 of the inertial energy 2 J.
+    // x - 2 + x³ = 0 has the root 1. Φ(0) = 2 is less than Φ(2) = 4, so that the iteration
+    // starts at 0 and follows x ← (2 x³ + 2)/(3 x² + 1): 0, 2, 1.3846, 1.0826, 1.0048, 1.00002.
+    // The force missed by the fourth step is 0.0192 N, with an energy of 0.0192²/(2 · 4.52) =
+    // 4.1e-5 J. That of the third is 9.1e-3 J, and the tolerance is 1e-4 of the inertial energy 2
+    // J.
     let mut problem = Oscillator::new(1.0, |x| [x * x * x, 3.0 * x * x, 0.25 * x.powi(4)]);
     let (report, x) = solve_stage(&mut problem, 1.0, 2.0, 0.0);
     let expected = (0..4).fold(0.0_f64, |x, _| (2.0 * x * x * x + 2.0) / (3.0 * x * x + 1.0));
@@ -143,9 +144,9 @@ fn stage_on_which_full_steps_diverge_is_solved_by_the_globalised_method() {
     });
     let (report, x) = solve_stage(&mut problem, 1.0, 3.0, 3.0);
     assert!(report.globalised, "{report:?}");
-    // The gradient 1e-3 (x - 3) + x/√(1 + x²) vanishes at x = 0.003 to first order. The last step
-    // lowers Φ, about 1 + x²/2, by less than 1e-3 of its whole fall √10 - 1 = 2.2: it starts within
-    // 0.07 of the solution and ends within the cube of that, 3e-4.
+    // The gradient 1e-3 (x - 3) + x/√(1 + x²) vanishes at x = 0.003 to first order. The last
+    // step lowers Φ, about 1 + x²/2, by less than 1e-3 of its whole fall √10 - 1 = 2.2: it
+    // starts within 0.07 of the solution and ends within the cube of that, 3e-4.
     assert!((x - 3e-3).abs() < 4e-4, "{x}");
 }
 
@@ -172,8 +173,8 @@ fn non_finite_state_is_returned_without_a_solve() {
     assert!(x.is_nan());
 }
 
-/// Displacement and scaled velocity (x, v/ω) after `steps` steps of x'' = -ω² x from (1, 0), with
-/// ω dt = `angle`.
+/// Displacement and scaled velocity (x, v/ω) after `steps` steps of x'' = -ω² x from (1, 0),
+/// with ω dt = `angle`.
 fn oscillate(kind: IntegratorKind, angle: f64, steps: u32) -> [f64; 2] {
     let omega: f64 = 5.0;
     let mut problem = Oscillator::new(1.0, |x| [25.0 * x, 25.0, 12.5 * x * x]);

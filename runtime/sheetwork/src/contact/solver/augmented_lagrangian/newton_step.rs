@@ -31,10 +31,10 @@ impl AugmentedLagrangian {
         })
     }
 
-    /// Compute the imbalance Jᵀ p - H δ for the contact forces that `force` returns, and store it
-    /// as the right-hand side. Returns its sum as a fraction of the sum of forces; if all contacts
-    /// are open, of a fraction of the largest sum in this solve, so that rounding errors are not
-    /// compared to themselves.
+    /// Compute the imbalance Jᵀ p - H δ for the contact forces that `force` returns, and store
+    /// it as the right-hand side. Returns its sum as a fraction of the sum of forces; if all
+    /// contacts are open, of a fraction of the largest sum in this solve, so that rounding errors
+    /// are not compared to themselves.
     pub(super) fn compute_imbalance(
         &mut self,
         space: &dyn UnknownSpace,

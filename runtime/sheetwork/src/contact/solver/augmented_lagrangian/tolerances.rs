@@ -1,9 +1,9 @@
 //! Tolerances, weights and iteration limits of an augmented Lagrangian solve, by kind of problem.
 //!
 //! A solve ends when three errors are within tolerance: gaps and slips u (m), the force balance
-//! |Jᵀ p - H δ| as a fraction of the sum of forces, and the friction bounds. A single sheet needs
-//! fine tolerances, because slip of sticking contacts adds up from step to step; several sheets in
-//! an impact change contact states in every iteration and get by with coarse ones.
+//! |Jᵀ p - H δ| as a fraction of the sum of forces, and the friction bounds. A single sheet
+//! needs fine tolerances, because slip of sticking contacts adds up from step to step; several
+//! sheets in an impact change contact states in every iteration and get by with coarse ones.
 
 use glam::DVec3;
 
