@@ -230,7 +230,7 @@ pub fn vector(
     let bare = DisplayUnit { unit: "", ..shown };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        ui.spacing_mut().interact_size.x = 52.0;
+        ui.spacing_mut().interact_size.x = 44.0;
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let label = ui.add(Label::new(egui::RichText::new(letter).weak()).sense(Sense::click()));
             let done = input(ui, &label, now[axis], bare, how);
