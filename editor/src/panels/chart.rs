@@ -1,7 +1,9 @@
 //! Chart of a run: lines over time, with ticks, names and a readout under the mouse.
 
+use std::sync::Arc;
+
 use bevy_egui::egui::{
-    Align2, Color32, FontId, Painter, Rect, Response, RichText, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2,
+    Align2, Color32, FontId, Galley, Painter, Rect, Response, RichText, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2,
 };
 
 use super::timeline::nice;
@@ -107,7 +109,8 @@ pub(super) fn chart(ui: &mut Ui, size: Vec2, (title, unit): (&str, &str), histor
     readout(&painter, response, &frame, unit, history, lines);
 }
 
-/// Draw the title and, beside it or below, the names of the lines. Returns the offset of the chart.
+/// Draw the title and, beside it or in rows below, the names of the lines. Returns the offset of the
+/// chart.
 fn names(ui: &Ui, painter: &Painter, rect: Rect, title: &str, lines: &[Line<'_>]) -> f32 {
     let title = painter.text(
         rect.left_top() + vec2(6.0, 3.0),
@@ -116,19 +119,27 @@ fn names(ui: &Ui, painter: &Painter, rect: Rect, title: &str, lines: &[Line<'_>]
         FontId::proportional(12.0),
         ui.visuals().text_color(),
     );
-    let all: Vec<_> = lines
-        .iter()
-        .map(|line| painter.layout_no_wrap(line.name.clone(), FontId::proportional(10.0), line.colour))
-        .collect();
-    let width: f32 = all.iter().map(|name| name.size().x + 7.0).sum();
-    let below = width + title.width() + 14.0 > rect.width();
-    let mut at = rect.right_top() + vec2(-6.0, if below { 18.0 } else { 4.0 });
-    for (name, line) in all.into_iter().zip(lines).rev() {
-        at.x -= name.size().x;
-        painter.galley(at, name, line.colour);
-        at.x -= 7.0;
+    let name = |line: &Line| painter.layout_no_wrap(line.name.clone(), FontId::proportional(10.0), line.colour);
+    let mut all: Vec<_> = lines.iter().map(name).collect();
+    let taken = |name: &Arc<Galley>| name.size().x + 7.0;
+    let below = all.iter().map(taken).sum::<f32>() + title.width() + 14.0 > rect.width();
+    let mut top = if below { 18.0 } else { 4.0 };
+    while !all.is_empty() {
+        let mut room = rect.width() - 12.0;
+        let fits = |name: &&Arc<Galley>| {
+            room -= taken(name);
+            room > -7.0
+        };
+        let count = all.iter().take_while(fits).count().max(1);
+        let mut at = rect.right_top() + vec2(-6.0, top);
+        for name in all.drain(..count).rev() {
+            at.x -= name.size().x;
+            painter.galley(at, name, Color32::WHITE);
+            at.x -= 7.0;
+        }
+        top += 13.0;
     }
-    if below { 34.0 } else { 20.0 }
+    if below { top + 3.0 } else { 20.0 }
 }
 
 /// Values under the mouse.
