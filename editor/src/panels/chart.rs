@@ -109,8 +109,8 @@ pub(super) fn chart(ui: &mut Ui, size: Vec2, (title, unit): (&str, &str), histor
     readout(&painter, response, &frame, unit, history, lines);
 }
 
-/// Draw the title and, beside it or in rows below, the names of the lines. Returns the offset of the
-/// chart.
+/// Draw the title and, beside it or in rows below, the names of the lines.
+/// Returns the offset of the chart.
 fn names(ui: &Ui, painter: &Painter, rect: Rect, title: &str, lines: &[Line<'_>]) -> f32 {
     let title = painter.text(
         rect.left_top() + vec2(6.0, 3.0),
