@@ -97,7 +97,7 @@ fn figures_stay_within_their_maxima() {
 #[test]
 fn the_library_depends_on_few_packages() {
     let layout = layout();
-    for (default_features, maximum) in [(true, 114), (false, 109)] {
+    for (default_features, maximum) in [(true, 83), (false, 78)] {
         let found = packages(&layout.root, numbers::LIBRARY, default_features).unwrap();
         assert!(found.len() <= maximum, "{} of at most {maximum}: {found:#?}", found.len());
     }

@@ -1,15 +1,15 @@
-//! Factorisation and solution of a sheet's matrix: faer beside the library's own factor with every
-//! vector instruction set of this processor.
+//! Factorisation and solution of a sheet's matrix with every vector instruction set of this
+//! processor.
 //!
 //! `cargo bench -p sheetwork --bench factor [-- NAME]`. All factors of a case run in turn over many
 //! rounds, and the minimum time of each counts, so that other load of the machine affects all
 //! equally. Times are CPU times of the thread: factorisation and solution in one call, each alone,
-//! and one half solution of a contact's load. `ratio` is faer's `both` over the row's.
+//! and one half solution of a contact's load. `ratio` is the portable `both` over the row's.
 
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
-use sheetwork::linear::{Backend, Factor, HalfSolutions, InstructionSet, Pattern, SparseLoads, analyse, analyse_for};
+use sheetwork::linear::{Factor, HalfSolutions, InstructionSet, Pattern, SparseLoads, analyse_for};
 
 /// Nodes in layers on a square grid, joined to those at the offsets `reach` (columns, rows).
 struct BenchSheet {
@@ -114,13 +114,13 @@ fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &SparseL
 fn main() {
     let chosen = std::env::args().skip(1).find(|a| !a.starts_with('-'));
     let head = ["both ms", "factor", "solve", "half us", "Mflop", "numbers", "GFLOP/s", "ratio"];
-    println!("{:16} {:22}{}", "sheet", "backend", head.map(|h| format!("{h:>10}")).concat());
+    println!("{:16} {:22}{}", "sheet", "instructions", head.map(|h| format!("{h:>10}")).concat());
     for sheet in SHEETS.iter().filter(|s| chosen.as_ref().is_none_or(|c| s.name.contains(c.as_str()))) {
         let (pattern, places) = sheet.pattern();
         let values = values(&pattern);
         let loads = contacts(pattern.size() as u32, sheet.side as u32);
-        let mut factors = vec![analyse(&pattern, &places, Backend::Faer)];
-        factors.extend(InstructionSet::ALL.into_iter().rev().filter_map(|path| analyse_for(&pattern, &places, path)));
+        let mut factors: Vec<_> =
+            InstructionSet::ALL.into_iter().filter_map(|path| analyse_for(&pattern, &places, path)).collect();
         let mut times = vec![Times::NONE; factors.len()];
         let mut b = vec![1.0; 3 * pattern.size()];
         let start = Instant::now();

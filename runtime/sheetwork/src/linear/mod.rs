@@ -7,16 +7,17 @@
 //! allocation. Units are those of the caller: values of A in N/m give displacements in m for forces
 //! in N.
 //!
-//! The bits of a result depend on the backend and on its instruction set ([`InstructionSet`]; faer
-//! chooses its own), and on nothing else of the machine.
+//! The bits of a result depend on the instruction set ([`InstructionSet`]) and on nothing else of
+//! the machine.
 //!
 //! Source: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
 
 #[cfg(test)]
 mod cases;
+pub(crate) mod dense;
 pub(crate) mod dissection;
-pub(crate) mod faer;
 pub(crate) mod half;
+pub(crate) mod ldl;
 pub(crate) mod multifrontal;
 pub(crate) mod pattern;
 #[cfg(test)]
@@ -27,7 +28,6 @@ pub use crate::linear::multifrontal::InstructionSet;
 pub use crate::linear::pattern::Pattern;
 
 use crate::linear::dissection::EliminationTree;
-use crate::linear::faer::FaerFactor;
 use crate::linear::multifrontal::{Instructions, MultifrontalFactor};
 
 /// The matrix has no Cholesky factor: a pivot is zero, negative or not finite.
@@ -82,7 +82,7 @@ pub trait Factor: Send + Sync {
         let _ = parallel;
     }
 
-    /// Name of the backend and its instruction set.
+    /// Name of the method and its instruction set.
     fn name(&self) -> &'static str;
 
     /// Multiply-add operations of one factorisation, without padding.
@@ -92,37 +92,14 @@ pub trait Factor: Send + Sync {
     fn nonzeros(&self) -> usize;
 }
 
-/// Implementation of the factorisation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// The `faer` library, supernodal, on one thread.
-    Faer,
-    /// `faer`'s L D Lᵀ without pivoting, for matrices that may be indefinite; without half
-    /// solutions.
-    Indefinite,
-    /// The multifrontal factorisation of this crate, with the best instruction set of the
-    /// processor.
-    Multifrontal,
-}
-
-impl Default for Backend {
-    /// The faster backend by `benches/factor.rs`: multifrontal on processors with AVX2 and FMA.
-    fn default() -> Self {
-        match InstructionSet::best() {
-            InstructionSet::Portable => Self::Faer,
-            InstructionSet::Avx2 | InstructionSet::Avx512 => Self::Multifrontal,
-        }
-    }
-}
-
 /// Prepares the factorisation of matrices of `pattern`. `places` are the material coordinates (u,
 /// v), m, of every block row. They guide the ordering; coincident, irregular or non-finite places
 /// cost speed, not accuracy.
 ///
 /// # Panics
 /// If there is not one place per block row.
-pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<dyn Factor> {
-    with_tree(pattern, &order(pattern, places), backend)
+pub fn analyse(pattern: &Pattern, places: &[[f64; 2]]) -> Box<dyn Factor> {
+    factor(pattern, &order(pattern, places), Instructions::best())
 }
 
 /// As [`analyse`], for several sheets in contact: `depths` (m), one per block row, separate sheets
@@ -130,28 +107,23 @@ pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<
 ///
 /// # Panics
 /// If there is not one place and one depth per block row.
-pub fn analyse_joined(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64], backend: Backend) -> Box<dyn Factor> {
+pub fn analyse_joined(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) -> Box<dyn Factor> {
     assert_eq!(places.len(), pattern.size(), "one place a block row");
     assert_eq!(depths.len(), pattern.size(), "one depth a block row");
-    with_tree(pattern, &dissection::dissect(pattern, places, depths), backend)
+    factor(pattern, &dissection::dissect(pattern, places, depths), Instructions::best())
 }
 
-fn with_tree(pattern: &Pattern, tree: &EliminationTree, backend: Backend) -> Box<dyn Factor> {
-    match backend {
-        Backend::Faer => Box::new(FaerFactor::new(pattern, tree, false)),
-        Backend::Indefinite => Box::new(FaerFactor::new(pattern, tree, true)),
-        Backend::Multifrontal => Box::new(MultifrontalFactor::new(pattern, tree, Instructions::best())),
-    }
+fn factor(pattern: &Pattern, tree: &EliminationTree, instructions: Instructions) -> Box<dyn Factor> {
+    Box::new(MultifrontalFactor::new(pattern, tree, instructions))
 }
 
-/// As [`analyse`] with [`Backend::Multifrontal`] and the instruction set `path`; `None` if the
-/// processor lacks it.
+/// As [`analyse`] with the instruction set `path` instead of the best; `None` if the processor
+/// lacks it.
 ///
 /// # Panics
 /// If there is not one place per block row.
 pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: InstructionSet) -> Option<Box<dyn Factor>> {
-    let instructions = path.instructions()?;
-    Some(Box::new(MultifrontalFactor::new(pattern, &order(pattern, places), instructions)))
+    Some(factor(pattern, &order(pattern, places), path.instructions()?))
 }
 
 fn order(pattern: &Pattern, places: &[[f64; 2]]) -> EliminationTree {

@@ -1,10 +1,13 @@
-//! Tests of every backend against the dense Cholesky factorisation and against the other backends.
+//! Tests of the factor with every instruction set, and of the indefinite one, against dense
+//! factorisations.
 
 use std::sync::LazyLock;
 
 use proptest::prelude::*;
 
 use crate::linear::cases::{self, FactorCase, dense_solve};
+use crate::linear::dense::symmetric_eigen;
+use crate::linear::ldl::IndefiniteFactor;
 use crate::linear::*;
 
 /// Two threads for factorisations.
@@ -20,8 +23,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 
 /// All available factors for a case.
 fn factors(case: &FactorCase) -> Vec<Box<dyn Factor>> {
-    let ours = InstructionSet::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path));
-    std::iter::once(analyse(&case.pattern, &case.places, Backend::Faer)).chain(ours).collect()
+    InstructionSet::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path)).collect()
 }
 
 /// A system with its solution from the dense factorisation.
@@ -205,4 +207,42 @@ fn blocks_of_half_solutions_have_the_bits_of_their_products() {
             }
         }
     }
+}
+
+#[test]
+fn the_indefinite_factor_agrees_with_a_dense_one() {
+    for case in cases::all().into_iter().filter(|case| case.pattern.size() > 0) {
+        let n = 3 * case.pattern.size();
+        let load = case.load(3);
+        let mut factor = IndefiniteFactor::new(&case.pattern, &case.places);
+        for seed in [1, 2] {
+            let mut values = case.values(seed, 1.0);
+            // The mean of the eigenvalues as shift.
+            let shift = nalgebra::DMatrix::from_vec(n, n, case.dense(&values)).trace() / n as f64 + 0.1;
+            for column in 0..case.pattern.size() {
+                let at = 9 * case.pattern.starts[column] as usize;
+                (0..3).for_each(|k| values[at + 4 * k] -= shift);
+            }
+            let dense = nalgebra::DMatrix::from_vec(n, n, case.dense(&values));
+            assert!(dense.clone().cholesky().is_none(), "{}: positive definite", case.name);
+            let expected = dense.lu().solve(&nalgebra::DVector::from_column_slice(&load)).expect("regular");
+            let mut x = load.clone();
+            assert_eq!(factor.factorize_and_solve(&values, &mut x), Ok(()), "{}", case.name);
+            let (error, size) = (difference(&x, expected.as_slice()), largest(expected.as_slice()));
+            assert!(error <= 1e-8 * size, "{}: {error:e} of {size:e}", case.name);
+        }
+        let nothing = vec![0.0; 9 * case.pattern.blocks()];
+        assert_eq!(factor.factorize_and_solve(&nothing, &mut load.clone()), Err(NotPositiveDefinite));
+    }
+}
+
+#[test]
+fn eigenvalues_ascend_and_their_vectors_belong_to_them() {
+    let case = cases::shell(4, 4);
+    let matrix = nalgebra::DMatrix::from_vec(48, 48, case.dense(&case.values(1, 1.0)));
+    let (values, vectors) = symmetric_eigen(matrix.clone()).expect("converges");
+    assert!(values.as_slice().is_sorted(), "{values}");
+    let residual = &matrix * &vectors - &vectors * nalgebra::DMatrix::from_diagonal(&values);
+    assert!(residual.amax() < 1e-12 * matrix.amax(), "{:e}", residual.amax());
+    assert!(symmetric_eigen(nalgebra::DMatrix::from_element(2, 2, f64::NAN)).is_none());
 }

@@ -4,10 +4,11 @@
 //! that x'' + c x' + ω² x = 0. The coupling of modes by C is neglected. Both matrices are dense and
 //! come from central differences of the forces, which suits some dozens of nodes.
 
-use faer::{Mat, Side};
 use glam::DVec3;
+use nalgebra::DMatrix;
 
 use crate::elements::spring::SpringWorkspace;
+use crate::linear::dense::symmetric_eigen;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
@@ -61,9 +62,9 @@ impl Sheet {
         let damping = columns(speed, &|i, size| forces_at(self, &self.state.x, &along(i, size)));
         let root: Vec<f64> = free.iter().map(|i| self.inverse_mass[i / 3].sqrt()).collect();
         let weighted = |of: &[Vec<f64>]| {
-            Mat::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])
+            DMatrix::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])
         };
-        modes(&weighted(&stiffness), &weighted(&damping)).unwrap_or_default()
+        modes(weighted(&stiffness), &weighted(&damping)).unwrap_or_default()
     }
 }
 
@@ -76,11 +77,10 @@ fn forces_at(sheet: &Sheet, x: &Vectors, v: &Vectors) -> Vectors {
 }
 
 /// Modes of x'' + C x' + K x = 0, lowest first; `None` if the eigenvalue problem fails.
-fn modes(stiffness: &Mat<f64>, damping: &Mat<f64>) -> Option<Vec<DampedMode>> {
-    let eigen = stiffness.self_adjoint_eigen(Side::Lower).ok()?;
-    let rates = eigen.U().transpose() * damping * eigen.U();
-    let squared = eigen.S().column_vector();
-    Some((0..stiffness.nrows()).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect())
+fn modes(stiffness: DMatrix<f64>, damping: &DMatrix<f64>) -> Option<Vec<DampedMode>> {
+    let (squared, vectors) = symmetric_eigen(stiffness)?;
+    let rates = vectors.transpose() * damping * &vectors;
+    Some(squared.iter().zip(&rates.diagonal()).map(|(&squared, &rate)| DampedMode { squared, rate }).collect())
 }
 
 #[cfg(test)]
@@ -93,8 +93,8 @@ mod tests {
     #[test]
     fn two_oscillators_turned_by_45_degrees_have_their_own_frequencies_and_rates() {
         // 1 and 2 rad/s, 0.2 and 0.6 1/s, along the diagonals.
-        let turned = |a: f64, b: f64| Mat::from_fn(2, 2, |i, j| 0.5 * if i == j { a + b } else { a - b });
-        let found = modes(&turned(1.0, 4.0), &turned(0.2, 0.6)).expect("found");
+        let turned = |a: f64, b: f64| DMatrix::from_fn(2, 2, |i, j| 0.5 * if i == j { a + b } else { a - b });
+        let found = modes(turned(1.0, 4.0), &turned(0.2, 0.6)).expect("found");
         let near = |m: DampedMode, squared: f64, rate: f64| (m.squared - squared).abs() + (m.rate - rate).abs() < 1e-12;
         assert!(found.len() == 2 && near(found[0], 1.0, 0.2) && near(found[1], 4.0, 0.6), "{found:?}");
     }

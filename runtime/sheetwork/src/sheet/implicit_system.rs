@@ -13,7 +13,8 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK};
 use crate::integrators::implicit::{ImplicitProblem, StageProblem};
 use crate::integrators::{AdvanceReport, Forces};
-use crate::linear::{Backend, Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads, analyse};
+use crate::linear::ldl::IndefiniteFactor;
+use crate::linear::{Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads, analyse};
 use crate::math::Vectors;
 use crate::sheet::air_drag::AirDrag;
 use crate::sheet::{Field, Sheet};
@@ -29,7 +30,7 @@ pub(crate) struct ImplicitSystem {
     factor: Box<dyn Factor>,
     node_places: Vec<[f64; 2]>,
     /// Factor for unstable equilibria, created at the first one.
-    indefinite: Option<Box<dyn Factor>>,
+    indefinite: Option<Box<IndefiniteFactor>>,
     /// Constant part of the tangent (N/m), and its 1/h (1/s).
     constant: Vec<f64>,
     constant_at: Option<f64>,
@@ -81,7 +82,7 @@ impl ImplicitSystem {
             [u * nu, v * nv]
         };
         let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
-        let factor = analyse(&pattern, &places, Backend::default());
+        let factor = analyse(&pattern, &places);
         let (zeros, ones) = held_entries(sheet, &pattern, &row);
         let mut free = vec![DVec3::ONE; masses.len()];
         for entry in &ones {
@@ -429,7 +430,7 @@ impl ImplicitProblem for ImplicitSheet<'_> {
             }
             let factor = system
                 .indefinite
-                .get_or_insert_with(|| analyse(&system.pattern, &system.node_places, Backend::Indefinite));
+                .get_or_insert_with(|| Box::new(IndefiniteFactor::new(&system.pattern, &system.node_places)));
             for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
                 right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
             }

@@ -4,10 +4,11 @@
 //! Subspace iteration on (K + σM)⁻¹ M with a small shift σ, which makes the matrix of a free sheet
 //! positive definite (Bathe, *Finite Element Procedures*, 2014, chapter 11).
 
-use faer::{Mat, Side};
+use nalgebra::{DMatrix, DVector};
 
 use crate::elements::Geometric;
 use crate::integrators::implicit::StageProblem;
+use crate::linear::dense::symmetric_eigen;
 use crate::math::Vectors;
 use crate::sheet::implicit_system::{self, ImplicitSystem};
 use crate::sheet::{Field, Sheet, creep};
@@ -85,56 +86,41 @@ impl Sheet {
 /// Subspace iteration with the present factor, that of K + σM with σ = `shift`².
 fn iterate(sheet: &Sheet, system: &mut ImplicitSystem, count: usize, shift: f64) -> Vec<Mode> {
     let n = 3 * system.masses().len();
-    let size = (count + EXTRA_VECTORS).min(n);
-    let weight: Vec<f64> = system
-        .masses()
-        .iter()
-        .flat_map(|m| [sheet.model.mass[*m as usize]; 3])
-        .zip(system.free_entries())
-        .map(|(m, f)| m * f)
-        .collect();
+    let masses = system.masses().iter().flat_map(|m| [sheet.model.mass[*m as usize]; 3]);
+    let weight = DVector::from_iterator(n, masses.zip(system.free_entries()).map(|(m, f)| m * f));
+    let times_mass = |mut vectors: DMatrix<f64>| {
+        vectors.column_iter_mut().for_each(|mut v| v.component_mul_assign(&weight));
+        vectors
+    };
     let mut seed = 0x9e37_79b9_u32;
     let mut draw = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         f64::from(seed) / f64::from(u32::MAX) - 0.5
     };
-    let mut basis: Vec<Vec<f64>> = (0..size).map(|_| (0..n).map(|_| draw()).collect()).collect();
-    let mut before = vec![0.0; size];
-    let mut values = vec![0.0; size];
+    let mut basis = DMatrix::from_fn(n, (count + EXTRA_VECTORS).min(n), |_, _| draw());
+    let mut values = DVector::zeros(0);
     for _ in 0..MAX_ITERATIONS {
-        let loads: Vec<Vec<f64>> = basis.iter().map(|v| v.iter().zip(&weight).map(|(v, m)| v * m).collect()).collect();
+        let loads = times_mass(basis);
         let mut moved = loads.clone();
-        moved.iter_mut().for_each(|b| system.solve(b));
+        moved.as_mut_slice().chunks_exact_mut(n.max(1)).for_each(|v| system.solve(v));
         // Reduced problem: A = Zᵀ (K + σM) Z = Zᵀ M V, B = Zᵀ M Z.
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mass_of = |v: &[f64]| v.iter().zip(&weight).map(|(v, m)| v * m).collect::<Vec<f64>>();
-        let heavy: Vec<Vec<f64>> = moved.iter().map(|v| mass_of(v)).collect();
-        let a = Mat::from_fn(size, size, |i, j| 0.5 * (dot(&moved[i], &loads[j]) + dot(&moved[j], &loads[i])));
-        let b = Mat::from_fn(size, size, |i, j| dot(&moved[i], &heavy[j]));
-        let Some((eigenvalues, vectors)) = reduced(&a, &b) else { return Vec::new() };
-        basis = (0..size)
-            .map(|k| {
-                let mut v = vec![0.0; n];
-                for (j, z) in moved.iter().enumerate() {
-                    let c = vectors[(j, k)];
-                    v.iter_mut().zip(z).for_each(|(v, z)| *v += c * z);
-                }
-                v
-            })
-            .collect();
-        values.copy_from_slice(&eigenvalues);
-        let settled = |k: usize| (values[k] - before[k]).abs() <= 1e-10 * values[k].abs();
-        if (0..count.min(size)).all(settled) {
+        let a = moved.transpose() * &loads;
+        let b = moved.transpose() * times_mass(moved.clone());
+        let Some((next, vectors)) = reduced(&(0.5 * (&a + a.transpose())), &b) else { return Vec::new() };
+        basis = moved * vectors;
+        let settled = |(next, last): (&f64, &f64)| (next - last).abs() <= 1e-10 * next.abs();
+        let has_settled = next.len() == values.len() && next.iter().zip(&values).take(count).all(settled);
+        values = next;
+        if has_settled {
             break;
         }
-        before.copy_from_slice(&values);
     }
     let sigma = shift * shift;
-    (0..count.min(size))
+    (0..count.min(values.len()))
         .map(|k| {
             let squared = values[k] - sigma;
             let mut shape = Vectors::zeros(sheet.node_count());
-            for (p, mass) in basis[k].chunks_exact(3).zip(system.masses()) {
+            for (p, mass) in basis.column(k).as_slice().chunks_exact(3).zip(system.masses()) {
                 shape.set(*mass as usize, glam::DVec3::from_slice(p));
             }
             // The eigenvalue of a rigid mode is the shift plus rounding.
@@ -144,25 +130,18 @@ fn iterate(sheet: &Sheet, system: &mut ImplicitSystem, count: usize, shift: f64)
         .collect()
 }
 
-/// Eigenvalues, ascending, and B-normalised eigenvectors of A c = λ B c; `None` if the eigenvalue
-/// problem of B or of the reduced matrix fails.
-fn reduced(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    let n = a.nrows();
+/// Eigenvalues, ascending, and B-normalised eigenvectors of A c = λ B c, in the span of the columns
+/// of B that are linearly independent; `None` if an eigenvalue problem fails.
+fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     // Scaling to a unit diagonal limits the rounding errors of the factor.
-    let scale: Vec<f64> = (0..n).map(|i| 1.0 / b[(i, i)].sqrt()).collect();
-    let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]);
-    let b = Mat::from_fn(n, n, |i, j| b[(i, j)] * scale[i] * scale[j]);
-    let eigen = b.self_adjoint_eigen(Side::Lower).ok()?;
-    // Near-null directions of B are linearly dependent: they get weight zero and sort to the end.
-    let (u, s) = (eigen.U(), eigen.S().column_vector());
-    let root = |k: usize| if s[k] > 1e-13 { 1.0 / s[k].sqrt() } else { 0.0 };
-    let whiten = Mat::from_fn(n, n, |i, k| u[(i, k)] * root(k));
-    let mut c = whiten.transpose() * &a * &whiten;
-    for k in (0..n).filter(|k| s[*k] <= 1e-13) {
-        c[(k, k)] = f64::MAX.sqrt();
+    let scale = DMatrix::from_diagonal(&b.map_diagonal(|b| 1.0 / b.sqrt()));
+    let (s, u) = symmetric_eigen(&scale * b * &scale)?;
+    // Near-null directions of B are linearly dependent.
+    let dependent = s.iter().take_while(|s| **s <= 1e-13).count();
+    let mut whiten = scale * u.columns_range(dependent..);
+    for (mut column, s) in whiten.column_iter_mut().zip(s.iter().skip(dependent)) {
+        column /= s.sqrt();
     }
-    let eigen = c.self_adjoint_eigen(Side::Lower).ok()?;
-    let vectors = &whiten * eigen.U();
-    let values = (0..n).map(|k| eigen.S().column_vector()[k]).collect();
-    Some((values, Mat::from_fn(n, n, |i, k| vectors[(i, k)] * scale[i])))
+    let (values, vectors) = symmetric_eigen(whiten.transpose() * a * &whiten)?;
+    Some((values, whiten * vectors))
 }

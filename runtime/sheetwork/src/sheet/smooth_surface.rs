@@ -8,8 +8,7 @@
 //!
 //! Every new vertex is a fixed combination of old ones.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use nalgebra::{SMatrix, SVector};
 
 use crate::mesh::outline::TriangleMesh;
 
@@ -69,14 +68,15 @@ fn bowed_middle(mesh: &TriangleMesh, neighbours: &[Vec<u32>], [a, b]: [u32; 2]) 
         })
         .collect();
     let ridge = |i: usize, j: usize| if i == j && i > 2 { REGULARISATION } else { 0.0 };
-    let moments = Mat::from_fn(TERMS, TERMS, |i, j| rows.iter().map(|r| r[i] * r[j]).sum::<f64>() + ridge(i, j));
+    let moments =
+        SMatrix::<f64, TERMS, TERMS>::from_fn(|i, j| rows.iter().map(|r| r[i] * r[j]).sum::<f64>() + ridge(i, j));
     let mut sum = vec![(a, 0.5), (b, 0.5)];
-    let Ok(factor) = moments.llt(Side::Lower) else { return sum };
+    let Some(factor) = moments.cholesky() else { return sum };
     let (s, t) = (du / length, dv / length);
-    let along = [0.0, 0.0, 0.0, 2.0 * s * s, 2.0 * s * t, 2.0 * t * t];
-    let second = factor.solve(Mat::from_fn(TERMS, 1, |i, _| along[i]));
+    let along = SVector::from([0.0, 0.0, 0.0, 2.0 * s * s, 2.0 * s * t, 2.0 * t * t]);
+    let second = factor.solve(&along);
     for (k, (vertex, row)) in around.iter().zip(&rows).enumerate() {
-        let weight = -0.125 * row.iter().enumerate().map(|(i, r)| r * second[(i, 0)]).sum::<f64>();
+        let weight = -0.125 * row.iter().enumerate().map(|(i, r)| r * second[i]).sum::<f64>();
         match sum.get_mut(k).filter(|_| k < 2) {
             Some(end) => end.1 += weight,
             None => sum.push((*vertex, weight)),

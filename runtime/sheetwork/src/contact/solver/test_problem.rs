@@ -12,7 +12,7 @@ use crate::contact::solver::augmented_lagrangian::{
     AugmentedLagrangian, AugmentedLagrangianTolerances, DualSpace, PrimalSpace, SolverConstraint, TangentMatrix,
 };
 use crate::contact::solver::delassus::frame_of;
-use crate::linear::{Backend, Factor, Pattern, analyse};
+use crate::linear::{Factor, Pattern, analyse};
 
 /// Tolerances near the rounding error of displacements of centimetres.
 pub(crate) const FINE: AugmentedLagrangianTolerances = AugmentedLagrangianTolerances {
@@ -39,7 +39,7 @@ impl SmallTangent {
         let pattern = Pattern::new(nodes as usize, pairs);
         let values = vec![0.0; 9 * pattern.blocks()];
         let places: Vec<[f64; 2]> = (0..nodes).map(|i| [f64::from(i), 0.0]).collect();
-        let factor = analyse(&pattern, &places, Backend::default());
+        let factor = analyse(&pattern, &places);
         Self { with_contact: values.clone(), pattern, values, factor }
     }
 

@@ -16,9 +16,8 @@
 //! clamped region the slope is known, and a coarse mesh shows it only as a kink, so the term |∇a(qᵢ
 //! - p) - s|² with the same weight is added there.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 use glam::DVec3;
+use nalgebra::{SMatrix, SVector};
 
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::outline::locate::{PointLocator, inward};
@@ -141,7 +140,7 @@ impl<'a> MovingLeastSquares<'a> {
         if masses.is_empty() {
             return nearest(&start.iter().map(|m| (*m, self.away(*m, p))).collect::<Vec<_>>());
         }
-        let mut moments = Mat::<f64>::zeros(TERMS, TERMS);
+        let mut moments = SMatrix::<f64, TERMS, TERMS>::zeros();
         let rows: Vec<(f64, [f64; TERMS])> = masses.iter().map(|(_, s)| (weight(*s), terms(*s))).collect();
         let slopes = masses.iter().filter(|(m, _)| self.sloped[*m as usize]);
         let slopes: Vec<(f64, [[f64; TERMS]; 2])> = slopes.map(|(_, s)| (weight(*s), slopes_of(*s))).collect();
@@ -156,9 +155,9 @@ impl<'a> MovingLeastSquares<'a> {
         }
         // Nodes in a line do not determine the slope across it; the nearest node then gives the
         // value.
-        let Ok(factor) = moments.llt(Side::Lower) else { return nearest(&masses) };
-        let unit = factor.solve(Mat::from_fn(TERMS, 1, |i, _| if i == 0 { 1.0 } else { 0.0 }));
-        let value = |row: &[f64; TERMS]| row.iter().enumerate().map(|(i, a)| a * unit[(i, 0)]).sum::<f64>();
+        let Some(factor) = moments.cholesky() else { return nearest(&masses) };
+        let unit = factor.solve(&SVector::<f64, TERMS>::ith(0, 1.0));
+        let value = |row: &[f64; TERMS]| row.iter().enumerate().map(|(i, a)| a * unit[i]).sum::<f64>();
         let slope = std::array::from_fn(|a| slopes.iter().map(|(w, two)| w * value(&two[a])).sum());
         PointWeights {
             masses: masses.iter().zip(&rows).map(|((mass, _), (w, row))| (*mass, w * value(row))).collect(),

@@ -16,7 +16,7 @@
 //! of a sum. Steps in which the surroundings would change a temperature by more than
 //! `MAX_TEMPERATURE_CHANGE` are divided.
 
-use crate::linear::{Backend, Factor, Pattern, analyse};
+use crate::linear::{Factor, Pattern, analyse};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::sheet::temperature::network::ThermalNetwork;
@@ -108,7 +108,7 @@ impl ConductionSystem {
         network.for_each_entry(|a, b, g| conduction.push((entry(a, b), g)));
         let padded = 3 * rows as u32;
         Self {
-            factor: analyse(&pattern, &places, Backend::default()),
+            factor: analyse(&pattern, &places),
             conduction,
             diagonal: (0..padded).map(|i| entry(i, i)).collect(),
             values: vec![0.0; 9 * pattern.blocks()],

@@ -13,7 +13,7 @@ use crate::contact::IslandView;
 use crate::contact::settings::{AugmentedLagrangianSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::SolverConstraint;
 use crate::contact::solver_body::SolverBody;
-use crate::linear::{Backend, Factor, Pattern, analyse_joined};
+use crate::linear::{Factor, Pattern, analyse_joined};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::{ImplicitSystem, stage};
 
@@ -231,7 +231,7 @@ impl IslandTangent {
                 self.slots.extend(tangent.pattern().iter().map(slot));
             }
         }
-        self.factor = Some(analyse_joined(&self.pattern, &self.places, &self.depths, Backend::default()));
+        self.factor = Some(analyse_joined(&self.pattern, &self.places, &self.depths));
         self.base.clear();
         self.base.resize(9 * self.pattern.blocks(), 0.0);
     }
