@@ -97,7 +97,7 @@ fn clock(least: &mut f64, work: impl FnOnce()) {
     *least = least.min(start.elapsed().as_secs_f64() * 1e3);
 }
 
-fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &SparseLoads, least: &mut Times) {
+fn round(factor: &mut Factor, values: &[f64], b: &mut [f64], loads: &SparseLoads, least: &mut Times) {
     let mut halves = HalfSolutions::default();
     // Several times, with warm caches as in a sheet's step.
     for _ in 0..4 {
@@ -126,7 +126,7 @@ fn main() {
         let start = Instant::now();
         while start.elapsed().as_secs_f64() < 4.0 {
             for (factor, least) in factors.iter_mut().zip(&mut times) {
-                round(&mut **factor, &values, &mut b, &loads, least);
+                round(factor, &values, &mut b, &loads, least);
             }
         }
         for (factor, t) in factors.iter().zip(&times) {

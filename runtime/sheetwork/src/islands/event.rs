@@ -4,7 +4,6 @@ use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 use serde::Serialize;
 
-use crate::contact::node::detection::TouchListener;
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
@@ -202,8 +201,9 @@ pub(crate) struct ContactRecorder<'a> {
     pub view: &'a RigidView<'a>,
 }
 
-impl TouchListener for ContactRecorder<'_> {
-    fn touched(&mut self, collider: ColliderHandle, _mass: usize) {
+impl ContactRecorder<'_> {
+    /// Count a node that touches `collider` in this step.
+    pub fn touched(&mut self, collider: ColliderHandle) {
         let body = self.view.colliders.get(collider).and_then(|c| c.parent());
         let same = |t: &BodyTouch| t.collider == collider || (body.is_some() && t.body == body);
         let found = self.touches.list.iter().position(same);
@@ -343,7 +343,7 @@ mod tests {
                 log.begin(time);
                 if step < 2 {
                     let view = RigidView::new(&broad_phase, &narrow_phase, &bodies, &colliders);
-                    ContactRecorder { touches: &mut log, view: &view }.touched(collider, 0);
+                    ContactRecorder { touches: &mut log, view: &view }.touched(collider);
                 }
                 time += 0.01;
                 log.end(time, &sheet);

@@ -43,7 +43,7 @@ pub(crate) enum Fallback {
     StopBuriedSheet(u32),
 }
 
-impl IslandSolve<'_, '_> {
+impl IslandSolve<'_, '_, '_> {
     /// Apply `fallback` to the substep `substep`.
     pub fn apply_fallback(&mut self, fallback: Fallback, substep: &Substep) {
         match fallback {

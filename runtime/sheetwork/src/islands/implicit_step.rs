@@ -10,13 +10,13 @@
 //! is tried (rolled back and bisected, up to a maximum depth), or a [`Fallback`] replaces it.
 
 use crate::contact::IslandView;
-use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, StageSolve, solve_stage};
 use crate::contact::settings::ContactSettings;
 use crate::contact::solve_policy::SolvePolicy;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::energy_budget::{EnergyBudget, EnergyVerdict};
 use crate::islands::fallback::Fallback;
+use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_progress::IslandProgress;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
 use crate::islands::settings::{BisectionSettings, FallbackSettings, StepSettings};
@@ -39,29 +39,6 @@ pub(crate) struct Substep {
     pub dt: f64,
     /// Number of bisections that lead from the step to the substep.
     pub bisections: u32,
-}
-
-/// Contact detection of an island.
-pub(crate) trait ContactDetector {
-    /// Move the bodies of `island` to the start of a stage from `from` to `to` (s after the start
-    /// of the whole step), and set their motion without contact with sheets.
-    fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64);
-
-    /// Write to `found` the contacts of `look` that are closer than `margins`, from the motions in
-    /// the sheets of `island`.
-    fn detect_contacts(
-        &mut self,
-        island: &IslandView,
-        mode: DetectionMode,
-        margins: ContactMargins,
-        found: &mut DetectedContacts,
-    );
-
-    /// Largest spin of the dynamic bodies with corners that may meet a sheet in this step, rad/s.
-    fn max_body_spin(&self, island: &IslandView) -> f64;
-
-    /// Set the bodies to their state at the end of the stage.
-    fn end_stage(&mut self, island: &mut IslandView);
 }
 
 /// Outcome of the stages of a substep.
@@ -89,7 +66,7 @@ struct StageRecord {
 }
 
 /// An island in an implicit step.
-pub(crate) struct IslandSolve<'a, 'v> {
+pub(crate) struct IslandSolve<'a, 'v, 'd> {
     /// Sheets and bodies.
     pub view: &'a mut IslandView<'v>,
     /// Contact problem and solvers.
@@ -97,10 +74,10 @@ pub(crate) struct IslandSolve<'a, 'v> {
     /// Report of this step, and the memory of earlier steps.
     pub progress: &'a mut IslandProgress,
     /// Contact detection.
-    pub detector: &'a mut dyn ContactDetector,
+    pub detector: &'a mut IslandDetection<'d>,
 }
 
-impl IslandSolve<'_, '_> {
+impl IslandSolve<'_, '_, '_> {
     /// Advance the island by a substep.
     pub fn advance(&mut self, substep: Substep) {
         if substep.bisections == 0 {

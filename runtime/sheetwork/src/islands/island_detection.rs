@@ -17,7 +17,6 @@ use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::solver_body::{SolverBody, frame_of_body};
 use crate::contact::step_bodies::StepBodies;
-use crate::islands::implicit_step::ContactDetector;
 use crate::math::{RigidFrame, Vectors};
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
@@ -325,10 +324,10 @@ impl IslandDetection<'_> {
             }
         }
     }
-}
 
-impl ContactDetector for IslandDetection<'_> {
-    fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64) {
+    /// Move the bodies of `island` to the start of a stage from `from` to `to` (s after the start
+    /// of the whole step), and set their motion without contact with sheets.
+    pub fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64) {
         let (span, weight) = (to - from, gravity_weight(island, to - from));
         for (mover, index) in island.solver_bodies.iter_mut().zip(&self.work.bodies) {
             let over = &self.surroundings.bodies[*index as usize];
@@ -350,7 +349,9 @@ impl ContactDetector for IslandDetection<'_> {
         }
     }
 
-    fn detect_contacts(
+    /// Write to `found` the contacts of `mode` that are closer than `margins`, from the motions in
+    /// the sheets of `island`.
+    pub fn detect_contacts(
         &mut self,
         island: &IslandView,
         mode: DetectionMode,
@@ -391,7 +392,8 @@ impl ContactDetector for IslandDetection<'_> {
         self.add_attachments_and_body_contacts(island, found);
     }
 
-    fn max_body_spin(&self, island: &IslandView) -> f64 {
+    /// Largest spin of the dynamic bodies with corners that may meet a sheet in this step, rad/s.
+    pub fn max_body_spin(&self, island: &IslandView) -> f64 {
         let spin = |part: u32| {
             let of = self.surroundings.colliders.get(self.work.part(part)? as usize)?;
             let mover = island.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
@@ -400,7 +402,8 @@ impl ContactDetector for IslandDetection<'_> {
         self.work.finder.near_bodies().filter_map(spin).fold(0.0, f64::max)
     }
 
-    fn end_stage(&mut self, island: &mut IslandView) {
+    /// Set the bodies to their state at the end of the stage.
+    pub fn end_stage(&mut self, island: &mut IslandView) {
         island.solver_bodies.iter_mut().for_each(|mover| mover.start = mover.end());
     }
 }

@@ -87,8 +87,8 @@ impl IslandContext<'_> {
             progress.report = StepReport { islands: 1, ..StepReport::default() };
             progress.reset_contact();
         } else {
-            let detector = &mut near;
-            IslandSolve { view: &mut island, workspace, progress: &mut *progress, detector }.advance(part);
+            let progress = &mut *progress;
+            IslandSolve { view: &mut island, workspace, progress, detector: &mut near }.advance(part);
             if progress.begins_fallbacks() {
                 touches.iter_mut().for_each(|t| t.events.push((context.time + context.dt, EventKind::GivenUp, None)));
             }
@@ -205,9 +205,7 @@ impl IslandContext<'_> {
             sheet.state.counters.contacts += sheet.work.touched_colliders.len() as u64;
             if let Some(view) = context.view {
                 let mut recorder = ContactRecorder { touches: &mut *touches, view };
-                for (handle, mass) in &sheet.work.touched_colliders {
-                    crate::contact::node::detection::TouchListener::touched(&mut recorder, *handle, *mass as usize);
-                }
+                sheet.work.touched_colliders.iter().for_each(|(handle, _)| recorder.touched(*handle));
             }
             touches.end(context.time + context.dt, sheet);
         }

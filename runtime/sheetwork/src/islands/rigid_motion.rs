@@ -107,7 +107,7 @@ pub(crate) fn is_free(island: &IslandView, workspace: &ContactWorkspace) -> bool
     workspace.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
-impl IslandSolve<'_, '_> {
+impl IslandSolve<'_, '_, '_> {
     /// Move the sheets rigidly from the start to the end of `substep`, together with the bodies
     /// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static
     /// or kinematic body is near: a sheet that lies on such a body must come to rest.

@@ -22,7 +22,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// All available factors for a case.
-fn factors(case: &FactorCase) -> Vec<Box<dyn Factor>> {
+fn factors(case: &FactorCase) -> Vec<Factor> {
     InstructionSet::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path)).collect()
 }
 
@@ -41,7 +41,7 @@ impl Problem {
     }
 
     /// Factorises, solves, and compares the solution with the dense one.
-    fn check(&self, case: &FactorCase, factor: &mut dyn Factor) {
+    fn check(&self, case: &FactorCase, factor: &mut Factor) {
         let who = format!("{} on {}", factor.name(), case.name);
         assert_eq!(factor.factorize(&self.values), Ok(()), "{who}");
         let mut x = self.load.clone();
@@ -72,7 +72,7 @@ fn every_factor_agrees_with_the_dense_one() {
         let problems = [0, 1].map(|seed| Problem::new(&case, seed));
         for mut factor in factors(&case) {
             for problem in &problems {
-                problem.check(&case, &mut *factor);
+                problem.check(&case, &mut factor);
             }
         }
     }
@@ -93,7 +93,7 @@ proptest! {
         let case = FactorCase::new("any", places, joined.into_iter().filter(|_| n > 0).map(|(a, b)| (a % n, b % n)));
         let problem = Problem::new(&case, seed);
         for mut factor in factors(&case) {
-            problem.check(&case, &mut *factor);
+            problem.check(&case, &mut factor);
         }
     }
 }
@@ -125,7 +125,7 @@ fn indefinite_matrices_are_refused_and_later_ones_factorise() {
                 let mut x = case.load(1);
                 factor.solve(&mut x);
                 assert!(x.iter().all(|v| v.is_nan()), "{who}: solves without a factor");
-                problem.check(&case, &mut *factor);
+                problem.check(&case, &mut factor);
             }
         }
     }

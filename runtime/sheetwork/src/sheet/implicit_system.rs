@@ -27,7 +27,7 @@ pub(crate) struct ImplicitSystem {
     /// 1 for the free directions and 0 for the fixed directions of each block row.
     free: Vec<DVec3>,
     pattern: Pattern,
-    factor: Box<dyn Factor>,
+    factor: Factor,
     node_places: Vec<[f64; 2]>,
     /// Factor for unstable equilibria, created at the first one.
     indefinite: Option<Box<IndefiniteFactor>>,

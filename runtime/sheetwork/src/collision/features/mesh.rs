@@ -143,7 +143,7 @@ impl ColliderMesh {
     /// Call `visit` with the index of each edge whose box overlaps the box from `low` to `high`, m.
     pub fn edges_in(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
         let around = Aabb::new(low.as_vec3(), high.as_vec3());
-        for i in self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)) {
+        for i in self.edge_tree.leaves(|node| boxes_intersect(&node.aabb(), &around)) {
             visit(i);
         }
     }
@@ -151,7 +151,7 @@ impl ColliderMesh {
     /// Whether the box of a sharp edge, or a corner, overlaps the box from `low` to `high`, m.
     pub fn has_sharp_feature_in(&self, low: DVec3, high: DVec3) -> bool {
         let around = Aabb::new(low.as_vec3(), high.as_vec3());
-        let edge = self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)).next().is_some();
+        let edge = self.edge_tree.leaves(|node| boxes_intersect(&node.aabb(), &around)).next().is_some();
         edge || self.corners.iter().any(|c| c.position.cmpge(low).all() && c.position.cmple(high).all())
     }
 
@@ -188,14 +188,8 @@ impl ColliderMesh {
     }
 }
 
-trait Meets {
-    fn intersects_box(&self, other: &Self) -> bool;
-}
-
-impl Meets for Aabb {
-    fn intersects_box(&self, other: &Self) -> bool {
-        self.mins.cmple(other.maxs).all() && other.mins.cmple(self.maxs).all()
-    }
+fn boxes_intersect(a: &Aabb, b: &Aabb) -> bool {
+    a.mins.cmple(b.maxs).all() && b.mins.cmple(a.maxs).all()
 }
 
 fn surface_of(topology: &MeshTopology) -> Option<TriMesh> {

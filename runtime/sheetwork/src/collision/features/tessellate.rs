@@ -86,24 +86,13 @@ fn rounded(centres: Vec<Vec3>, radius: f32) -> Option<Triangles> {
     let mut points = Vec::new();
     for centre in centres {
         for ring in 0..=rings {
-            let (height, reach) = (TAU / 2.0 * f64::from(ring) / f64::from(rings)).cos_sin();
+            let (reach, height) = (TAU / 2.0 * f64::from(ring) / f64::from(rings)).sin_cos();
             let count = if ring == 0 || ring == rings { 1 } else { segments };
             for k in 0..count {
-                let (x, z) = (TAU * f64::from(k) / f64::from(segments)).cos_sin();
+                let (z, x) = (TAU * f64::from(k) / f64::from(segments)).sin_cos();
                 points.push(centre + DVec3::new(reach * x, height, reach * z).as_vec3() * radius);
             }
         }
     }
     try_convex_hull(&points).ok()
-}
-
-trait CosSin {
-    /// Cosine and sine.
-    fn cos_sin(self) -> (f64, f64);
-}
-
-impl CosSin for f64 {
-    fn cos_sin(self) -> (f64, f64) {
-        (self.cos(), self.sin())
-    }
 }

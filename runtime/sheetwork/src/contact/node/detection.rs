@@ -26,22 +26,17 @@ use crate::sheet::{Sheet, node_contact};
 
 const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
 
-/// Receives every node that touches a collider in a step.
-pub trait TouchListener {
-    /// Called when node `mass` touches `collider`.
-    fn touched(&mut self, collider: ColliderHandle, mass: usize);
-}
-
 /// Resolve the contact of `sheet` after its integrator moved it for `dt` (s) from `work.x_before`
 /// and `work.v_before`.
 ///
-/// `remaining` (s) is the time from the end of this substep to that of the bodies' poses.
+/// `remaining` (s) is the time from the end of this substep to that of the bodies' poses. `touched`
+/// is called for every node that touches a collider.
 pub(crate) fn resolve_node_contact(
     sheet: &mut Sheet,
     clearance: &mut Clearance,
     view: &RigidView,
     (dt, remaining): (f64, f64),
-    touch: &mut dyn TouchListener,
+    touched: &mut dyn FnMut(ColliderHandle),
 ) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = node_contact::contact_offset(sheet);
@@ -61,9 +56,9 @@ pub(crate) fn resolve_node_contact(
         let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
         test_nodes(sheet, clearance, &target, dt, margin);
     }
-    let mut struck = respond_all(sheet, clearance, dt, touch);
+    let mut struck = respond_all(sheet, clearance, dt, touched);
     if !clearance.remaining_paths.is_empty() {
-        struck |= test_remaining_paths(sheet, clearance, view, (dt, remaining), touch);
+        struck |= test_remaining_paths(sheet, clearance, view, (dt, remaining), touched);
     }
     if struck {
         if sheet.stack.is_layered() {
@@ -157,7 +152,7 @@ fn path_of_node(sheet: &Sheet, i: usize, dt: f64) -> NodePath {
 }
 
 /// Apply the response of every node at its first hit. Returns whether any was an impact.
-fn respond_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut dyn TouchListener) -> bool {
+fn respond_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touched: &mut dyn FnMut(ColliderHandle)) -> bool {
     let mut struck = false;
     for k in 0..clearance.hits.len() {
         let i = clearance.hits[k] as usize;
@@ -165,7 +160,7 @@ fn respond_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mu
         let flight = path_of_node(sheet, i, dt);
         clearance.nearest_face[i] = (first.collider, first.face);
         struck |= respond((&mut *sheet, &mut *clearance), i, &flight, &first.surface, first.collider, first.another);
-        touch.touched(first.collider, i);
+        touched(first.collider);
     }
     struck
 }
@@ -215,7 +210,7 @@ fn test_remaining_paths(
     clearance: &mut Clearance,
     view: &RigidView,
     (dt, remaining): (f64, f64),
-    touch: &mut dyn TouchListener,
+    touched: &mut dyn FnMut(ColliderHandle),
 ) -> bool {
     let mut struck = false;
     for _ in 0..SETTINGS.maximum_corner_iterations {
@@ -247,7 +242,7 @@ fn test_remaining_paths(
                     continue;
                 }
                 struck |= respond((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
-                touch.touched(handle, i);
+                touched(handle);
             }
         }
     }

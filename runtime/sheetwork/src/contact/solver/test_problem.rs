@@ -29,7 +29,7 @@ pub(crate) struct SmallTangent {
     pattern: Pattern,
     values: Vec<f64>,
     with_contact: Vec<f64>,
-    factor: Box<dyn Factor>,
+    factor: Factor,
 }
 
 impl SmallTangent {

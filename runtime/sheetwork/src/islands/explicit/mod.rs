@@ -21,7 +21,6 @@ use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_expli
 use crate::contact::{IslandView, SheetContact};
 use crate::islands::event::ContactLog;
 use crate::islands::explicit::sheet_step::{advance_free, finish_step};
-use crate::islands::implicit_step::ContactDetector;
 use crate::islands::instability;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};

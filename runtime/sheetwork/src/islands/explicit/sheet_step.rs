@@ -92,14 +92,10 @@ fn substep(
     }
     if let Some(view) = context.view {
         let remaining = (context.dt - done - taken).max(0.0);
+        let mut recorder = ContactRecorder { touches, view };
         context.watch.measure(Phase::Detection, || {
-            resolve_node_contact(
-                sheet,
-                &mut contact.clearance,
-                view,
-                (taken, remaining),
-                &mut ContactRecorder { touches, view },
-            );
+            let touched = &mut |collider| recorder.touched(collider);
+            resolve_node_contact(sheet, &mut contact.clearance, view, (taken, remaining), touched);
         });
     }
     if let Some(limit) = &sheet.parameters.thickness_limit {

@@ -23,7 +23,7 @@ use crate::linear::multifrontal::lanes::{Portable, VectorKernel};
 use crate::linear::multifrontal::numeric::{ArenaSlice, Factorise};
 use crate::linear::multifrontal::solve::{HalfSolve, RightHandSide, Solve};
 use crate::linear::multifrontal::symbolic::SymbolicFactor;
-use crate::linear::{Factor, HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads};
+use crate::linear::{HalfSolutions, NotPositiveDefinite, Pattern, SparseLoads};
 
 /// Instruction set of a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,8 +127,8 @@ impl AlignedBuffer {
     }
 }
 
-/// A multifrontal factor.
-pub(crate) struct MultifrontalFactor {
+/// The Cholesky factor of matrices with one pattern, with its memory.
+pub struct Factor {
     instructions: Instructions,
     symbolic: SymbolicFactor,
     factor: AlignedBuffer,
@@ -146,9 +146,9 @@ pub(crate) struct MultifrontalFactor {
     on_path: Vec<bool>,
 }
 
-impl MultifrontalFactor {
+impl Factor {
     /// Prepares factorisations of matrices of `pattern` in the order of `tree`.
-    pub fn new(pattern: &Pattern, tree: &EliminationTree, instructions: Instructions) -> Self {
+    pub(crate) fn new(pattern: &Pattern, tree: &EliminationTree, instructions: Instructions) -> Self {
         let tree = amalgamation::amalgamate(pattern, tree);
         let symbolic = SymbolicFactor::new(pattern, &tree, instructions.width());
         Self {
@@ -169,7 +169,7 @@ impl MultifrontalFactor {
     }
 }
 
-impl MultifrontalFactor {
+impl Factor {
     /// Factorises; `with_side` includes the forward substitution of the right-hand side in `x`.
     fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositiveDefinite> {
         assert_eq!(values.len(), self.values, "9 values a block");
@@ -260,19 +260,41 @@ impl MultifrontalFactor {
     }
 }
 
-impl Factor for MultifrontalFactor {
-    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositiveDefinite> {
+impl Factor {
+    /// Factorises. `values` has 9 numbers per block of the pattern, in the order that [`Pattern`]
+    /// defines; diagonal blocks need their lower triangle only.
+    ///
+    /// # Errors
+    /// If a pivot is not positive or not finite. There is then no factor until the next success.
+    ///
+    /// # Panics
+    /// If `values` does not have 9 numbers per block.
+    pub fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositiveDefinite> {
         self.run(values, false)
     }
 
-    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositiveDefinite> {
+    /// Factorises, then solves A x = b in place: equal to [`Factor::factorize`] and
+    /// [`Factor::solve`], but the forward substitution uses L while it is in the cache. On failure
+    /// the content of `b` is undefined.
+    ///
+    /// # Errors
+    /// As [`Factor::factorize`].
+    ///
+    /// # Panics
+    /// As [`Factor::factorize`] and [`Factor::solve`].
+    pub fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositiveDefinite> {
         self.permute_in(b);
         self.run(values, true)?;
         self.finish(b, true);
         Ok(())
     }
 
-    fn solve(&mut self, b: &mut [f64]) {
+    /// Solves A x = b in place with the last factor: `b` has 3 entries (x, y, z) per block row.
+    /// Without a factor `b` becomes NaN.
+    ///
+    /// # Panics
+    /// If `b` does not have 3 entries per block row.
+    pub fn solve(&mut self, b: &mut [f64]) {
         self.permute_in(b);
         if self.is_factorised {
             self.finish(b, false);
@@ -281,7 +303,12 @@ impl Factor for MultifrontalFactor {
         }
     }
 
-    fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
+    /// Appends the half solutions of `loads` with the last factor to `solutions`, without
+    /// allocation if the capacity of `solutions` suffices. Without a factor they are NaN.
+    ///
+    /// # Panics
+    /// If a load names a block row out of range.
+    pub fn half_solve(&mut self, loads: &SparseLoads, solutions: &mut HalfSolutions) {
         for load in loads.iter() {
             self.compute_path(load);
             // A front on the path modifies pivots of fronts on the path only.
@@ -310,11 +337,14 @@ impl Factor for MultifrontalFactor {
         }
     }
 
-    fn set_parallel(&mut self, parallel: bool) {
+    /// Enables threads of the calling thread's pool in factorisations; off by default. The bits of
+    /// the result do not depend on it.
+    pub fn set_parallel(&mut self, parallel: bool) {
         self.is_parallel = parallel;
     }
 
-    fn name(&self) -> &'static str {
+    /// Name of the method and its instruction set.
+    pub fn name(&self) -> &'static str {
         match self.instructions.path() {
             InstructionSet::Portable => "multifrontal",
             InstructionSet::Avx2 => "multifrontal, AVX2",
@@ -322,11 +352,13 @@ impl Factor for MultifrontalFactor {
         }
     }
 
-    fn flops(&self) -> f64 {
+    /// Multiply-add operations of one factorisation, without padding.
+    pub fn flops(&self) -> f64 {
         self.symbolic.flops
     }
 
-    fn nonzeros(&self) -> usize {
+    /// Non-zeros of L, without padding.
+    pub fn nonzeros(&self) -> usize {
         self.symbolic.nonzeros
     }
 }

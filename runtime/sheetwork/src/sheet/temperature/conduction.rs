@@ -76,7 +76,7 @@ impl Exchange {
 
 /// Linear system of conduction, with three thermal nodes per block row.
 struct ConductionSystem {
-    factor: Box<dyn Factor>,
+    factor: Factor,
     /// Indices in `values` of the entries of K, and of the diagonal of every node.
     conduction: Vec<(u32, f64)>,
     diagonal: Vec<u32>,

@@ -45,7 +45,7 @@ pub(crate) struct IslandTangent {
     /// Layout for which the pattern was made.
     pattern_layout: Vec<(u32, u32)>,
     pattern: Pattern,
-    factor: Option<Box<dyn Factor>>,
+    factor: Option<Factor>,
     /// Slot in the joint pattern of every block of every sheet.
     slots: Vec<u32>,
     /// Values of the matrix without contact.
