@@ -30,18 +30,18 @@ impl ContactWorkspace {
         if glue.is_empty() {
             return;
         }
-        for (number, mover) in island.solver_bodies.iter_mut().enumerate() {
+        for (number, solver_body) in island.solver_bodies.iter_mut().enumerate() {
             let mut twist = DVec3::ZERO;
             for contact in glue {
                 let ContactSide::Body { body, local } = contact.b else { continue };
                 if body as usize == number
                     && let Some(force) = self.force_of(&contact.key)
                 {
-                    let arm = mover.free.world_point(local) - mover.free.centre();
-                    twist += mover.free.spin().cross(arm).cross(force);
+                    let arm = solver_body.free.world_point(local) - solver_body.free.centre();
+                    twist += solver_body.free.spin().cross(arm).cross(force);
                 }
             }
-            mover.free = mover.free.with_impulse(DVec3::ZERO, twist * (h * h));
+            solver_body.free = solver_body.free.with_impulse(DVec3::ZERO, twist * (h * h));
         }
     }
 }

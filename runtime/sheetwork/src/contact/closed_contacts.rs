@@ -37,13 +37,14 @@ impl ContactWorkspace {
 
     /// Support of body `body` of the island: sheets and kinematic or static bodies that carry it.
     /// Dynamic bodies are left out because rolling resistance would have to turn them too.
-    pub fn support_of(&self, body: u32, movers: &[SolverBody]) -> Support {
+    pub fn support_of(&self, body: u32, solver_bodies: &[SolverBody]) -> Support {
         let mut support = Support::default();
         let is_it = |side: &ContactSide| matches!(side, ContactSide::Body { body: other, .. } if *other == body);
         let spin_of = |side: &ContactSide| match side {
-            ContactSide::Body { body, .. } => {
-                movers.get(*body as usize).filter(|mover| !mover.is_dynamic()).map(|mover| mover.start.spin())
-            }
+            ContactSide::Body { body, .. } => solver_bodies
+                .get(*body as usize)
+                .filter(|solver_body| !solver_body.is_dynamic())
+                .map(|solver_body| solver_body.start.spin()),
             ContactSide::Sheet { .. } => Some(DVec3::ZERO),
         };
         let all = self.detected.contacts[..self.detected.first_attachment].iter().zip(&self.gaps.now);

@@ -38,8 +38,9 @@ fn position(island: &IslandView, side: &ContactSide) -> DVec3 {
     match side {
         ContactSide::Sheet { sheet, point } => point.position(&island.sheet(*sheet).work.stage.iterate),
         ContactSide::Body { body, local } => {
-            let mover = &island.solver_bodies[*body as usize];
-            mover.free.world_point(*local) + mover.displacement_at(mover.free.world_point(*local) - mover.free.centre())
+            let solver_body = &island.solver_bodies[*body as usize];
+            solver_body.free.world_point(*local)
+                + solver_body.displacement_at(solver_body.free.world_point(*local) - solver_body.free.centre())
         }
     }
 }

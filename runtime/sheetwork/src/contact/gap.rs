@@ -80,11 +80,11 @@ pub(crate) fn position(island: &IslandView, side: &ContactSide, at: StagePose) -
             })
         }
         ContactSide::Body { body, local } => {
-            let mover = &island.solver_bodies[*body as usize];
+            let solver_body = &island.solver_bodies[*body as usize];
             if matches!(at, StagePose::Start) {
-                mover.start.world_point(*local)
+                solver_body.start.world_point(*local)
             } else {
-                mover.free.world_point(*local)
+                solver_body.free.world_point(*local)
             }
         }
     }
@@ -102,7 +102,7 @@ pub(crate) fn contact_displacement(island: &IslandView, side: &ContactSide) -> D
 
 /// Velocity change of a side by contact, m/s.
 pub(crate) fn contact_velocity_jump(island: &IslandView, side: &ContactSide) -> DVec3 {
-    by_contact(island, side, |jump| &jump.dv, |mover, arm| mover.kick + mover.spin_jump.cross(arm))
+    by_contact(island, side, |jump| &jump.dv, |solver_body, arm| solver_body.kick + solver_body.spin_jump.cross(arm))
 }
 
 /// Change of a side by contact, from the sheet's response `of_sheet` or the body's response
@@ -119,8 +119,8 @@ fn by_contact(
             if unit.is_touched() { point.position(of_sheet(&unit.jump)) } else { DVec3::ZERO }
         }
         ContactSide::Body { body, local } => {
-            let mover = &island.solver_bodies[*body as usize];
-            of_body(mover, mover.free.world_point(*local) - mover.free.centre())
+            let solver_body = &island.solver_bodies[*body as usize];
+            of_body(solver_body, solver_body.free.world_point(*local) - solver_body.free.centre())
         }
     }
 }
@@ -133,8 +133,8 @@ pub(crate) fn velocity(island: &IslandView, side: &ContactSide, at: StagePose) -
             point.position(if matches!(at, StagePose::Start) { &sheet.state.v } else { &sheet.work.stage.velocity })
         }
         ContactSide::Body { body, local } => {
-            let mover = &island.solver_bodies[*body as usize];
-            let state = if matches!(at, StagePose::Start) { &mover.start } else { &mover.free };
+            let solver_body = &island.solver_bodies[*body as usize];
+            let state = if matches!(at, StagePose::Start) { &solver_body.start } else { &solver_body.free };
             state.velocity_at(state.world_point(*local))
         }
     }

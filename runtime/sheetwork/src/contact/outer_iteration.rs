@@ -141,7 +141,7 @@ pub(crate) fn solve_stage(
     for round in 0..SETTINGS.maximum_iterations_single + SETTINGS.additional_iterations {
         workspace.work += island.nodes() as u64;
         if !compute_free_motion(island, field) {
-            return StageSolve::IterationLimit;
+            return StageSolve::Unconverged;
         }
         detect(island, mode, ContactMargins::for_sheets(sheets), &mut workspace.detected);
         workspace.detected.remove_opposed(island, &workspace.cache);
@@ -151,11 +151,12 @@ pub(crate) fn solve_stage(
         workspace.add_crossed_contacts();
         let rough = round == 0 && workspace.is_impact(island);
         let touched = match solve_positions_and_widen(island, workspace, h, (mode, rough), &mut detect) {
-            PositionSolve::Failed => return StageSolve::IterationLimit,
+            PositionSolve::Failed => return StageSolve::Unconverged,
             solved => solved == PositionSolve::Touched,
         };
         met |= touched;
-        let firm = workspace.has_only_attachments() || workspace.is_single_sheet && island.independent_parts() == 1;
+        let firm =
+            workspace.has_only_attachments() || workspace.is_single_unfolded_sheet && island.independent_parts() == 1;
         let worst = update_iterates(island, field, touched, firm);
         if met && !workspace.policy.is_shortest_substep && has_diverged(round, sheets, worst) {
             return StageSolve::Diverged;
@@ -205,7 +206,7 @@ fn is_free_of_penetration(
 /// goes on. `met` and `touched` say whether there was contact in any and in the last iteration.
 fn iteration_limit(round: u32, rounds: u32, (met, touched): (bool, bool)) -> Option<StageSolve> {
     if round + 1 >= rounds && touched == met {
-        return Some(if met { StageSolve::IterationLimit } else { StageSolve::IterationLimitWithoutContact });
+        return Some(if met { StageSolve::Unconverged } else { StageSolve::UnconvergedWithoutContact });
     }
     (round + 1 >= rounds + SETTINGS.additional_iterations).then_some(StageSolve::Separated)
 }
@@ -220,7 +221,7 @@ fn has_diverged(round: u32, sheets: usize, worst: f64) -> bool {
 
 /// Maximum number of outer iterations; `met` says whether any contact has closed.
 fn maximum_iterations(workspace: &ContactWorkspace, met: bool) -> u32 {
-    match workspace.is_single_sheet || workspace.has_only_attachments() || !met {
+    match workspace.is_single_unfolded_sheet || workspace.has_only_attachments() || !met {
         _ if workspace.is_work_budget_spent() => 1,
         true => SETTINGS.maximum_iterations_single,
         false if workspace.policy.is_shortest_substep => SETTINGS.maximum_iterations_shortest_substep,
@@ -283,9 +284,9 @@ pub(crate) enum StageSolve {
     /// Converged with contact.
     Converged,
     /// Iteration limit without contact.
-    IterationLimitWithoutContact,
+    UnconvergedWithoutContact,
     /// Iteration limit with contact, or a failed solve.
-    IterationLimit,
+    Unconverged,
     /// Diverged; a shorter step may converge.
     Diverged,
     /// Cancelled: this sheet of the island started deep inside a body, which no step length

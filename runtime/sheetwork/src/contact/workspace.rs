@@ -79,9 +79,9 @@ pub(crate) struct ContactWorkspace {
     /// Slots in the matrix of the block pairs of every constraint.
     pub(crate) slots: Vec<u32>,
     /// Whether the problem is a single sheet without self-contact.
-    pub is_single_sheet: bool,
+    pub is_single_unfolded_sheet: bool,
     /// Whether the problem is a single sheet on kinematic and static bodies only.
-    pub(crate) has_only_fixed_bodies: bool,
+    pub(crate) is_single_sheet_on_fixed_bodies: bool,
     /// Whether the sheet's own tangent matrix covers all constraints, so that no joint matrix is
     /// needed.
     pub(crate) uses_sheet_tangent: bool,
@@ -110,17 +110,17 @@ impl ContactWorkspace {
     }
 
     /// Save the contact caches and solver bodies for a rollback of the step.
-    pub fn save_for_rollback(&mut self, movers: &[SolverBody]) {
+    pub fn save_for_rollback(&mut self, solver_bodies: &[SolverBody]) {
         self.begin_stage(0);
         self.saved_caches[0].copy_from(&self.cache);
         self.saved_caches[1].copy_from(&self.other_stage_cache);
         self.saved_solver_bodies.clear();
-        self.saved_solver_bodies.extend_from_slice(movers);
+        self.saved_solver_bodies.extend_from_slice(solver_bodies);
     }
 
-    /// Exchange `movers` with the saved solver bodies.
-    pub fn swap_saved_bodies(&mut self, movers: &mut Vec<SolverBody>) {
-        std::mem::swap(movers, &mut self.saved_solver_bodies);
+    /// Exchange `solver_bodies` with the saved solver bodies.
+    pub fn swap_saved_bodies(&mut self, solver_bodies: &mut Vec<SolverBody>) {
+        std::mem::swap(solver_bodies, &mut self.saved_solver_bodies);
     }
 
     /// Reset after a step without any possible contact.
@@ -145,7 +145,7 @@ impl ContactWorkspace {
 
     /// Serialise the state that persists between steps.
     pub fn serialise(&self, to: &mut StateWriter) {
-        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent].serialise(to);
+        [self.is_single_unfolded_sheet, self.is_single_sheet_on_fixed_bodies, self.uses_sheet_tangent].serialise(to);
         to.count(self.stage as u64);
         to.number(self.closing_gap);
         self.counters.serialise(to);
@@ -156,7 +156,7 @@ impl ContactWorkspace {
 
     /// Deserialise the state that persists between steps.
     pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
-        [self.is_single_sheet, self.has_only_fixed_bodies, self.uses_sheet_tangent] = from.read()?;
+        [self.is_single_unfolded_sheet, self.is_single_sheet_on_fixed_bodies, self.uses_sheet_tangent] = from.read()?;
         self.stage = from.index(2)? as usize;
         self.closing_gap = from.number()?;
         self.counters.deserialise(from)?;
@@ -171,12 +171,12 @@ impl ContactWorkspace {
     }
 
     /// Restore the contact caches and solver bodies that were saved.
-    pub fn restore_saved(&mut self, movers: &mut Vec<SolverBody>) {
+    pub fn restore_saved(&mut self, solver_bodies: &mut Vec<SolverBody>) {
         self.stage = 0;
         self.cache.copy_from(&self.saved_caches[0]);
         self.other_stage_cache.copy_from(&self.saved_caches[1]);
-        movers.clear();
-        movers.extend_from_slice(&self.saved_solver_bodies);
+        solver_bodies.clear();
+        solver_bodies.extend_from_slice(&self.saved_solver_bodies);
     }
 
     /// Whether the problem has attachments and no contacts.
@@ -187,7 +187,11 @@ impl ContactWorkspace {
     /// Whether the work budget of the step is spent.
     pub fn is_work_budget_spent(&self) -> bool {
         self.work
-            > if self.has_only_fixed_bodies { SETTINGS.maximum_work_of_single_sheet } else { SETTINGS.maximum_work }
+            > if self.is_single_sheet_on_fixed_bodies {
+                SETTINGS.maximum_work_of_single_sheet
+            } else {
+                SETTINGS.maximum_work
+            }
     }
 
     /// Begin the outer iteration of a stage.

@@ -63,9 +63,9 @@ impl EnergyBudget {
         if island.body_penetration > 0.0 {
             all.still += island_weight(island, field) * island.body_penetration;
         }
-        for mover in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
-            all.bodies += mover.start.kinetic_energy();
-            all.gravity += mover.start.gravity_energy(field.gravity);
+        for solver_body in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
+            all.bodies += solver_body.start.kinetic_energy();
+            all.gravity += solver_body.start.gravity_energy(field.gravity);
         }
         all
     }
@@ -164,8 +164,9 @@ fn remove_kinetic_energy(island: &mut IslandView, owed: f64, motion: f64) -> f64
     if taken > 0.0 {
         let part = (1.0 - taken / motion).sqrt();
         island.for_each_sheet(|sheet| sheet.state.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
-        for mover in island.solver_bodies.iter_mut().filter(|m| m.is_dynamic()) {
-            mover.start = mover.start.with_velocity(mover.start.velocity() * part, mover.start.spin() * part);
+        for solver_body in island.solver_bodies.iter_mut().filter(|m| m.is_dynamic()) {
+            solver_body.start =
+                solver_body.start.with_velocity(solver_body.start.velocity() * part, solver_body.start.spin() * part);
         }
     }
     taken

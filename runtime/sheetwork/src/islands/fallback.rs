@@ -123,8 +123,8 @@ impl IslandSolve<'_, '_, '_> {
 
     /// Advance the bodies through a substep without contact with sheets.
     fn advance_bodies_freely(&mut self, substep: &Substep) {
-        self.detector.begin_stage(self.view, substep.done, substep.done + substep.dt);
-        self.detector.end_stage(self.view);
+        self.detection.begin_stage(self.view, substep.done, substep.done + substep.dt);
+        self.detection.end_stage(self.view);
     }
 
     /// Freeze the sheets at the start of the substep; dynamic bodies keep their motion.
@@ -162,7 +162,7 @@ impl IslandSolve<'_, '_, '_> {
         }
         island.for_each_sheet(|sheet| sheet.work.stage.free_positions.clone_from(&sheet.state.x));
         let found = &mut workspace.rechecked;
-        self.detector.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
+        self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
         let DetectedContacts { contacts, colliders, .. } = &*found;
         let penetrates = |c: &ContactConstraint| {
             gap(island, c, StagePose::Free) < gap(island, c, StagePose::Start).min(0.0) - CONTACT.residual_penetration

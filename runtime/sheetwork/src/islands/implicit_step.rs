@@ -74,7 +74,7 @@ pub(crate) struct IslandSolve<'a, 'v, 'd> {
     /// Report of this step, and the memory of earlier steps.
     pub progress: &'a mut IslandProgress,
     /// Contact detection.
-    pub detector: &'a mut IslandDetection<'d>,
+    pub detection: &'a mut IslandDetection<'d>,
 }
 
 impl IslandSolve<'_, '_, '_> {
@@ -164,7 +164,7 @@ impl IslandSolve<'_, '_, '_> {
 
     /// Whether the substep may not be bisected further.
     fn is_shortest(&self, substep: &Substep) -> bool {
-        let most = match (self.view.sheets.len(), self.workspace.is_single_sheet) {
+        let most = match (self.view.sheets.len(), self.workspace.is_single_unfolded_sheet) {
             _ if self.workspace.is_work_budget_spent() => 0,
             (1, true) => SETTINGS.maximum_depth_single,
             (1, false) => SETTINGS.maximum_depth_self_contact,
@@ -185,7 +185,7 @@ impl IslandSolve<'_, '_, '_> {
             accepts_unconverged: is_shortest || self.view.sheets.len() > 1,
             is_unbisected_step: self.progress.report.deepest_bisection == 0,
         };
-        if !is_shortest && self.detector.max_body_spin(self.view) * substep.dt > SETTINGS.maximum_rotation {
+        if !is_shortest && self.detection.max_body_spin(self.view) * substep.dt > SETTINGS.maximum_rotation {
             return StageOutcome::Bisect;
         }
         let mut before = EnergyBudget::before(self.view, substep);
@@ -213,9 +213,9 @@ impl IslandSolve<'_, '_, '_> {
     ) -> StageOutcome {
         let h = self.begin_stage(substep, k, *at);
         let length = self.view.sheet(0).work.stage.length;
-        let detector = &mut *self.detector;
+        let detection = &mut *self.detection;
         let solved = solve_stage(self.view, self.workspace, substep.field, h, |island, mode, margins, found| {
-            detector.detect_contacts(island, mode, margins, found);
+            detection.detect_contacts(island, mode, margins, found);
         });
         if let Some(before) = before.as_mut().filter(|_| k == 0) {
             let initial = self.workspace.initial_penetration(self.view);
@@ -226,7 +226,7 @@ impl IslandSolve<'_, '_, '_> {
         if outcome != StageOutcome::Accepted {
             return outcome;
         }
-        let touched = matches!(solved, StageSolve::Converged | StageSolve::IterationLimit);
+        let touched = matches!(solved, StageSolve::Converged | StageSolve::Unconverged);
         record.met |= touched;
         record.has_no_fixed_body &= !touched || is_free(self.view, self.workspace);
         if touched && !self.solve_velocities(substep, h) {
@@ -239,7 +239,7 @@ impl IslandSolve<'_, '_, '_> {
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
             return self.bisect_or(Fallback::FreezeThenStop);
         }
-        self.detector.end_stage(self.view);
+        self.detection.end_stage(self.view);
         *at += length;
         self.view
             .for_each_sheet(|sheet| stage_trace::update_trace(sheet, |trace, x| trace.ends.push((*at, x.clone()))));
@@ -260,7 +260,7 @@ impl IslandSolve<'_, '_, '_> {
         });
         let lead = &self.view.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
-        self.detector.begin_stage(self.view, at, at + length);
+        self.detection.begin_stage(self.view, at, at + length);
         h
     }
 
@@ -270,10 +270,10 @@ impl IslandSolve<'_, '_, '_> {
         match solved {
             StageSolve::Diverged => return StageOutcome::Bisect,
             StageSolve::InitialPenetration(sheet) => return StageOutcome::Fallback(Fallback::StopBuriedSheet(sheet)),
-            StageSolve::IterationLimit | StageSolve::Separated if !policy.accepts_unconverged => {
+            StageSolve::Unconverged | StageSolve::Separated if !policy.accepts_unconverged => {
                 return StageOutcome::Bisect;
             }
-            StageSolve::IterationLimitWithoutContact => self.view.for_each_sheet(|sheet| {
+            StageSolve::UnconvergedWithoutContact => self.view.for_each_sheet(|sheet| {
                 if !sheet.work.stage.is_finished {
                     stage::solve_stage_alone(sheet, substep.field);
                 }
@@ -282,11 +282,11 @@ impl IslandSolve<'_, '_, '_> {
         }
         // A lone sheet that was solved without contact differs from its outer iterations, and may
         // penetrate a body.
-        let by_itself = solved == StageSolve::IterationLimitWithoutContact && self.view.sheets.len() == 1;
-        if by_itself || matches!(solved, StageSolve::IterationLimit | StageSolve::Separated) {
-            let detector = &mut *self.detector;
+        let by_itself = solved == StageSolve::UnconvergedWithoutContact && self.view.sheets.len() == 1;
+        if by_itself || matches!(solved, StageSolve::Unconverged | StageSolve::Separated) {
+            let detection = &mut *self.detection;
             let deepest = self.workspace.deepest_penetration(self.view, |island, found| {
-                detector.detect_contacts(island, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+                detection.detect_contacts(island, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
             });
             record.penetration = record.penetration.max(deepest);
             let most = if by_itself { CONTACT.convergence.penetration_single } else { SETTINGS.penetration_several };

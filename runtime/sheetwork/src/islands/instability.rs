@@ -14,7 +14,8 @@
 //! their fallbacks fail, the sheet is frozen. Energies in J.
 
 use crate::islands::StepContext;
-use crate::islands::event::{ContactLog, EventKind, InstabilityReport, RecoveryAction};
+use crate::islands::contact_log::ContactLog;
+use crate::islands::event::{EventKind, InstabilityReport, RecoveryAction};
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::unstable::{freeze, is_unstable};
 use crate::scene::WhenUnstable;

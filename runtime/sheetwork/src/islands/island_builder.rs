@@ -11,7 +11,8 @@
 use crate::contact::step_bodies::StepBodies;
 use crate::islands::StepContext;
 use crate::islands::broad_phase::{SweepAndPrune, SweptBox};
-use crate::islands::event::{ContactLog, EventKind};
+use crate::islands::contact_log::ContactLog;
+use crate::islands::event::EventKind;
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::union_find::UnionFind;
 use crate::rigid::BodyContact;

@@ -104,12 +104,12 @@ pub(crate) struct IslandDetection<'a> {
     /// Index in the world of each sheet of the island.
     pub ids: &'a [u32],
     pub work: &'a mut DetectionCache,
-    pub watch: &'a Profiler,
+    pub profiler: &'a Profiler,
 }
 
 impl IslandDetection<'_> {
     /// Find the parts near the island's box (m), which no object leaves by more than `reach` (m),
-    /// and create the movers.
+    /// and create the solver bodies.
     pub fn begin(&mut self, island: &mut IslandView, (low, high): (DVec3, DVec3), reach: f64) {
         let DetectionCache { parts, bodies, of_part, .. } = &mut *self.work;
         parts.clear();
@@ -220,21 +220,21 @@ impl IslandDetection<'_> {
         let bodies_too = if mode == DetectionMode::SheetCrossing { 0 } else { self.work.parts.len() };
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
             let of = &self.surroundings.colliders[*part as usize];
-            let mover = &island.solver_bodies[*body as usize];
+            let solver_body = &island.solver_bodies[*body as usize];
             let base = if matches!(mode, DetectionMode::FromStart | DetectionMode::ContactMotion) {
-                frame_of_body(&mover.start)
+                frame_of_body(&solver_body.start)
             } else {
-                mover.end_frame()
+                solver_body.end_frame()
             };
             let end = if matches!(mode, DetectionMode::BodyPenetration | DetectionMode::ContactMotion) {
-                mover.end_frame()
+                solver_body.end_frame()
             } else {
-                frame_of_body(&mover.free)
+                frame_of_body(&solver_body.free)
             };
             bodies.push(BodyStageMotion {
                 id: *part,
                 features: &of.features,
-                start: in_world(&frame_of_body(&mover.start), &of.frame),
+                start: in_world(&frame_of_body(&solver_body.start), &of.frame),
                 base: in_world(&base, &of.frame),
                 end: in_world(&end, &of.frame),
                 awake: true,
@@ -249,7 +249,7 @@ impl IslandDetection<'_> {
             between,
             surfaces: &coefficients,
         };
-        self.watch.measure(Phase::Detection, || ask(&mut finder, &problem));
+        self.profiler.measure(Phase::Detection, || ask(&mut finder, &problem));
         self.work.finder = finder;
         self.work.sheet_motions = reuse_allocation(sheets);
         self.work.body_motions = reuse_allocation(bodies);
@@ -282,22 +282,28 @@ impl IslandDetection<'_> {
         }
     }
 
-    /// Contact point on the island's body `mover`, with index `index`, at the end of the stage: the
-    /// same body point as at the start of the step, or, on a ball that rolls, the body point that
-    /// has moved to the same place.
-    fn point(&self, island: &IslandView, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> ContactSide {
+    /// Contact point on the island's body `solver_body`, with index `index`, at the end of the
+    /// stage: the same body point as at the start of the step, or, on a ball that rolls, the body
+    /// point that has moved to the same place.
+    fn point(
+        &self,
+        island: &IslandView,
+        (solver_body, index): (u32, usize),
+        at_start: DVec3,
+        is_round: bool,
+    ) -> ContactSide {
         let turned = || {
             let there = self.surroundings.bodies[index].start.rotation() * at_start;
-            island.solver_bodies[mover as usize].free.rotation().conjugate() * there
+            island.solver_bodies[solver_body as usize].free.rotation().conjugate() * there
         };
-        ContactSide::Body { body: mover, local: if is_round { turned() } else { at_start } }
+        ContactSide::Body { body: solver_body, local: if is_round { turned() } else { at_start } }
     }
 
     /// Add contacts between bodies, and attachments.
     fn add_attachments_and_body_contacts(&self, island: &IslandView, found: &mut DetectedContacts) {
-        let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
+        let solver_body = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
         for c in self.body_contacts {
-            let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
+            let (Some(a), Some(b)) = (solver_body(c.a), solver_body(c.b)) else { continue };
             found.contacts.push(ContactConstraint {
                 a: self.point(island, (a, c.a), c.on_a, c.round[0]),
                 b: self.point(island, (b, c.b), c.on_b, c.round[1]),
@@ -311,7 +317,7 @@ impl IslandDetection<'_> {
         found.first_attachment = found.contacts.len();
         for (local, (sheet, id)) in island.sheets.iter().zip(self.ids).enumerate() {
             for (mass, index, place) in sheet.pins.dynamic_attachments() {
-                let Some(body) = mover(index) else { continue };
+                let Some(body) = solver_body(index) else { continue };
                 found.contacts.push(ContactConstraint {
                     a: node_side(local as u32, mass),
                     b: ContactSide::Body { body, local: place },
@@ -329,22 +335,22 @@ impl IslandDetection<'_> {
     /// of the whole step), and set their motion without contact with sheets.
     pub fn begin_stage(&mut self, island: &mut IslandView, from: f64, to: f64) {
         let (span, weight) = (to - from, gravity_weight(island, to - from));
-        for (mover, index) in island.solver_bodies.iter_mut().zip(&self.work.bodies) {
+        for (solver_body, index) in island.solver_bodies.iter_mut().zip(&self.work.bodies) {
             let over = &self.surroundings.bodies[*index as usize];
-            if mover.start.is_dynamic() {
-                let mut free = mover.start.free_flight(span, self.gravity);
+            if solver_body.start.is_dynamic() {
+                let mut free = solver_body.start.free_flight(span, self.gravity);
                 if weight > 0.5 {
                     free = free.displaced(self.gravity * ((weight - 0.5) * span * span), DVec3::ZERO);
                 }
                 on_bodies(island.sheets, |body, force, at| {
                     if body == *index {
-                        free = apply_force(&free, force, mover.start.world_point(at), (span, weight));
+                        free = apply_force(&free, force, solver_body.start.world_point(at), (span, weight));
                     }
                 });
-                mover.begin(free);
+                solver_body.begin(free);
             } else {
-                mover.start = over.start.free_flight(from, DVec3::ZERO);
-                mover.begin(over.start.free_flight(to, DVec3::ZERO));
+                solver_body.start = over.start.free_flight(from, DVec3::ZERO);
+                solver_body.begin(over.start.free_flight(to, DVec3::ZERO));
             }
         }
     }
@@ -396,15 +402,15 @@ impl IslandDetection<'_> {
     pub fn max_body_spin(&self, island: &IslandView) -> f64 {
         let spin = |part: u32| {
             let of = self.surroundings.colliders.get(self.work.part(part)? as usize)?;
-            let mover = island.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
-            (mover.is_dynamic() && of.features.has_corners()).then(|| mover.start.spin().length())
+            let solver_body = island.solver_bodies.get(*self.work.of_part.get(part as usize)? as usize)?;
+            (solver_body.is_dynamic() && of.features.has_corners()).then(|| solver_body.start.spin().length())
         };
         self.work.finder.near_bodies().filter_map(spin).fold(0.0, f64::max)
     }
 
     /// Set the bodies to their state at the end of the stage.
     pub fn end_stage(&mut self, island: &mut IslandView) {
-        island.solver_bodies.iter_mut().for_each(|mover| mover.start = mover.end());
+        island.solver_bodies.iter_mut().for_each(|solver_body| solver_body.start = solver_body.end());
     }
 }
 

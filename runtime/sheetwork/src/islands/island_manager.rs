@@ -8,7 +8,7 @@ use crate::collision::narrow_phase::DetectionCounters;
 use crate::contact::step_bodies::StepBodies;
 use crate::contact::workspace::ContactWorkspace;
 use crate::contact::{ContactCounters, SheetContact};
-use crate::islands::event::ContactLog;
+use crate::islands::contact_log::ContactLog;
 use crate::islands::island_builder::{IslandBuilder, IslandRange};
 use crate::islands::island_detection::DetectionCache;
 use crate::islands::island_progress::IslandProgress;
@@ -125,7 +125,7 @@ impl IslandManager {
         }
         match context.view {
             Some(view) => {
-                context.watch.measure(Phase::Islands, || self.surroundings.update(view, rigid, context.dt));
+                context.profiler.measure(Phase::Islands, || self.surroundings.update(view, rigid, context.dt));
             }
             None => {
                 self.surroundings.colliders.clear();
@@ -136,7 +136,9 @@ impl IslandManager {
         instability::update_policies(sheets, touches, context);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
-        context.watch.measure(Phase::Islands, || builder.build(sheets, touches, context, surroundings, body_contacts));
+        context
+            .profiler
+            .measure(Phase::Islands, || builder.build(sheets, touches, context, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
         exchanges_to(&builder.order, exchanges);
         exchanges.iter().for_each(|(a, b)| all.swap(*a as usize, *b as usize));

@@ -10,7 +10,8 @@ use crate::contact::IslandView;
 use crate::contact::adhesion::update_bonds;
 use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
-use crate::islands::event::{ContactLog, ContactRecorder, EventKind};
+use crate::islands::contact_log::{ContactLog, ContactRecorder};
+use crate::islands::event::EventKind;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
@@ -58,12 +59,18 @@ impl IslandContext<'_> {
         sheets.iter_mut().for_each(bonds::apply_bond_forces);
         let IslandState { contact: workspace, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut workspace.solver_bodies);
-        workspace.profiler.clone_from(context.watch);
+        let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
+        workspace.profiler.clone_from(context.profiler);
         let (around, reach) = self.extent(sheets);
-        let mut island =
-            IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
-        let mut near = IslandDetection {
+        let mut island = IslandView {
+            sheets,
+            contacts,
+            solver_bodies: solver_bodies,
+            parallel,
+            body_penetration: 0.0,
+            stacked_bodies: 0,
+        };
+        let mut detection = IslandDetection {
             view: context.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
@@ -71,11 +78,11 @@ impl IslandContext<'_> {
             sheets_meet: context.sheets_meet,
             ids,
             work: &mut *work,
-            watch: context.watch,
+            profiler: context.profiler,
         };
-        near.begin(&mut island, around, reach);
+        detection.begin(&mut island, around, reach);
         let part = Substep { field: context.field, time: context.time, done: 0.0, dt: context.dt, bisections: 0 };
-        let is_idle = near.is_idle(&island);
+        let is_idle = detection.is_idle(&island);
         if is_idle {
             island.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {
@@ -88,7 +95,7 @@ impl IslandContext<'_> {
             progress.reset_contact();
         } else {
             let progress = &mut *progress;
-            IslandSolve { view: &mut island, workspace, progress, detector: &mut near }.advance(part);
+            IslandSolve { view: &mut island, workspace, progress, detection: &mut detection }.advance(part);
             if progress.begins_fallbacks() {
                 touches.iter_mut().for_each(|t| t.events.push((context.time + context.dt, EventKind::GivenUp, None)));
             }
@@ -98,7 +105,7 @@ impl IslandContext<'_> {
             island.for_each_sheet(Sheet::invalidate_interpenetration);
         }
         island.for_each_sheet(|sheet| apply_limits(sheet, context.dt));
-        let IslandView { sheets, solver_bodies: movers, .. } = island;
+        let IslandView { sheets, solver_bodies, .. } = island;
         self.record_contacts(sheets, workspace, work);
         workspace.closed_in_step.clear();
         update_bonds(sheets, workspace, self.surroundings, work.bodies());
@@ -106,12 +113,12 @@ impl IslandContext<'_> {
         self.finish_sheets(sheets, touches);
         // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
-            self.update_bodies(&movers, work, workspace, body_updates);
+            self.update_bodies(&solver_bodies, work, workspace, body_updates);
         }
         if context.sleep {
             self.sleep_if_resting(sheets, touches, body_updates);
         }
-        workspace.solver_bodies = movers;
+        workspace.solver_bodies = solver_bodies;
     }
 
     /// Record the contacts at the end of the step and the contacts with restitution during the
@@ -153,17 +160,19 @@ impl IslandContext<'_> {
     /// Append the new states of the dynamic bodies to `claims`.
     pub fn update_bodies(
         &self,
-        movers: &[SolverBody],
+        solver_bodies: &[SolverBody],
         work: &DetectionCache,
         workspace: &ContactWorkspace,
         updates: &mut Vec<BodyUpdate>,
     ) {
-        for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
+        for (number, (solver_body, index)) in solver_bodies.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
-            if let Some(own) = over.world_index.filter(|_| mover.is_dynamic()) {
+            if let Some(own) = over.world_index.filter(|_| solver_body.is_dynamic()) {
                 let pull = self.context.field.gravity * self.context.dt;
-                let resist = |radius| workspace.support_of(number as u32, movers).resist(&mover.start, radius, pull);
-                let end = over.ball.map_or(mover.start, resist);
+                let resist = |radius| {
+                    workspace.support_of(number as u32, solver_bodies).resist(&solver_body.start, radius, pull)
+                };
+                let end = over.ball.map_or(solver_body.start, resist);
                 updates.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
             }
         }

@@ -8,13 +8,14 @@
 //!   `fallback`        the replacements; `rigid_motion` and `energy_budget` serve them
 //!   `instability`     recovery policies of sheets of explicit integrators
 //!   `resting`, `unstable`  sleep, and the end of a sheet that is out of bounds
-//!   `event`, `step_report`  records of a step
+//!   `event`, `contact_log`, `step_report`  records of a step
 //!
 //! Islands share no state that changes, so any number of threads gives the same result. Features
 //! that a scene does not use cost no call. The first step sizes the working arrays; later steps
 //! allocate nothing here.
 
 pub(crate) mod broad_phase;
+pub(crate) mod contact_log;
 pub(crate) mod energy_budget;
 pub mod event;
 pub(crate) mod explicit;
@@ -52,5 +53,5 @@ pub(crate) struct StepContext<'a> {
     pub sleep: bool,
     /// Whether contact between sheets is enabled.
     pub sheets_meet: bool,
-    pub watch: &'a Profiler,
+    pub profiler: &'a Profiler,
 }

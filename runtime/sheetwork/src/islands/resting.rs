@@ -4,7 +4,8 @@
 //! sleep displacement since the rest began ([`crate::scene::sleep`]). Times in s.
 
 use crate::islands::StepContext;
-use crate::islands::event::{ContactLog, EventKind};
+use crate::islands::contact_log::ContactLog;
+use crate::islands::event::EventKind;
 use crate::math::Vectors;
 use crate::scene::sleep::SLEEP;
 use crate::sheet::{Sheet, Status, creep};

@@ -118,7 +118,7 @@ impl IslandSolve<'_, '_, '_> {
         self.view.for_each_sheet(stage::restore_state);
         let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
         self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
-        self.detector.begin_stage(self.view, substep.done, substep.done + substep.dt);
+        self.detection.begin_stage(self.view, substep.done, substep.done + substep.dt);
         let Some((start, end)) = self.predict_rigid_motion(substep, &own) else {
             self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
             return false;
@@ -135,7 +135,7 @@ impl IslandSolve<'_, '_, '_> {
             stage::restart_engine(sheet);
             stage_trace::update_trace(sheet, |trace, x| trace.ends.push((substep.done + substep.dt, x.clone())));
         });
-        self.detector.end_stage(self.view);
+        self.detection.end_stage(self.view);
         true
     }
 
@@ -165,7 +165,7 @@ impl IslandSolve<'_, '_, '_> {
                 }
             });
             let found = &mut self.workspace.rechecked;
-            self.detector.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
+            self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
             if !add_met_bodies(island, found, along)? {
                 return Some((start, end));
             }

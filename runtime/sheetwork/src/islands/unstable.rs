@@ -1,7 +1,8 @@
 //! Unstable sheets: the test after a step, and the stop or freeze that follows.
 
 use crate::islands::StepContext;
-use crate::islands::event::{ContactLog, EventKind, InstabilityReport, RecoveryAction};
+use crate::islands::contact_log::ContactLog;
+use crate::islands::event::{EventKind, InstabilityReport, RecoveryAction};
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::sheet::{Sheet, Status, fracture, stage};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::contact::SheetContact;
 use crate::error::{BuildError, InputError};
-use crate::islands::event::ContactLog;
+use crate::islands::contact_log::ContactLog;
 use crate::scene::{Scene, SheetSpec, validate};
 use crate::sheet::Sheet;
 use crate::sheet::temperature::{self, spots};

@@ -7,7 +7,7 @@
 //! restart, as after a change of integrator.
 
 use crate::error::{InputError, SnapshotError};
-use crate::islands::event::ContactLog;
+use crate::islands::contact_log::ContactLog;
 use crate::rigid::BodyState;
 use crate::serialize::CorruptState;
 use crate::sheet::{SavedSheetState, snapshot};

@@ -110,13 +110,13 @@ impl World {
             view,
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
-            watch: &self.profiler,
+            profiler: &self.profiler,
         };
         self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, context.time + context.dt));
         let many = self.sheets.len() > 1;
         let Self { sheets, sheet_contacts, contact_logs, islands, pool, .. } = self;
         let mut work = |parallel: bool| {
-            context.watch.measure(Phase::Motion, || {
+            context.profiler.measure(Phase::Motion, || {
                 islands.step((sheets, sheet_contacts, contact_logs), &context, rigid, parallel)
             })
         };

@@ -60,7 +60,7 @@ impl ContactWorkspace {
             }
             // An unconverged solution of several sheets is good enough for the next outer
             // iteration, and another solver takes too long.
-            if self.has_only_fixed_bodies {
+            if self.is_single_sheet_on_fixed_bodies {
                 // The primal solver has left contact in the factor.
                 island.for_each_sheet(stage::restore_factor);
                 self.solve_positions_by_pgs(island, h);
@@ -84,8 +84,9 @@ impl ContactWorkspace {
         let within =
             |c: &ContactConstraint| matches!((c.a, c.b), (ContactSide::Sheet { .. }, ContactSide::Sheet { .. }));
         let is_folded = island.sheets.len() == 1 && self.detected.contacts.iter().any(within);
-        self.is_single_sheet = island.sheets.len() == 1 && !is_folded;
-        self.has_only_fixed_bodies = island.sheets.len() == 1 && island.solver_bodies.iter().all(|m| !m.is_dynamic());
+        self.is_single_unfolded_sheet = island.sheets.len() == 1 && !is_folded;
+        self.is_single_sheet_on_fixed_bodies =
+            island.sheets.len() == 1 && island.solver_bodies.iter().all(|m| !m.is_dynamic());
         self.island_tangent.lay_out(island);
         self.store_node_normals(island);
         self.position_solver = PositionSolver::Dual;
@@ -117,7 +118,7 @@ impl ContactWorkspace {
                         || self.transfer_to_dual(island, h) && self.solve_velocities_dual(island, h)
                 }
             };
-            if settled || !self.policy.accepts_unconverged || !self.has_only_fixed_bodies {
+            if settled || !self.policy.accepts_unconverged || !self.is_single_sheet_on_fixed_bodies {
                 return settled || self.policy.accepts_unconverged;
             }
             island.for_each_sheet(stage::restore_factor);

@@ -207,7 +207,7 @@ impl DelassusOperator {
         }
         let contact = &contacts[active.contact as usize];
         for (body, arm, sign) in body_arms(contact, &island.solver_bodies).into_iter().flatten() {
-            let mover = &island.solver_bodies[body as usize];
+            let solver_body = &island.solver_bodies[body as usize];
             for k in 0..self.on_body[body as usize].len() {
                 let j = self.on_body[body as usize][k];
                 if j as usize > i {
@@ -216,7 +216,7 @@ impl DelassusOperator {
                 let other = self.active[j as usize];
                 let others = body_arms(&contacts[other.contact as usize], &island.solver_bodies);
                 for (_, at, its) in others.into_iter().flatten().filter(|a| a.0 == body) {
-                    let compliance = mover.compliance(arm, at) * (h * h * sign * its);
+                    let compliance = solver_body.compliance(arm, at) * (h * h * sign * its);
                     self.accumulate_block(j, active.frame.transpose() * compliance * other.frame);
                 }
             }
@@ -268,8 +268,8 @@ impl DelassusOperator {
             }
         });
         island.solver_bodies.iter_mut().for_each(SolverBody::clear_displacement);
-        self.push_bodies(island, contacts, |mover, force, moment| {
-            mover.add_displacement(force, moment, h);
+        self.push_bodies(island, contacts, |solver_body, force, moment| {
+            solver_body.add_displacement(force, moment, h);
         });
     }
 
@@ -284,8 +284,8 @@ impl DelassusOperator {
             }
         });
         island.solver_bodies.iter_mut().for_each(|m| (m.kick, m.spin_jump) = (DVec3::ZERO, DVec3::ZERO));
-        self.push_bodies(island, contacts, |mover, force, moment| {
-            mover.add_velocity_jump(force, moment, h);
+        self.push_bodies(island, contacts, |solver_body, force, moment| {
+            solver_body.add_velocity_jump(force, moment, h);
         });
     }
 
@@ -305,9 +305,9 @@ impl DelassusOperator {
                 body_arms(&contacts[active.contact as usize], &island.solver_bodies).into_iter().flatten()
             {
                 let force = active.frame * *p * sign;
-                let mover = &mut island.solver_bodies[body as usize];
-                if mover.is_dynamic() {
-                    push(mover, force, arm.cross(force));
+                let solver_body = &mut island.solver_bodies[body as usize];
+                if solver_body.is_dynamic() {
+                    push(solver_body, force, arm.cross(force));
                 }
             }
         }
@@ -315,11 +315,11 @@ impl DelassusOperator {
 }
 
 /// Bodies of a contact: index, arm from the centre of mass (m), sign of the force.
-fn body_arms(contact: &ContactConstraint, movers: &[SolverBody]) -> [Option<(u32, DVec3, f64)>; 2] {
+fn body_arms(contact: &ContactConstraint, solver_bodies: &[SolverBody]) -> [Option<(u32, DVec3, f64)>; 2] {
     [(contact.a, 1.0), (contact.b, -1.0)].map(|(side, sign)| match side {
         ContactSide::Body { body, local } => {
-            let mover = &movers[body as usize];
-            Some((body, mover.free.world_point(local) - mover.free.centre(), sign))
+            let solver_body = &solver_bodies[body as usize];
+            Some((body, solver_body.free.world_point(local) - solver_body.free.centre(), sign))
         }
         ContactSide::Sheet { .. } => None,
     })

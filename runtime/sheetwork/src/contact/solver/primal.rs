@@ -104,8 +104,8 @@ impl ContactWorkspace {
                 primal.force.push(force);
             }
         }
-        self.uses_sheet_tangent = self.has_only_fixed_bodies;
-        if let Some(system) = stage::system_mut(island.sheet_mut(0)).filter(|_| self.has_only_fixed_bodies) {
+        self.uses_sheet_tangent = self.is_single_sheet_on_fixed_bodies;
+        if let Some(system) = stage::system_mut(island.sheet_mut(0)).filter(|_| self.is_single_sheet_on_fixed_bodies) {
             self.uses_sheet_tangent = primal.constraints.iter().all(|row| covers_constraint(system.pattern(), row));
         }
         if !self.uses_sheet_tangent {
@@ -219,8 +219,8 @@ impl ContactWorkspace {
                 }
                 ContactSide::Body { body, local } => {
                     if let Some(first) = self.island_tangent.body(island.sheets.len(), *body) {
-                        let mover = &island.solver_bodies[*body as usize];
-                        let arm = mover.free.world_point(*local) - mover.free.centre();
+                        let solver_body = &island.solver_bodies[*body as usize];
+                        let arm = solver_body.free.world_point(*local) - solver_body.free.centre();
                         row.add(first, DMat3::IDENTITY * sign);
                         row.add(first + 1, cross_matrix(arm) * -sign);
                     }
@@ -302,10 +302,10 @@ impl ContactWorkspace {
             let (sheet, unit) = island.with_unit(local);
             unit.accelerate(&sheet.inverse_mass);
         }
-        for (body, mover) in island.solver_bodies.iter_mut().enumerate() {
+        for (body, solver_body) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
                 let at = 3 * first as usize;
-                (mover.displacement, mover.rotation) =
+                (solver_body.displacement, solver_body.rotation) =
                     (DVec3::from_slice(&delta[at..]), DVec3::from_slice(&delta[at + 3..]));
             }
         }
@@ -319,10 +319,10 @@ impl ContactWorkspace {
             stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
             unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
         }
-        for (body, mover) in island.solver_bodies.iter_mut().enumerate() {
+        for (body, solver_body) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
                 let at = 3 * first as usize;
-                (mover.kick, mover.spin_jump) =
+                (solver_body.kick, solver_body.spin_jump) =
                     (DVec3::from_slice(&delta[at..]) / h, DVec3::from_slice(&delta[at + 3..]) / h);
             }
         }

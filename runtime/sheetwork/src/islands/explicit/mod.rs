@@ -19,7 +19,7 @@ use glam::DVec3;
 use crate::collision::narrow_phase::DetectionScope;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_explicit};
 use crate::contact::{IslandView, SheetContact};
-use crate::islands::event::ContactLog;
+use crate::islands::contact_log::ContactLog;
 use crate::islands::explicit::sheet_step::{advance_free, finish_step};
 use crate::islands::instability;
 use crate::islands::island_detection::IslandDetection;
@@ -48,8 +48,8 @@ impl IslandContext<'_> {
         if sheet.state.status != Status::Awake {
             return;
         }
-        let near = self.is_near(sheet, contact);
-        if !(near && self.resolve_contacts(&mut all, ids, parallel)) {
+        let is_near = self.is_near(sheet, contact);
+        if !(is_near && self.resolve_contacts(&mut all, ids, parallel)) {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
             if sheet.state.touching.contains(&true) {
                 instability::finish_energy_check(sheet, touches, self.context, 0.0);
@@ -105,11 +105,17 @@ impl IslandContext<'_> {
         }
         let IslandState { contact: workspace, progress, detection: work, body_updates } =
             &mut **state.get_or_insert_default();
-        let movers = std::mem::take(&mut workspace.solver_bodies);
-        workspace.profiler.clone_from(self.context.watch);
-        let mut island =
-            IslandView { sheets, contacts, solver_bodies: movers, parallel, body_penetration: 0.0, stacked_bodies: 0 };
-        let mut near = IslandDetection {
+        let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
+        workspace.profiler.clone_from(self.context.profiler);
+        let mut island = IslandView {
+            sheets,
+            contacts,
+            solver_bodies: solver_bodies,
+            parallel,
+            body_penetration: 0.0,
+            stacked_bodies: 0,
+        };
+        let mut detection = IslandDetection {
             view: self.context.view,
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
@@ -117,22 +123,22 @@ impl IslandContext<'_> {
             sheets_meet: self.context.sheets_meet,
             ids,
             work: &mut *work,
-            watch: self.context.watch,
+            profiler: self.context.profiler,
         };
-        let idle = !self.begin(&mut near, &mut island);
+        let idle = !self.begin(&mut detection, &mut island);
         let touched = !idle && {
-            near.begin_stage(&mut island, 0.0, dt);
+            detection.begin_stage(&mut island, 0.0, dt);
             let touched = solve_explicit(&mut island, workspace, dt, |island, found| {
-                near.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
+                detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
             });
-            near.end_stage(&mut island);
+            detection.end_stage(&mut island);
             touched
         };
         island.each_unit(|sheet, unit| {
             node_contact::apply_contact(sheet, (touched && unit.is_touched()).then_some(&unit.jump));
         });
         let brought = energy_of_surroundings(&island);
-        let IslandView { sheets, solver_bodies: movers, .. } = island;
+        let IslandView { sheets, solver_bodies, .. } = island;
         let lone = idle && sheets.len() == 1;
         let mut put_back = false;
         if !lone {
@@ -147,7 +153,7 @@ impl IslandContext<'_> {
             progress.reset_contact();
         } else {
             self.record_contacts(sheets, workspace, work);
-            self.update_bodies(&movers, work, workspace, body_updates);
+            self.update_bodies(&solver_bodies, work, workspace, body_updates);
         }
         if !lone {
             for work in sheets.iter_mut().map(|sheet| &mut sheet.work) {
@@ -158,13 +164,13 @@ impl IslandContext<'_> {
                 self.sleep_if_resting(sheets, touches, body_updates);
             }
         }
-        workspace.solver_bodies = movers;
+        workspace.solver_bodies = solver_bodies;
         !lone
     }
 
     /// Begin detection for an island whose free motions are known. Returns `false` when contact is
     /// impossible.
-    fn begin(&self, near: &mut IslandDetection, island: &mut IslandView) -> bool {
+    fn begin(&self, detection: &mut IslandDetection, island: &mut IslandView) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
         for sheet in island.sheets.iter() {
@@ -176,14 +182,14 @@ impl IslandContext<'_> {
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
         let reach = travel + fastest * self.context.dt + SETTINGS.broad_phase_margin;
         // A lone sheet has resolved faces of static bodies in its free advance.
-        near.work.limit(DetectionScope { faces: false, stacks: false });
-        near.begin(island, around, reach);
+        detection.work.limit(DetectionScope { faces: false, stacks: false });
+        detection.begin(island, around, reach);
         let gives = island.solver_bodies.iter().any(|m| m.is_dynamic());
-        if island.sheets.len() > 1 || gives || near.work.has_self_contact() {
-            near.work.limit(DetectionScope { faces: true, stacks: false });
-            near.begin(island, around, reach);
+        if island.sheets.len() > 1 || gives || detection.work.has_self_contact() {
+            detection.work.limit(DetectionScope { faces: true, stacks: false });
+            detection.begin(island, around, reach);
         }
-        !near.is_idle(island)
+        !detection.is_idle(island)
     }
 }
 

@@ -8,7 +8,7 @@
 
 use crate::contact::SheetContact;
 use crate::contact::node::detection::resolve_node_contact;
-use crate::islands::event::{ContactLog, ContactRecorder};
+use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::resting::fall_asleep;
 use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::unstable::{is_unstable, stop_unstable};
@@ -93,7 +93,7 @@ fn substep(
     if let Some(view) = context.view {
         let remaining = (context.dt - done - taken).max(0.0);
         let mut recorder = ContactRecorder { touches, view };
-        context.watch.measure(Phase::Detection, || {
+        context.profiler.measure(Phase::Detection, || {
             let touched = &mut |collider| recorder.touched(collider);
             resolve_node_contact(sheet, &mut contact.clearance, view, (taken, remaining), touched);
         });

@@ -75,11 +75,11 @@ impl IslandTangent {
             self.layout.push((next, blocks as u32));
             next += rows as u32;
         }
-        for mover in &island.solver_bodies {
-            let first = if mover.is_dynamic() { next } else { NO_ROWS };
+        for solver_body in &island.solver_bodies {
+            let first = if solver_body.is_dynamic() { next } else { NO_ROWS };
             self.first.push(first);
             self.layout.push((first, 0));
-            next += if mover.is_dynamic() { 2 } else { 0 };
+            next += if solver_body.is_dynamic() { 2 } else { 0 };
         }
         self.layout.push((next, 0));
     }
@@ -111,8 +111,8 @@ impl IslandTangent {
         }
         let bodies = self.first[sheets..].iter().zip(&island.solver_bodies);
         let of = bodies.into_iter().find(|(first, _)| **first != NO_ROWS && row.wrapping_sub(**first) < 2);
-        of.map_or(DMat3::IDENTITY, |(first, mover)| {
-            let (mass, inertia) = inertia_blocks(mover, h);
+        of.map_or(DMat3::IDENTITY, |(first, solver_body)| {
+            let (mass, inertia) = inertia_blocks(solver_body, h);
             if row == *first { mass } else { inertia }
         })
     }
@@ -138,9 +138,9 @@ impl IslandTangent {
                 self.base[at..at + 9].copy_from_slice(block);
             }
         }
-        for (i, mover) in island.solver_bodies.iter().enumerate() {
+        for (i, solver_body) in island.solver_bodies.iter().enumerate() {
             if let Some(first) = self.body(island.sheets.len(), i as u32) {
-                let (mass, inertia) = inertia_blocks(mover, h);
+                let (mass, inertia) = inertia_blocks(solver_body, h);
                 for (row, block) in [(first, mass), (first + 1, inertia)] {
                     let at = 9 * self.pattern.starts[row as usize] as usize;
                     self.base[at..at + 9].copy_from_slice(&block.to_cols_array());
@@ -250,8 +250,8 @@ impl IslandTangent {
                 self.depths.push(height);
             }
         }
-        for mover in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
-            let centre = mover.free.centre();
+        for solver_body in island.solver_bodies.iter().filter(|m| m.is_dynamic()) {
+            let centre = solver_body.free.centre();
             self.places.extend([[centre.x, centre.z]; 2]);
             self.depths.extend([centre.y; 2]);
         }
@@ -291,9 +291,9 @@ impl TangentMatrix for ImplicitSystem {
 }
 
 /// Diagonal blocks m/h² (kg/s²) and I/h² of a dynamic body.
-fn inertia_blocks(mover: &SolverBody, h: f64) -> (DMat3, DMat3) {
+fn inertia_blocks(solver_body: &SolverBody, h: f64) -> (DMat3, DMat3) {
     let per = 1.0 / (h * h);
-    (DMat3::from_diagonal(glam::DVec3::splat(per / mover.free.inverse_mass())), mover.free.inertia() * per)
+    (DMat3::from_diagonal(glam::DVec3::splat(per / solver_body.free.inverse_mass())), solver_body.free.inertia() * per)
 }
 
 /// Whether `pattern` covers all pairs of `row`.
