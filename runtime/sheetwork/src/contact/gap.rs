@@ -115,8 +115,8 @@ fn by_contact(
 ) -> DVec3 {
     match side {
         ContactSide::Sheet { sheet, point } => {
-            let unit = island.unit(*sheet);
-            if unit.is_touched() { point.position(of_sheet(&unit.jump)) } else { DVec3::ZERO }
+            let response = island.response(*sheet);
+            if response.is_touched() { point.position(of_sheet(&response.jump)) } else { DVec3::ZERO }
         }
         ContactSide::Body { body, local } => {
             let solver_body = &island.solver_bodies[*body as usize];

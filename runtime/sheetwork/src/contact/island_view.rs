@@ -1,7 +1,7 @@
 //! Sheets and solver bodies of an island, borrowed for a step.
 
 use crate::contact::SheetContact;
-use crate::contact::solver::delassus::SheetContactWork;
+use crate::contact::solver::sheet_response::SheetResponse;
 use crate::contact::solver_body::SolverBody;
 use crate::parallel::*;
 use crate::sheet::Sheet;
@@ -34,25 +34,25 @@ impl IslandView<'_> {
         &mut self.sheets[local as usize]
     }
 
-    /// Contact arrays of sheet number `local` of the island.
-    pub fn unit(&self, local: u32) -> &SheetContactWork {
-        &self.contacts[local as usize].work
+    /// Response to contact of sheet number `local` of the island.
+    pub fn response(&self, local: u32) -> &SheetResponse {
+        &self.contacts[local as usize].response
     }
 
-    /// Sheet number `local` of the island with its contact arrays, mutable.
-    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut SheetContactWork) {
+    /// Sheet number `local` of the island with its response to contact, mutable.
+    pub fn with_response(&mut self, local: u32) -> (&mut Sheet, &mut SheetResponse) {
         let index = local as usize;
-        (&mut self.sheets[index], &mut self.contacts[index].work)
+        (&mut self.sheets[index], &mut self.contacts[index].response)
     }
 
-    /// Call `work` as [`IslandView::for_each_sheet`] does, with the contact arrays of the sheet.
-    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut SheetContactWork) + Sync) {
+    /// Call `work` as [`IslandView::for_each_sheet`] does, with the response of the sheet.
+    pub fn each_response(&mut self, work: impl Fn(&mut Sheet, &mut SheetResponse) + Sync) {
         if self.parallel {
             let all = self.sheets.par_iter_mut().zip(self.contacts.par_iter_mut());
-            all.for_each(|(sheet, contact)| work(sheet, &mut contact.work));
+            all.for_each(|(sheet, contact)| work(sheet, &mut contact.response));
         } else {
             let all = self.sheets.iter_mut().zip(self.contacts.iter_mut());
-            all.for_each(|(sheet, contact)| work(sheet, &mut contact.work));
+            all.for_each(|(sheet, contact)| work(sheet, &mut contact.response));
         }
     }
 

@@ -109,11 +109,11 @@ fn solve_positions_and_widen(
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
 fn largest_displacements(island: &IslandView) -> ContactMargins {
-    let units = || island.contacts.iter().map(|contact| &contact.work);
-    let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
+    let units = || island.contacts.iter().map(|contact| &contact.response);
+    let touched = || units().filter(|response| response.is_touched()).map(|response| &response.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
-    let mean = if units().all(|unit| unit.is_touched()) { sum / count.max(1) as f64 } else { DVec3::ZERO };
+    let mean = if units().all(|response| response.is_touched()) { sum / count.max(1) as f64 } else { DVec3::ZERO };
     let most = |from: DVec3| {
         touched().flat_map(|dx| dx.iter()).map(|dx| (dx - from).length_squared()).fold(0.0, f64::max).sqrt()
     };
@@ -243,8 +243,8 @@ fn compute_free_motion(island: &mut IslandView, field: Field) -> bool {
 /// fine convergence at attachments. Returns the largest strain error as a multiple of the
 /// tolerance.
 fn update_iterates(island: &mut IslandView, field: Field, touched: bool, firm: bool) -> f64 {
-    island.each_unit(|sheet, unit| {
-        let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
+    island.each_response(|sheet, response| {
+        let contact = (touched && response.is_touched()).then_some(&response.jump.dx);
         stage::update_iterate(sheet, field, contact, firm);
     });
     stages(island).filter(|stage| !stage.is_finished).map(|stage| stage.misprediction_ratio).fold(0.0, f64::max)

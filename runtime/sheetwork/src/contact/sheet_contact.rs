@@ -5,7 +5,7 @@
 
 use crate::collision::collision_surface::CollisionSurface;
 use crate::contact::node::clearance::Clearance;
-use crate::contact::solver::delassus::SheetContactWork;
+use crate::contact::solver::sheet_response::SheetResponse;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
 
@@ -19,7 +19,7 @@ pub(crate) struct SheetContact {
     /// Clearance of the nodes, for explicit integrators.
     pub clearance: Clearance,
     /// Contacts of the sheet in the solver.
-    pub work: SheetContactWork,
+    pub response: SheetResponse,
 }
 
 impl SheetContact {

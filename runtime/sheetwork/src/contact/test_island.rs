@@ -160,7 +160,7 @@ impl TestIsland {
         self.with(|view, workspace| {
             view.for_each_sheet(|sheet| stage::compute_free_velocity(sheet, field));
             assert!(workspace.solve_velocities(view, h));
-            view.each_unit(|sheet, unit| stage::finish_stage(sheet, field, 0, dt, Some(&unit.jump)));
+            view.each_response(|sheet, response| stage::finish_stage(sheet, field, 0, dt, Some(&response.jump)));
         });
     }
 
@@ -177,7 +177,7 @@ impl TestIsland {
         let touched =
             self.with(|view, workspace| solve_explicit(view, workspace, h, |_, detected| list(contacts, detected)));
         self.with(|view, _| {
-            view.each_unit(|sheet, unit| node_contact::apply_contact(sheet, touched.then_some(&unit.jump)))
+            view.each_response(|sheet, response| node_contact::apply_contact(sheet, touched.then_some(&response.jump)))
         });
         touched
     }

@@ -232,8 +232,8 @@ impl IslandSolve<'_, '_, '_> {
         if touched && !self.solve_velocities(substep, h) {
             return StageOutcome::Bisect;
         }
-        self.view.each_unit(|sheet, unit| {
-            let jump = (touched && unit.is_touched()).then_some(&unit.jump);
+        self.view.each_response(|sheet, response| {
+            let jump = (touched && response.is_touched()).then_some(&response.jump);
             stage::finish_stage(sheet, substep.field, k, substep.dt, jump);
         });
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {

@@ -192,13 +192,13 @@ impl IslandDetection<'_> {
         if mode == DetectionMode::ContactMotion
             && let [sheet] = &*island.sheets
         {
-            let (work, unit) = (&sheet.work, &island.contacts[0].work);
+            let (work, response) = (&sheet.work, &island.contacts[0].response);
             if moved.len() != work.stage.free_positions.len() {
                 moved = Vectors::zeros(work.stage.free_positions.len());
             }
             moved.copy_from(&work.stage.free_positions);
-            if unit.is_touched() {
-                moved.add_scaled(1.0, &unit.jump.dx);
+            if response.is_touched() {
+                moved.add_scaled(1.0, &response.jump.dx);
             }
         }
         finder.use_threads(island.parallel);

@@ -181,7 +181,7 @@ impl IslandManager {
             let knows = self.state(i).is_some_and(|state| state.detection.has_cache_for(index as u32));
             if i == index || knows {
                 self.states.get_mut(i).iter_mut().for_each(|state| **state = None);
-                contact.work.remove_contacts();
+                contact.response.remove_contacts();
             }
         }
     }
@@ -204,7 +204,7 @@ impl IslandManager {
     pub fn deserialise(&mut self, contacts: &mut [SheetContact], from: &mut StateReader) -> ReadResult {
         self.states.resize_with(contacts.len(), || None);
         for (index, state) in self.states.iter_mut().enumerate() {
-            contacts[index].work.remove_contacts();
+            contacts[index].response.remove_contacts();
             if from.flag()? {
                 let state = state.get_or_insert_default();
                 state.contact.deserialise(from)?;

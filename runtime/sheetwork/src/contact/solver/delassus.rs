@@ -11,77 +11,7 @@ use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
 use crate::contact::solver::pgs::DualProblem;
 use crate::contact::solver_body::SolverBody;
-use crate::integrators::implicit::staged::ContactJump;
-use crate::linear::{HalfSolutions, SparseLoads};
-use crate::math::Vectors;
 use crate::sheet::{Sheet, stage};
-
-/// Contact arrays of a sheet.
-#[derive(Default)]
-pub(crate) struct SheetContactWork {
-    /// Active contacts of the sheet, as ascending indices into the active list.
-    list: Vec<u32>,
-    /// Jacobians of the contacts to be added.
-    loads: SparseLoads,
-    /// Half solutions L⁻¹ Jᵀ of all active contacts.
-    halves: HalfSolutions,
-    touched: bool,
-    /// Displacement of the position solve while the velocity solve clears `jump`, m.
-    saved_dx: Vectors,
-    /// Contact force on each node, N.
-    force: Vectors,
-    /// Response of the sheet to contact in this stage.
-    pub jump: ContactJump,
-}
-
-impl SheetContactWork {
-    /// Remove all contacts and prepare the arrays for `n` nodes.
-    fn clear(&mut self, n: usize) {
-        self.touched = false;
-        self.list.clear();
-        self.halves.clear();
-        for buffer in [&mut self.force, &mut self.jump.dx, &mut self.jump.dv, &mut self.jump.acceleration] {
-            if buffer.len() != n {
-                *buffer = Vectors::zeros(n);
-            }
-        }
-        self.jump.dx.clear();
-    }
-
-    /// Remove all contacts from the sheet.
-    pub fn remove_contacts(&mut self) {
-        self.touched = false;
-        self.list.clear();
-    }
-
-    /// Whether any contact is on the sheet.
-    pub fn is_touched(&self) -> bool {
-        self.touched || !self.list.is_empty()
-    }
-
-    /// Prepare for contacts that are not in the list, on a sheet of `n` nodes.
-    pub fn prepare_without_list(&mut self, n: usize) {
-        self.clear(n);
-        self.force.clear();
-        self.touched = true;
-    }
-
-    /// Add `force` (N) at `point`.
-    pub fn add_force(&mut self, point: &crate::collision::constraint::SheetPoint, force: DVec3) {
-        for (mass, weight) in point.terms() {
-            let there = self.force.get(mass as usize);
-            self.force.set(mass as usize, there + force * weight);
-        }
-    }
-
-    /// Compute the accelerations by the contact forces, with the inverse node masses `inverse`
-    /// (1/kg).
-    pub fn accelerate(&mut self, inverse: &[f64]) {
-        for (i, w) in inverse.iter().enumerate() {
-            self.jump.acceleration.set(i, self.force.get(i) * *w);
-        }
-    }
-}
 
 /// An active contact.
 #[derive(Clone, Copy)]
@@ -92,7 +22,7 @@ struct ActiveContact {
     frame: DMat3,
     /// For each side: the sheet and the position in its list of active contacts. A side without a
     /// sheet, or on the same sheet as side a, holds [`NONE`].
-    units: [(u32, u32); 2],
+    places: [(u32, u32); 2],
 }
 
 /// Delassus operator and the problem on it.
@@ -109,7 +39,7 @@ pub(crate) struct DelassusOperator {
     touched: Vec<u32>,
 }
 
-/// Entry of [`ActiveContact::units`] for a side without a sheet of its own.
+/// Entry of [`ActiveContact::places`] for a side without a sheet of its own.
 const NONE: (u32, u32) = (u32::MAX, 0);
 
 impl DelassusOperator {
@@ -119,16 +49,16 @@ impl DelassusOperator {
         self.problem.clear();
         self.on_body.iter_mut().for_each(Vec::clear);
         self.on_body.resize_with(island.solver_bodies.len(), Vec::new);
-        island.each_unit(|sheet, unit| unit.clear(sheet.node_count()));
+        island.each_response(|sheet, response| response.clear(sheet.node_count()));
     }
 
     /// Remove all contacts, but keep the displacements of the sheets.
     pub fn clear_for_velocities(&mut self, island: &mut IslandView) {
-        island.each_unit(|_, unit| std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx));
+        island.each_response(|_, response| std::mem::swap(&mut response.saved_dx, &mut response.jump.dx));
         self.clear(island);
-        island.each_unit(|_, unit| {
-            std::mem::swap(&mut unit.saved_dx, &mut unit.jump.dx);
-            unit.touched = true;
+        island.each_response(|_, response| {
+            std::mem::swap(&mut response.saved_dx, &mut response.jump.dx);
+            response.touched = true;
         });
     }
 
@@ -151,13 +81,13 @@ impl DelassusOperator {
     /// (s).
     pub fn add(&mut self, island: &mut IslandView, contacts: &[ContactConstraint], new: &[u32], h: f64) {
         let first = self.active.len();
-        island.each_unit(|_, unit| unit.loads.clear());
+        island.each_response(|_, response| response.loads.clear());
         for number in new {
             self.load(island, contacts, *number);
         }
-        island.each_unit(|sheet, unit| {
-            if !unit.loads.is_empty() {
-                stage::half_solve(sheet, &unit.loads, &mut unit.halves);
+        island.each_response(|sheet, response| {
+            if !response.loads.is_empty() {
+                stage::half_solve(sheet, &response.loads, &mut response.halves);
             }
         });
         for i in first..self.active.len() {
@@ -170,7 +100,7 @@ impl DelassusOperator {
         let contact = &contacts[number as usize];
         let index = self.active.len() as u32;
         let frame = frame_of(contact.normal);
-        let mut units = [NONE; 2];
+        let mut places = [NONE; 2];
         let same = matches!((contact.a, contact.b), (ContactSide::Sheet { sheet: a, .. }, ContactSide::Sheet { sheet: b, .. }) if a == b);
         for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
             match side {
@@ -180,17 +110,17 @@ impl DelassusOperator {
                     }
                 }
                 ContactSide::Sheet { sheet, .. } if k == 0 || !same => {
-                    let (member, unit) = island.with_unit(sheet);
+                    let (member, response) = island.with_response(sheet);
                     for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
-                        unit.loads.push(loads(member, contact, sheet, column));
+                        response.loads.push(loads(member, contact, sheet, column));
                     }
-                    units[k] = (sheet, unit.list.len() as u32);
-                    unit.list.push(index);
+                    places[k] = (sheet, response.list.len() as u32);
+                    response.list.push(index);
                 }
                 ContactSide::Sheet { .. } => {}
             }
         }
-        self.active.push(ActiveContact { contact: number, frame, units });
+        self.active.push(ActiveContact { contact: number, frame, places });
     }
 
     /// Compute the blocks of W between active contact `i` and those before it, and itself.
@@ -198,10 +128,10 @@ impl DelassusOperator {
         self.row.resize(self.active.len(), DMat3::ZERO);
         self.touched.clear();
         let active = self.active[i];
-        for (sheet, place) in active.units.into_iter().filter(|u| *u != NONE) {
-            let unit = island.unit(sheet);
-            for (other, j) in unit.list[..=place as usize].iter().enumerate() {
-                let block = unit.halves.block(place as usize, other);
+        for (sheet, place) in active.places.into_iter().filter(|u| *u != NONE) {
+            let response = island.response(sheet);
+            for (other, j) in response.list[..=place as usize].iter().enumerate() {
+                let block = response.halves.block(place as usize, other);
                 self.accumulate_block(*j, DMat3::from_cols_array_2d(&block).transpose());
             }
         }
@@ -238,9 +168,9 @@ impl DelassusOperator {
 
     /// Compute the contact forces on the nodes of each sheet, N.
     fn forces(&self, island: &mut IslandView, contacts: &[ContactConstraint]) {
-        island.each_unit(|_, unit| {
-            if unit.is_touched() {
-                unit.force.clear();
+        island.each_response(|_, response| {
+            if response.is_touched() {
+                response.force.clear();
             }
         });
         for (active, p) in self.active.iter().zip(&self.problem.force) {
@@ -251,7 +181,7 @@ impl DelassusOperator {
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let ContactSide::Sheet { sheet, point } = side {
-                    island.with_unit(sheet).1.add_force(&point, force * sign);
+                    island.with_response(sheet).1.add_force(&point, force * sign);
                 }
             }
         }
@@ -261,10 +191,10 @@ impl DelassusOperator {
     /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
     pub fn displace(&self, island: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
         self.forces(island, contacts);
-        island.each_unit(|sheet, unit| {
-            if unit.is_touched() {
-                stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dx);
-                unit.accelerate(&sheet.inverse_mass);
+        island.each_response(|sheet, response| {
+            if response.is_touched() {
+                stage::solve_displacement(sheet, &response.force, &mut response.jump.dx);
+                response.accelerate(&sheet.inverse_mass);
             }
         });
         island.solver_bodies.iter_mut().for_each(SolverBody::clear_displacement);
@@ -277,10 +207,10 @@ impl DelassusOperator {
     /// solver bodies.
     pub fn apply_velocity_jumps(&self, island: &mut IslandView, contacts: &[ContactConstraint], h: f64) {
         self.forces(island, contacts);
-        island.each_unit(|sheet, unit| {
-            if unit.is_touched() {
-                stage::solve_displacement(sheet, &unit.force, &mut unit.jump.dv);
-                unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
+        island.each_response(|sheet, response| {
+            if response.is_touched() {
+                stage::solve_displacement(sheet, &response.force, &mut response.jump.dv);
+                response.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
         });
         island.solver_bodies.iter_mut().for_each(|m| (m.kick, m.spin_jump) = (DVec3::ZERO, DVec3::ZERO));

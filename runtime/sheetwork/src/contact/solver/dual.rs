@@ -179,7 +179,7 @@ impl ContactWorkspace {
 
     /// Clear the solution of contacts that have ended.
     pub(crate) fn forget_solution(&mut self, island: &mut IslandView) {
-        island.each_unit(|_, unit| unit.remove_contacts());
+        island.each_response(|_, response| response.remove_contacts());
         self.augmented_lagrangian.clear();
         self.working_set.clear();
         self.position_solver = PositionSolver::Dual;

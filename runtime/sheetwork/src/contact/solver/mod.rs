@@ -10,8 +10,8 @@
 //!   method.
 //! - `alart_curnier`: Newton method on normal force and friction bound together.
 //! - `pgs`, `pgs_working_set`: projected Gauss-Seidel, and its working set.
-//! - `delassus`: W; `force_newton`: linear systems in contact forces; `working_set`: choice of
-//!   contacts.
+//! - `sheet_response`: the share of a sheet; `delassus`: W; `force_newton`: linear systems in
+//!   contact forces; `working_set`: choice of contacts.
 
 pub(crate) mod alart_curnier;
 pub(crate) mod augmented_lagrangian;
@@ -22,6 +22,7 @@ pub(crate) mod force_newton;
 pub mod pgs;
 pub(crate) mod pgs_working_set;
 pub(crate) mod primal;
+pub(crate) mod sheet_response;
 #[cfg(test)]
 pub(crate) mod test_problem;
 #[cfg(test)]

@@ -283,9 +283,9 @@ impl ContactWorkspace {
     fn transfer_displacements(&self, primal: &AugmentedLagrangian, island: &mut IslandView) {
         let (joint, delta, count) = (&self.island_tangent, primal.displacement(), island.sheets.len());
         for local in 0..count as u32 {
-            let (sheet, unit) = island.with_unit(local);
-            unit.prepare_without_list(sheet.node_count());
-            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
+            let (sheet, response) = island.with_response(local);
+            response.prepare_without_list(sheet.node_count());
+            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut response.jump.dx);
         }
         for (i, (row, p)) in self.working_set.iter().zip(primal.constraints.iter().zip(&primal.force)) {
             if *p == DVec3::ZERO {
@@ -294,13 +294,13 @@ impl ContactWorkspace {
             let contact = &self.detected.contacts[*i as usize];
             for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
                 if let ContactSide::Sheet { sheet, point } = side {
-                    island.with_unit(*sheet).1.add_force(point, row.frame * *p * sign);
+                    island.with_response(*sheet).1.add_force(point, row.frame * *p * sign);
                 }
             }
         }
         for local in 0..count as u32 {
-            let (sheet, unit) = island.with_unit(local);
-            unit.accelerate(&sheet.inverse_mass);
+            let (sheet, response) = island.with_response(local);
+            response.accelerate(&sheet.inverse_mass);
         }
         for (body, solver_body) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
@@ -315,9 +315,9 @@ impl ContactWorkspace {
     fn transfer_velocity_jumps(&self, primal: &AugmentedLagrangian, island: &mut IslandView, h: f64) {
         let (joint, delta, count) = (&self.island_tangent, primal.displacement(), island.sheets.len());
         for local in 0..count as u32 {
-            let (sheet, unit) = island.with_unit(local);
-            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
-            unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
+            let (sheet, response) = island.with_response(local);
+            stage::spread_rows(sheet, &delta[3 * joint.sheet(local) as usize..], &mut response.jump.dv);
+            response.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
         }
         for (body, solver_body) in island.solver_bodies.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {

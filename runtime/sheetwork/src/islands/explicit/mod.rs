@@ -134,8 +134,8 @@ impl IslandContext<'_> {
             detection.end_stage(&mut island);
             touched
         };
-        island.each_unit(|sheet, unit| {
-            node_contact::apply_contact(sheet, (touched && unit.is_touched()).then_some(&unit.jump));
+        island.each_response(|sheet, response| {
+            node_contact::apply_contact(sheet, (touched && response.is_touched()).then_some(&response.jump));
         });
         let brought = energy_of_surroundings(&island);
         let IslandView { sheets, solver_bodies, .. } = island;
