@@ -16,13 +16,11 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "backward-euler",
     about: "implicit Euler, order 1, stable at any step, strongly damped",
     order: 1,
-    stability_limit: f64::INFINITY,
     evaluations: 1,
     drift: 1.0,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(BackwardEuler::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 /// R(z) = 1/(1 - z) at z = iθ.

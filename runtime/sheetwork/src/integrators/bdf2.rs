@@ -26,13 +26,10 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "bdf2",
     about: "implicit BDF2, order 2, stable at any step",
     order: 2,
-    stability_limit: f64::INFINITY,
     evaluations: 1,
-    drift: 0.5,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(Bdf2::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 /// The root ζ of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that approximates e^z, at z = iθ.

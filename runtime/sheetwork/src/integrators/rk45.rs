@@ -24,11 +24,9 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     // Stability limit of the order-5 formula at fixed steps; error control stays well below it.
     stability_limit: 0.997,
     evaluations: 7,
-    drift: 0.5,
     adaptive: true,
-    implicit: false,
-    amplification: None,
     make: || Box::new(Rk45::default()),
+    ..IntegratorInfo::EXPLICIT
 };
 
 const STAGES: usize = 7;

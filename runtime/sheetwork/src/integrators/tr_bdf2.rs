@@ -27,13 +27,10 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "tr-bdf2",
     about: "implicit, trapezoidal and BDF2 stages, order 2, stable at any step",
     order: 2,
-    stability_limit: f64::INFINITY,
     evaluations: 2,
-    drift: 0.5,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(TrBdf2::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
