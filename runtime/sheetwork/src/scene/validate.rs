@@ -10,8 +10,8 @@ use crate::material::calibration::StiffnessTarget;
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
-    Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
+    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, PathKey, PinSpec, Placement, Region,
+    RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -224,11 +224,7 @@ fn placement(p: &Placement) -> ValidationResult {
 }
 
 fn sheet(s: &SheetSpec) -> ValidationResult {
-    match &s.material {
-        MaterialChoice::Named(name) => material::by_name(name).map(drop)?,
-        MaterialChoice::Inline(constants) => material("material", constants)?,
-        MaterialChoice::File(_) => {}
-    }
+    s.material.check(|constants| material("material", constants))?;
     grid(s)?;
     Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;
@@ -286,12 +282,8 @@ fn air_loads(s: &SheetSpec) -> ValidationResult {
     for (i, key) in s.pressure.iter().enumerate() {
         Id::PressureTime.check(&format!("pressure.{i}.time"), key.time)?;
         Id::PressureValue.check(&format!("pressure.{i}.pressure"), key.pressure)?;
-        if i > 0 && key.time <= s.pressure[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
-            return Err(InputError::new(format!("pressure.{i}.time"), problem));
-        }
     }
-    Ok(())
+    increasing("pressure", "time", "s", s.pressure.iter().map(|key| key.time))
 }
 
 fn pin(pin: &PinSpec) -> ValidationResult {
@@ -320,17 +312,22 @@ fn pin(pin: &PinSpec) -> ValidationResult {
     Ok(())
 }
 
+/// Check that the numbers `name` of the rows of the list `field` increase.
+fn increasing(field: &str, name: &str, unit: &str, values: impl Iterator<Item = f64> + Clone) -> ValidationResult {
+    for (i, (before, value)) in values.clone().zip(values.skip(1)).enumerate() {
+        let at = || format!("{field}.{}.{name}", i + 1);
+        reject_if!(value <= before, at(), "{value} {unit} does not come after {before} {unit}");
+    }
+    Ok(())
+}
+
 /// Check a table of stiffness against temperature.
 fn softening(field: &str, rows: &[(f64, f64)]) -> ValidationResult {
     for (i, (celsius, fraction)) in rows.iter().enumerate() {
         Id::SofteningTemperature.check(&format!("{field}.{i}.0"), *celsius)?;
         Id::SofteningFraction.check(&format!("{field}.{i}.1"), *fraction)?;
-        if i > 0 && *celsius <= rows[i - 1].0 {
-            let problem = format!("{celsius} °C does not come after {} °C", rows[i - 1].0);
-            return Err(InputError::new(format!("{field}.{i}.0"), problem));
-        }
     }
-    Ok(())
+    increasing(field, "0", "°C", rows.iter().map(|row| row.0))
 }
 
 /// Check the ranges of outline, holes and cuts. Their geometry is checked when the sheet is built.
@@ -367,12 +364,8 @@ fn path(path: &[PathKey]) -> ValidationResult {
         Id::PathTime.check(&format!("path.{i}.time"), key.time)?;
         Id::PathOffset.check_each(&format!("path.{i}.offset"), key.offset.to_array())?;
         Id::PathRotation.check_each(&format!("path.{i}.rotation"), key.rotation.to_array())?;
-        if i > 0 && key.time <= path[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, path[i - 1].time);
-            return Err(InputError::new(format!("path.{i}.time"), problem));
-        }
     }
-    Ok(())
+    increasing("path", "time", "s", path.iter().map(|key| key.time))
 }
 
 fn body(b: &BodySpec) -> ValidationResult {
@@ -406,11 +399,8 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         for (i, key) in oven.schedule.iter().enumerate() {
             Id::OvenScheduleTime.check(&format!("oven.schedule.{i}.time"), key.time)?;
             Id::OvenScheduleTemperature.check_option(&format!("oven.schedule.{i}.temperature"), key.temperature)?;
-            if i > 0 && key.time <= oven.schedule[i - 1].time {
-                let problem = format!("{} s does not come after {} s", key.time, oven.schedule[i - 1].time);
-                return Err(InputError::new(format!("oven.schedule.{i}.time"), problem));
-            }
         }
+        increasing("oven.schedule", "time", "s", oven.schedule.iter().map(|key| key.time))?;
     }
     if let Some(gun) = &scene.heat_gun {
         Id::HeatGunTemperature.check("heat_gun.temperature", gun.temperature)?;
