@@ -7,8 +7,7 @@
 
 use crate::elements::axial::{Axial, axial_methods};
 use crate::elements::spring::Springs;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
-use crate::material::law::ElementLaw;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, add_block};
 use crate::math::Vectors;
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
@@ -21,7 +20,8 @@ struct MixedSpring {
     axial: Axial,
 }
 
-/// All springs of a sheet.
+/// All springs of a sheet. [`MixedSprings::update_from`] sets their stiffness, which is that of the
+/// present temperature.
 #[derive(Clone, Debug, Default)]
 pub struct MixedSprings {
     springs: Vec<MixedSpring>,
@@ -80,12 +80,6 @@ impl Element for MixedSprings {
             spring.blocks = [block(a, a), block(b, b), block(a, b)];
         }
     }
-
-    /// No effect: [`MixedSprings::update_from`] sets the stiffness.
-    fn set_law(&mut self, _law: &ElementLaw) {}
-
-    /// No effect: [`MixedSprings::update_from`] sets the stiffness at the present temperature.
-    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
 
     fn energy(&self, x: &Vectors) -> f64 {
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()

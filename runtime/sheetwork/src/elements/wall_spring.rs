@@ -78,8 +78,9 @@ impl WallSprings {
         Self { springs: each.collect(), ..Self::default() }
     }
 
-    /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+    /// Adds creep with Maxwell arms of the shares `share`, if any.
+    pub fn with_creep(mut self, share: Option<[f64; 2]>) -> Self {
+        let Some(share) = share else { return self };
         let one = |s: &ClampSpring| SpringCreep { stiffness: s.axial.stiffness, strain: CreepStrain::default() };
         self.creep = self.springs.iter().map(one).collect();
         self.share = share;

@@ -164,9 +164,7 @@ impl Material {
         (self.tears_at, self.melts_at) = (Some(tears_at), melts_at);
         self
     }
-}
 
-impl Material {
     /// Stiffness per width of a sheet of this material.
     pub fn target(&self) -> StiffnessTarget {
         match &self.orthotropic {

@@ -100,9 +100,7 @@ impl FractureState {
             initial_cells: Vec::new(),
         }
     }
-}
 
-impl FractureState {
     /// Whether each cell is open.
     pub fn cells(&self) -> &[bool] {
         self.open.cells()

@@ -106,9 +106,7 @@ impl RecoveryState {
         self.is_relaxed = true;
         true
     }
-}
 
-impl RecoveryState {
     /// Serialise the state.
     pub fn serialise(&self, to: &mut StateWriter) {
         to.count(self.bisections.into());

@@ -109,7 +109,7 @@ impl World {
         let mut new = Vec::new();
         for (index, grid) in grids.iter().enumerate() {
             if grid_of(&self.sheets[index]) != *grid {
-                let watched = buckling::detects_buckling(&self.sheets[index]);
+                let watched = self.sheets[index].state.buckle_detector.is_some();
                 let mut sheet = self.build_sheet_on_grid(index, *grid).map_err(|_| CorruptState)?;
                 buckling::set_buckling_detection(&mut sheet, watched);
                 new.push((index, sheet, SheetContact::default()));

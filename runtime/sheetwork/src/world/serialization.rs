@@ -176,7 +176,7 @@ impl World {
 
     /// Build the sheet `index` of the scene again.
     fn rebuild_sheet(&mut self, index: usize) -> ReadResult {
-        let watched = buckling::detects_buckling(&self.sheets[index]);
+        let watched = self.sheets[index].state.buckle_detector.is_some();
         let grid = grid_of(&self.sheets[index]);
         let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
         buckling::set_buckling_detection(&mut sheet, watched);

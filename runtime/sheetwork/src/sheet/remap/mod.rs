@@ -173,7 +173,7 @@ fn copy_settings_from(sheet: &mut Sheet, old: &Sheet, tolerance: f64) -> Result<
     if let Some((own, before)) = sheet.recovery.as_mut().zip(old.recovery.as_ref()) {
         own.state = RecoveryState { delay: before.state.delay, ..RecoveryState::default() };
     }
-    buckling::set_buckling_detection(sheet, buckling::detects_buckling(old));
+    buckling::set_buckling_detection(sheet, old.state.buckle_detector.is_some());
     sheet.model.initial_diagonal = old.model.initial_diagonal;
     Ok(())
 }
