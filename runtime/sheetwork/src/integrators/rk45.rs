@@ -12,7 +12,7 @@ use crate::integrators::settings::IntegratorSettings;
 use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
@@ -141,12 +141,11 @@ impl Integrator for Rk45 {
     }
 
     fn serialise(&self, to: &mut StateWriter) {
-        to.optional(self.next);
+        self.next.serialise(to);
     }
 
     fn deserialise(&mut self, from: &mut StateReader, _masses: usize) -> ReadResult {
-        self.next = from.optional()?;
-        Ok(())
+        self.next.deserialise(from)
     }
 
     fn restart(&mut self) {

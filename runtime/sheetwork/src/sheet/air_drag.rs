@@ -79,14 +79,14 @@ impl AirDrag {
     pub fn serialise_settings(&self, to: &mut StateWriter) {
         self.coefficients.serialise(to);
         // A pressure schedule determines the pressure.
-        to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
+        Some(self.pressure).filter(|_| self.schedule.is_empty()).serialise(to);
         to.states(&self.schedule);
     }
 
     /// Deserialise the settings.
     pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.coefficients.deserialise(from)?;
-        if let Some(pressure) = from.optional()? {
+        if let Some(pressure) = from.read()? {
             self.pressure = pressure;
         }
         self.schedule = from.states(16)?;

@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,7 +91,7 @@ impl Pins {
                 to.count(u64::from(*mass));
                 to.vector(*start);
             }
-            to.optional(group.until);
+            group.until.serialise(to);
             to.states(&group.path);
         }
     }

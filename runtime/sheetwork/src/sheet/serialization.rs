@@ -8,7 +8,7 @@
 use crate::elements::Element;
 use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::bonds::AdhesionState;
 use crate::sheet::{
     Field, ImplicitSystem, RecoveryState, Sheet, SheetState, attachment, fracture, grab, instability, node_contact,
@@ -40,9 +40,9 @@ pub(crate) fn serialise_settings(sheet: &Sheet, to: &mut StateWriter) {
         sheet.parameters.springs.damping,
         sheet.parameters.damping_ratio,
     ]);
-    to.optional(sheet.flexion_angle_limit());
+    sheet.flexion_angle_limit().serialise(to);
     sheet.parameters.drag.serialise_settings(to);
-    to.optional(sheet.state.inelastic.as_ref().map(|f| f.celsius()));
+    sheet.state.inelastic.as_ref().map(|f| f.celsius()).serialise(to);
     to.text(instability::chosen_engine(sheet).name());
     sheet.when_unstable().serialise(to);
     to.number(sheet.parameters.max_step);
@@ -63,12 +63,12 @@ pub(crate) fn deserialise_settings(sheet: &mut Sheet, from: &mut StateReader, to
     if material != sheet.parameters.material {
         sheet.set_material(material).map_err(|_| CorruptState)?;
     }
-    let limit = from.optional()?;
+    let limit = from.read()?;
     if limit != sheet.flexion_angle_limit() {
         sheet.set_flexion_limit(limit).map_err(|_| CorruptState)?;
     }
     sheet.parameters.drag.deserialise_settings(from)?;
-    let celsius = from.optional()?;
+    let celsius = from.read()?;
     if let Some((flow, celsius)) = sheet.state.inelastic.as_mut().zip(celsius) {
         flow.set_celsius(celsius);
     }

@@ -10,6 +10,7 @@ pub mod journal;
 pub(crate) mod lod;
 pub mod lod_cost;
 pub(crate) mod parameters;
+pub(crate) mod part_file;
 pub(crate) mod playback;
 pub mod recording;
 pub(crate) mod remap;
