@@ -37,10 +37,6 @@ struct BackwardEuler {
 }
 
 impl StagedIntegrator for BackwardEuler {
-    fn stages(&self) -> usize {
-        1
-    }
-
     fn prepare(
         &mut self,
         problem: &mut dyn ImplicitProblem,
@@ -62,10 +58,6 @@ impl StagedIntegrator for BackwardEuler {
         StageProblem { per_time: self.per_time, y: &self.y, w: &self.w }
     }
 
-    fn length(&self, _k: usize, dt: f64) -> f64 {
-        dt
-    }
-
     fn finish(
         &mut self,
         _problem: &mut dyn ImplicitProblem,
@@ -75,7 +67,7 @@ impl StagedIntegrator for BackwardEuler {
         jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
-        crate::integrators::tr_bdf2::velocity(solution, &self.w, dt, v);
+        v.set_rate(solution, &self.w, dt);
         x.copy_from(solution);
         if let Some(jump) = jump {
             v.add_scaled(-1.0 / dt, &jump.dx);

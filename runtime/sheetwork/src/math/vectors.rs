@@ -113,6 +113,15 @@ impl Vectors {
         }
     }
 
+    /// Set to `(a - b) / h`.
+    pub fn set_rate(&mut self, a: &Self, b: &Self, h: f64) {
+        for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {
+            for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+                *to = (a - b) / h;
+            }
+        }
+    }
+
     /// Compute self = p · a + q · b, component by component.
     pub fn blend(&mut self, p: f64, a: &Self, q: f64, b: &Self) {
         for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {

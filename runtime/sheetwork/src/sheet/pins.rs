@@ -263,13 +263,9 @@ impl Pins {
                 v.set(i, (*start + offset - x.get(i)) / dt);
             }
         }
-        for glue in &self.glue {
-            let Some(hold) = glue.body.filter(|h| h.is_kinematic) else { continue };
-            let there = hold.at(t + dt);
-            for (mass, _, local) in &glue.masses {
-                let i = *mass as usize;
-                v.set(i, (there.world_point(*local) - x.get(i)) / dt);
-            }
+        for (hold, mass, local) in self.kinematic_attachments() {
+            let i = mass as usize;
+            v.set(i, (hold.at(t + dt).world_point(local) - x.get(i)) / dt);
         }
         self.zero_fixed_axes(v);
     }
@@ -286,10 +282,7 @@ impl Pins {
         for (hold, mass, local) in self.kinematic_attachments() {
             x.set(mass as usize, hold.at(t).world_point(local));
         }
-        for rail in &self.fixed_axes {
-            let i = rail.mass as usize;
-            x.set(i, rail.replaced(x.get(i), rail.start));
-        }
+        self.set_fixed_axes(x, |rail| rail.start);
     }
 
     /// Adopt the positions `x` at time `t` (s): a node further than `slack` (m) from its prescribed
@@ -332,17 +325,18 @@ impl Pins {
 
     /// Set the fixed components of velocities, accelerations or forces to zero.
     pub(crate) fn zero_fixed_axes(&self, a: &mut Vectors) {
-        for rail in &self.fixed_axes {
-            let i = rail.mass as usize;
-            a.set(i, rail.replaced(a.get(i), DVec3::ZERO));
-        }
+        self.set_fixed_axes(a, |_| DVec3::ZERO);
     }
 
     /// Copy the fixed components of `x` to `to`.
     pub(crate) fn copy_fixed_axes(&self, x: &Vectors, to: &mut Vectors) {
+        self.set_fixed_axes(to, |rail| x.get(rail.mass as usize));
+    }
+
+    fn set_fixed_axes(&self, to: &mut Vectors, value: impl Fn(&FixedAxes) -> DVec3) {
         for rail in &self.fixed_axes {
             let i = rail.mass as usize;
-            to.set(i, rail.replaced(to.get(i), x.get(i)));
+            to.set(i, rail.replaced(to.get(i), value(rail)));
         }
     }
 }

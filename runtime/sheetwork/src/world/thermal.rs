@@ -56,12 +56,7 @@ impl World {
         let mut scene = self.scene.clone();
         scene.heaters.push(spec.clone());
         self.replace_heat_settings(scene)?;
-        self.heat.iter_mut().for_each(|heat| {
-            heat.remove(&heater::path_of(&spec.name));
-        });
-        if let Some(heat) = &mut self.heat {
-            heat.add(source);
-        }
+        self.replace_source(&heater::path_of(&spec.name), Some(source));
         self.heater_names.push(spec.name);
         Ok(HeaterId(self.heater_ids.push()))
     }

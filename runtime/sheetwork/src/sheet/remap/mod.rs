@@ -193,12 +193,7 @@ fn remap_temperatures(sheet: &mut Sheet, old: &Sheet, carry: &Remap) {
 /// Interpolate the temperatures `before` of `old` at the nodes of this sheet.
 fn read_temperatures(sheet: &Sheet, old: &Sheet, before: &[f64], carry: &Remap) -> Vec<f64> {
     if lattice::is_lattice(sheet) {
-        let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
-        return LatticeLayout::from_sheet(sheet)
-            .means(&LatticeLayout::from_sheet(old), &before)
-            .into_iter()
-            .map(|[t]| t)
-            .collect();
+        return LatticeLayout::from_sheet(sheet).means(&LatticeLayout::from_sheet(old), before);
     }
     carry.at_nodes(before)
 }
