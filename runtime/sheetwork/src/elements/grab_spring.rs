@@ -109,7 +109,7 @@ impl Element for GrabSpring {
     fn add_forces(&self, x: &Vectors, _v: &Vectors, force: &mut Vectors) {
         let all = self.force(x);
         for (i, w) in self.terms() {
-            force.set(i, force.get(i) + all * w);
+            force.add(i, all * w);
         }
     }
 

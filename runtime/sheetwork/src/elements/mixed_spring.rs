@@ -94,7 +94,7 @@ impl Element for MixedSprings {
                 let f =
                     n * (s.axial.stiffness * (length - s.axial.rest) + s.axial.dashpot * (v.get(a) - v.get(b)).dot(n));
                 force.set(a, force.get(a) - f);
-                force.set(b, force.get(b) + f);
+                force.add(b, f);
             }
         }
     }
@@ -117,7 +117,7 @@ impl Element for MixedSprings {
             if length > 0.0 {
                 let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
                 let f = d * (s.axial.force_at(length, self.per_time) / length);
-                gradient.set(a, gradient.get(a) + f);
+                gradient.add(a, f);
                 gradient.set(b, gradient.get(b) - f);
             }
         }

@@ -237,7 +237,7 @@ impl Element for WallSprings {
             let (d, length) = s.along(x);
             if length > 0.0 {
                 let pull = d * (s.axial.force_at(length, self.per_time) / length);
-                gradient.set(s.mass, gradient.get(s.mass) + pull);
+                gradient.add(s.mass, pull);
             }
         }
     }

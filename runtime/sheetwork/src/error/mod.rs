@@ -39,6 +39,21 @@ impl InputError {
         self
     }
 
+    /// The error of a value as one of the group at the path `outer`.
+    pub(crate) fn within(mut self, outer: &str) -> Self {
+        self.field = if self.field.is_empty() { outer.to_owned() } else { format!("{outer}.{}", self.field) };
+        self
+    }
+
+    /// The error of the object at the path `outer`, or of the file that `file` names for it.
+    pub(crate) fn of_object(mut self, outer: &str, file: &str) -> Self {
+        if self.file.is_none() {
+            return self.within(outer);
+        }
+        self.problem = format!("{} (the file of {file})", self.problem);
+        self
+    }
+
     /// Set the line of the error, counted from 1.
     pub fn at_line(mut self, line: usize) -> Self {
         self.line = Some(line);

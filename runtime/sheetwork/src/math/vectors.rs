@@ -55,6 +55,12 @@ impl Vectors {
         self.z[i] = v.z;
     }
 
+    /// Add `d` to vector `i`. Panics for an index out of range.
+    #[inline]
+    pub fn add(&mut self, i: usize, d: DVec3) {
+        self.set(i, self.get(i) + d);
+    }
+
     /// Append a vector.
     pub fn push(&mut self, v: DVec3) {
         self.x.push(v.x);

@@ -11,7 +11,7 @@ use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
     Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, PathKey, PinSpec, Placement, Region,
-    RegionVector, Room, Scene, Shape, SheetSpec, material,
+    RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -49,12 +49,8 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     if let Some(walls) = &scene.room {
         room(walls)?;
     }
-    for (i, sheet) in scene.sheets.iter().enumerate() {
-        crate::scene::validate::sheet(sheet).map_err(|e| within(&format!("sheets.{i}"), e))?;
-    }
-    for (i, body) in scene.bodies.iter().enumerate() {
-        crate::scene::validate::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
-    }
+    each("sheets", &scene.sheets, sheet)?;
+    each("bodies", &scene.bodies, body)?;
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
     // The default name of a body must not equal another's name.
     let bodies = scene.body_names();
@@ -64,7 +60,7 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
 /// Check a sheet that is added to a valid scene as number `index`, with a name that is not in use.
 /// The errors are those of [`values`] for the scene with the sheet.
 pub(crate) fn added_sheet(spec: &SheetSpec, index: usize) -> ValidationResult {
-    sheet(spec).map_err(|e| within(&format!("sheets.{index}"), e))?;
+    sheet(spec).map_err(|e| e.within(&format!("sheets.{index}")))?;
     check_name(&format!("sheets.{index}"), &spec.name)
 }
 
@@ -112,9 +108,10 @@ fn check_attachments(scene: &Scene) -> ValidationResult {
     Ok(())
 }
 
-fn within(outer: &str, mut error: InputError) -> InputError {
-    error.field = if error.field.is_empty() { outer.to_owned() } else { format!("{outer}.{}", error.field) };
-    error
+/// Check the rows of the list `field`.
+fn each<T>(field: &str, rows: &[T], check: impl Fn(&T) -> ValidationResult) -> ValidationResult {
+    let mut rows = rows.iter().enumerate();
+    rows.try_for_each(|(i, row)| check(row).map_err(|e| e.within(&format!("{field}.{i}"))))
 }
 
 fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationResult {
@@ -211,11 +208,11 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
     Id::WlfSecond.check(&at("wlf.1"), m.wlf.1)?;
     Id::MeltsAt.check_option(&at("melts_at"), m.melts_at)?;
     if let Some(tack) = &m.tack {
-        crate::scene::adhesion::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
+        crate::scene::adhesion::check_tack(tack).map_err(|e| e.within(&at("tack")))?;
     }
     Id::TearsAt.check_option(&at("tears_at"), m.tears_at)?;
     let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| StiffnessTarget::orthotropic(measured).map(drop));
-    woven.map_err(|e| within(&at("orthotropic"), e))
+    woven.map_err(|e| e.within(&at("orthotropic")))
 }
 
 fn placement(p: &Placement) -> ValidationResult {
@@ -248,17 +245,13 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     Id::SheetSpin.check_each("spin", s.spin.to_array())?;
     region_vectors("velocities", &s.velocities, Id::RegionVelocity)?;
     region_vectors("forces", &s.forces, Id::RegionForce)?;
-    for (i, p) in s.pins.iter().enumerate() {
-        pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
-    }
+    each("pins", &s.pins, pin)?;
     s.when_unstable.check()?;
     crate::scene::rest_shape::check(s)?;
     crate::scene::fracture::check(s)?;
     crate::scene::adhesion::check(s)?;
     crate::scene::lod::check(s)?;
-    for (i, spot) in s.spots.iter().enumerate() {
-        spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
-    }
+    each("spots", &s.spots, SpotSpec::check)?;
     for (name, (u, v)) in &s.probes {
         Id::ProbePosition.check_each(&format!("probes.{name}"), [*u, *v])?;
     }
@@ -287,7 +280,7 @@ fn air_loads(s: &SheetSpec) -> ValidationResult {
 }
 
 fn pin(pin: &PinSpec) -> ValidationResult {
-    region(&pin.region).map_err(|e| within("region", e))?;
+    region(&pin.region).map_err(|e| e.within("region"))?;
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);
     if let Some(until) = pin.until {
@@ -343,11 +336,10 @@ fn outline(s: &SheetSpec) -> ValidationResult {
 }
 
 fn region_vectors(field: &str, list: &[RegionVector], value: Id) -> ValidationResult {
-    for (i, item) in list.iter().enumerate() {
-        region(&item.region).map_err(|e| within(&format!("{field}.{i}.region"), e))?;
-        value.check_each(&format!("{field}.{i}.value"), item.value.to_array())?;
-    }
-    Ok(())
+    each(field, list, |item| {
+        region(&item.region).map_err(|e| e.within("region"))?;
+        value.check_each("value", item.value.to_array())
+    })
 }
 
 fn region(region: &Region) -> ValidationResult {
@@ -410,11 +402,9 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         Id::HeatGunPositionX.check_each("heat_gun.position", gun.position.to_array())?;
         Id::HeatGunDirectionX.check_each("heat_gun.direction", gun.direction.to_array())?;
         reject_if!(gun.direction == DVec3::ZERO, "heat_gun.direction", "points nowhere");
-        path(&gun.path).map_err(|e| within("heat_gun", e))?;
+        path(&gun.path).map_err(|e| e.within("heat_gun"))?;
     }
-    for (i, heater) in scene.heaters.iter().enumerate() {
-        crate::scene::validate::heater(heater).map_err(|e| within(&format!("heaters.{i}"), e))?;
-    }
+    each("heaters", &scene.heaters, heater)?;
     names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))
 }
 

@@ -163,7 +163,7 @@ impl AirDrag {
             force.set(i, force.get(i) - *k * (v.get(i) - self.wind));
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
-            force.set(i, force.get(i) + *push);
+            force.add(i, *push);
         }
     }
 
@@ -194,7 +194,7 @@ impl AirDrag {
     /// Add the gradient of [`AirDrag::potential`], N.
     pub fn add_gradient(&self, stage: &StageProblem, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {
-            gradient.set(i, gradient.get(i) + *k * self.relative(stage, x, i));
+            gradient.add(i, *k * self.relative(stage, x, i));
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
             gradient.set(i, gradient.get(i) - *push);

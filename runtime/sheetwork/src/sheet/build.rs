@@ -105,13 +105,9 @@ impl Sheet {
 
 /// Area per node, m²: the area of the layer in proportion to the node masses.
 fn node_areas(sheet: &Sheet) -> Vec<f64> {
-    let place = |m: u32| {
-        let (u, v) = sheet.model.uv[m as usize];
-        (u * sheet.model.extent.0, v * sheet.model.extent.1)
-    };
     let area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(place);
-        0.5 * ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs()
+        let [a, b, c] = t.map(|m| sheet.model.place(m));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     };
     let covered: f64 = match &sheet.model.triangles {
         Some(triangles) => triangles.iter().map(area).sum(),
@@ -286,12 +282,10 @@ fn apply_regions(
     let pinned: Result<Vec<_>, _> =
         spec.pins.iter().enumerate().map(|(i, p)| find(&p.region, format!("pins.{i}.region"))).collect();
     for (masses, value) in velocities {
-        masses.iter().for_each(|i| sheet.state.v.set(*i as usize, sheet.state.v.get(*i as usize) + value));
+        masses.iter().for_each(|i| sheet.state.v.add(*i as usize, value));
     }
     for (masses, value) in forces {
-        masses
-            .iter()
-            .for_each(|i| sheet.parameters.applied.set(*i as usize, sheet.parameters.applied.get(*i as usize) + value));
+        masses.iter().for_each(|i| sheet.parameters.applied.add(*i as usize, value));
     }
     for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
         if let Some(c) = calibrated.filter(|_| is_cutting_clamp(pin)) {

@@ -314,8 +314,9 @@ impl Pins {
     }
 
     /// Shift the start position of node `i` of pin `k`, counted as in [`Pins::starts`], by `by(k,
-    /// i)` (m).
-    pub(crate) fn shift_starts(&mut self, by: impl Fn(usize, u32) -> DVec3) {
+    /// i)` (m), where that is longer than `slack` (m), the rounding errors.
+    pub(crate) fn shift_starts(&mut self, slack: f64, by: impl Fn(usize, u32) -> DVec3) {
+        let by = |k: usize, i: u32| Some(by(k, i)).filter(|by| by.length() > slack).unwrap_or_default();
         for (k, group) in self.groups.iter_mut().enumerate() {
             group.masses.iter().zip(&mut group.start).for_each(|(i, start)| *start += by(k, *i));
         }

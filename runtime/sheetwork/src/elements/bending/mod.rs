@@ -185,7 +185,7 @@ impl Bending {
     fn add_moments(&self, group: &BendingGroup, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
         for (mass, w) in self.entries(group) {
             let f = (moments[0] * w[0] + moments[1] * w[1] + moments[2] * w[2]) * scale;
-            to.set(mass, to.get(mass) + f);
+            to.add(mass, f);
         }
     }
 }

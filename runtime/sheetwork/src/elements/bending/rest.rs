@@ -264,7 +264,7 @@ impl Bending {
             let t = (pull - n * n.dot(pull)) * (scale / frame.length);
             let (by_p, by_q) = (frame.q.cross(t), t.cross(frame.p));
             for (mass, f) in g.frame.into_iter().zip([by_p, -by_p, by_q, -by_q]) {
-                to.set(mass as usize, to.get(mass as usize) + f);
+                to.add(mass as usize, f);
             }
         }
     }

@@ -20,8 +20,7 @@ pub(crate) const PIN_TOLERANCE: f64 = 1e-9;
 
 fn edges_of_grid(sheet: &Sheet) -> StrainGrid {
     let [columns, rows] = remap::nodes_along(sheet);
-    let spacing = (sheet.model.extent.0 / (columns - 1) as f64, sheet.model.extent.1 / (rows - 1) as f64);
-    StrainGrid { columns, rows, spacing, triangular: false }
+    StrainGrid { columns, rows, spacing: outline::cell(sheet).into(), triangular: false }
 }
 
 /// Whether it is a shell on a grid.
@@ -123,13 +122,11 @@ pub(crate) fn restore_momentum(sheet: &mut Sheet, old: &Sheet) {
     let turns = inertia.determinant() > 1e-9 * size * size * size;
     let spin = if turns { inertia.inverse() * lost } else { DVec3::ZERO };
     for i in 0..sheet.node_count() {
-        let turned = sheet.state.v.get(i) + spin.cross(sheet.state.x.get(i) - centre);
-        sheet.state.v.set(i, turned);
+        sheet.state.v.add(i, spin.cross(sheet.state.x.get(i) - centre));
     }
     let drift = (old.momentum() - sheet.momentum()) / sheet.total_mass();
     for i in 0..sheet.node_count() {
-        let moved = sheet.state.v.get(i) + drift;
-        sheet.state.v.set(i, moved);
+        sheet.state.v.add(i, drift);
     }
 }
 

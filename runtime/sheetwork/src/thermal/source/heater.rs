@@ -52,12 +52,8 @@ pub(crate) const KIND: SourceKind =
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let each = |(index, spec): (usize, &HeaterSpec)| {
-        of(&name_of(spec, index), spec, &scene.base).map_err(|mut e| {
-            if e.file.is_none() {
-                e.field = format!("heaters.{index}.{}", e.field);
-            }
-            e
-        })
+        let made = of(&name_of(spec, index), spec, &scene.base);
+        made.map_err(|e| if e.file.is_none() { e.within(&format!("heaters.{index}")) } else { e })
     };
     scene.heaters.iter().enumerate().map(each).collect()
 }

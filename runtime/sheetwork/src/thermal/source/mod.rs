@@ -116,8 +116,8 @@ pub trait HeatSource: Send + Sync {
         true
     }
 
-    /// Add the heat exchange of the sheet `index`.
-    fn add_exchange(&mut self, index: usize, moment: &SourceInputs, target: &mut HeatedSheet);
+    /// Add the heat exchange of the sheet `_index`.
+    fn add_exchange(&mut self, _index: usize, _moment: &SourceInputs, _target: &mut HeatedSheet) {}
 
     /// Path of the source's parameters: `oven`, `heaters.lamp`. Empty for the room.
     fn path(&self) -> String {

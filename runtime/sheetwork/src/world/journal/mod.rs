@@ -120,8 +120,8 @@ impl JournalInput {
 
 /// Sheet of a name.
 fn sheet_of<'a>(world: &'a mut World, name: &str) -> Result<&'a mut Sheet, InputError> {
-    let found = world.sheets_mut().iter_mut().find(|s| s.name == name);
-    found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
+    let index = world.sheet_index(name)?;
+    Ok(&mut world.sheets[index])
 }
 
 /// Send a body to a pose by `send`, which returns whether it did.
