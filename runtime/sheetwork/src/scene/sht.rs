@@ -28,7 +28,7 @@ pub use crate::scene::sht::reader::read_sht;
 use crate::error::{InputError, check_range};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_NODES, StructureKind};
-use crate::scene::record_lines::{RecordColumn, decimal, read_file, write_file};
+use crate::scene::record_lines::{RecordColumn, decimal, read_file};
 
 /// Maximum number of springs of a sheet.
 const MAX_SPRINGS: u64 = 32 * MAX_NODES;
@@ -282,7 +282,7 @@ pub fn write_sht(sheet: &SheetFile) -> String {
 /// could not be read again is not written.
 pub fn write_sht_file(path: &Path, sheet: &SheetFile) -> Result<(), InputError> {
     sheet.check().map_err(|error| error.in_file(path))?;
-    write_file(path, &write_sht(sheet))
+    std::fs::write(path, write_sht(sheet)).map_err(|error| InputError::io(path, &error))
 }
 
 #[cfg(test)]
