@@ -157,8 +157,7 @@ state_of_tuple!(A 0, B 1, C 2);
 
 impl<T: State + Default> State for Option<T> {
     fn serialise(&self, to: &mut StateWriter) {
-        to.flag(self.is_some());
-        self.iter().for_each(|value| value.serialise(to));
+        to.option(self.as_ref(), T::serialise);
     }
 
     fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
@@ -206,6 +205,14 @@ impl StateWriter {
 
     pub fn rotation(&mut self, value: DQuat) {
         value.to_array().serialise(self);
+    }
+
+    /// Write whether there is a value, then the value by `write`.
+    pub fn option<T>(&mut self, value: Option<T>, write: impl FnOnce(T, &mut Self)) {
+        self.flag(value.is_some());
+        if let Some(value) = value {
+            write(value, self);
+        }
     }
 
     pub fn text(&mut self, value: &str) {

@@ -1,12 +1,13 @@
 //! Explicit integrators of order 1: one evaluation of the accelerations a at the start of the step.
-//! They differ in the update of x and v. Growth of the energy on x'' = -ω²x is given with a = hω.
+//! They differ in the update of x and v. Growth of the energy on x'' = -ω²x is given with a =
+//! hω.
 
 use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
 
-/// Explicit Euler (thesis equation 3.17): x ← x + v h, v ← v + a h, both evaluated at the start of
-/// the step.
+/// Explicit Euler (thesis equation 3.17): x ← x + v h, v ← v + a h, both evaluated at the start
+/// of the step.
 ///
 /// The energy grows by exactly (1 + a²) per step.
 pub(crate) const EULER: IntegratorInfo = IntegratorInfo {
@@ -46,8 +47,8 @@ pub(crate) const EULER_CROMER: IntegratorInfo = IntegratorInfo {
     ..IntegratorInfo::EXPLICIT
 };
 
-/// The thesis's "analytical" integrator, constant acceleration over the step: x ← x + v h + ½ a h²,
-/// v ← v + a h. The velocity is Euler's, hence order 1.
+/// The thesis's "analytical" integrator, constant acceleration over the step: x ← x + v h + ½
+/// a h², v ← v + a h. The velocity is Euler's, hence order 1.
 ///
 /// The energy grows by (1 + a²/2) per step: exact for free fall, always unstable for an undamped
 /// spring.

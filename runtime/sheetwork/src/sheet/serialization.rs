@@ -135,8 +135,7 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
         to.flags(tears.cells());
         tears.serialise(to);
     }
-    to.flag(heat.is_some());
-    heat.iter().for_each(|heat| heat.serialise(to));
+    to.option(heat.as_ref(), |heat, to| heat.serialise(to));
     if is_changed(sheet) {
         serialise_changes(sheet, to);
     }
@@ -145,10 +144,8 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
     to.flags(touching);
     to.flag(sheet.work.stage.has_diverged);
     clearance(to);
-    to.flag(adhesion.is_some());
-    adhesion.iter().for_each(|stuck| stuck.serialise(to));
-    to.flag(buckle_detector.is_some());
-    buckle_detector.iter().for_each(|watch| watch.serialise(to));
+    to.option(adhesion.as_ref(), |stuck, to| stuck.serialise(to));
+    to.option(buckle_detector.as_ref(), |watch, to| watch.serialise(to));
 }
 
 /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in

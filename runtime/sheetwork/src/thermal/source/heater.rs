@@ -154,10 +154,7 @@ impl PatchViews {
         to.count(self.next as u64);
         to.count(self.glance as u64);
         to.flag(self.complete);
-        to.flag(self.own.is_some());
-        if let Some(own) = &self.own {
-            own.serialise(to);
-        }
+        to.option(self.own.as_ref(), SelfShadow::serialise);
     }
 
     /// Deserialise the data of `sheet` for `faces` hot faces.
@@ -272,7 +269,7 @@ impl HeatSource for HeaterSource {
             return;
         }
         self.update_views(index, moment, target);
-        let walls = moment.room.fourth_power();
+        let walls = fourth_power(moment.room.celsius);
         let count = self.faces.len();
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];
