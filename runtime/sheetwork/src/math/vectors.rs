@@ -57,7 +57,7 @@ impl Vectors {
 
     /// Add `d` to vector `i`. Panics for an index out of range.
     #[inline]
-    pub fn add(&mut self, i: usize, d: DVec3) {
+    pub(crate) fn add(&mut self, i: usize, d: DVec3) {
         self.set(i, self.get(i) + d);
     }
 
@@ -120,7 +120,7 @@ impl Vectors {
     }
 
     /// Set to `(a - b) / h`.
-    pub fn set_rate(&mut self, a: &Self, b: &Self, h: f64) {
+    pub(crate) fn set_rate(&mut self, a: &Self, b: &Self, h: f64) {
         for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {
             for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
                 *to = (a - b) / h;
