@@ -157,8 +157,7 @@ state_of_tuple!(A 0, B 1, C 2);
 
 impl<T: State + Default> State for Option<T> {
     fn serialise(&self, to: &mut StateWriter) {
-        to.flag(self.is_some());
-        self.iter().for_each(|value| value.serialise(to));
+        to.option(self.as_ref(), T::serialise);
     }
 
     fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
@@ -208,8 +207,12 @@ impl StateWriter {
         value.to_array().serialise(self);
     }
 
-    pub fn optional(&mut self, value: Option<f64>) {
-        value.serialise(self);
+    /// Write whether there is a value, then the value by `write`.
+    pub fn option<T>(&mut self, value: Option<T>, write: impl FnOnce(T, &mut Self)) {
+        self.flag(value.is_some());
+        if let Some(value) = value {
+            write(value, self);
+        }
     }
 
     pub fn text(&mut self, value: &str) {
@@ -369,10 +372,6 @@ impl<'a> StateReader<'a> {
         self.read().map(DQuat::from_array)
     }
 
-    pub fn optional(&mut self) -> ReadResult<Option<f64>> {
-        self.read()
-    }
-
     /// Read a state.
     pub(crate) fn read<T: State + Default>(&mut self) -> ReadResult<T> {
         let mut value = T::default();
@@ -463,8 +462,7 @@ mod tests {
         keeper.singles(&[1.5, -0.0]);
         keeper.flags(&[true, false, true, true, false, false, false, false, true]);
         keeper.text("αβ");
-        keeper.optional(None);
-        keeper.optional(Some(2.0));
+        [None, Some(2.0)].serialise(&mut keeper);
         let mut taker = StateReader::new(&keeper.bytes);
         for value in [0, 1, 127, 128, 300, u64::from(u32::MAX), u64::MAX] {
             assert_eq!(taker.count(), Ok(value));
@@ -481,7 +479,7 @@ mod tests {
         taker.flags(&mut flags).expect("there");
         assert_eq!(flags, [true, false, true, true, false, false, false, false, true]);
         assert_eq!(taker.text(), Ok("αβ"));
-        assert_eq!((taker.optional(), taker.optional()), (Ok(None), Ok(Some(2.0))));
+        assert_eq!(taker.read(), Ok([None, Some(2.0)]));
         assert!(taker.is_empty());
     }
 

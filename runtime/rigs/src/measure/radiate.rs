@@ -23,7 +23,7 @@ struct BlackHeater {
 
 impl HeatSource for BlackHeater {
     fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
-        let above = fourth_power(self.celsius) - moment.room.fourth_power();
+        let above = fourth_power(self.celsius) - fourth_power(moment.room.celsius);
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];
             if patch.up {

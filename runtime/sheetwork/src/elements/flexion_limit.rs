@@ -75,7 +75,7 @@ fn limit_one([a, b, c]: [usize; 3], floor: f64, x: &Vectors, v: &mut Vectors, in
     }
     let impulse = (wanted - rate) / weight;
     for (i, g) in gradients {
-        v.set(i, v.get(i) + g * (impulse * inverse_mass[i]));
+        v.add(i, g * (impulse * inverse_mass[i]));
     }
 }
 

@@ -7,8 +7,7 @@
 
 use glam::DVec3;
 
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
-use crate::material::law::ElementLaw;
+use crate::elements::{Element, NO_BLOCK, add_block};
 use crate::math::Vectors;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 
@@ -103,10 +102,6 @@ impl Element for GrabSpring {
         }
     }
 
-    fn set_law(&mut self, _law: &ElementLaw) {}
-
-    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
-
     fn energy(&self, x: &Vectors) -> f64 {
         0.5 * self.stiffness * self.point(x).distance_squared(self.target)
     }
@@ -114,22 +109,8 @@ impl Element for GrabSpring {
     fn add_forces(&self, x: &Vectors, _v: &Vectors, force: &mut Vectors) {
         let all = self.force(x);
         for (i, w) in self.terms() {
-            force.set(i, force.get(i) + all * w);
+            force.add(i, all * w);
         }
-    }
-
-    fn begin_stage(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
-
-    fn finish_stage(&mut self, _x: &Vectors) {}
-
-    fn reset_rates(&mut self) {}
-
-    fn visit_history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
-
-    fn serialise_history(&self, _to: &mut StateWriter) {}
-
-    fn deserialise_history(&mut self, _from: &mut StateReader) -> ReadResult {
-        Ok(())
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -149,14 +130,6 @@ impl Element for GrabSpring {
             add_block(values, *slot, &[k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k]);
         }
     }
-
-    fn add_tangent(&mut self, _x: &Vectors, _geometric: Geometric, _values: &mut [f64]) {}
-
-    fn predict_stress(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
-        0.0
-    }
-
-    fn update_stress(&mut self, _x: &Vectors) {}
 }
 
 #[cfg(test)]

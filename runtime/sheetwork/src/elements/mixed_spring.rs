@@ -7,8 +7,7 @@
 
 use crate::elements::axial::{Axial, axial_methods};
 use crate::elements::spring::Springs;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block};
-use crate::material::law::ElementLaw;
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, add_block};
 use crate::math::Vectors;
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
@@ -21,7 +20,8 @@ struct MixedSpring {
     axial: Axial,
 }
 
-/// All springs of a sheet.
+/// All springs of a sheet. [`MixedSprings::update_from`] sets their stiffness, which is that of the
+/// present temperature.
 #[derive(Clone, Debug, Default)]
 pub struct MixedSprings {
     springs: Vec<MixedSpring>,
@@ -81,12 +81,6 @@ impl Element for MixedSprings {
         }
     }
 
-    /// No effect: [`MixedSprings::update_from`] sets the stiffness.
-    fn set_law(&mut self, _law: &ElementLaw) {}
-
-    /// No effect: [`MixedSprings::update_from`] sets the stiffness at the present temperature.
-    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
-
     fn energy(&self, x: &Vectors) -> f64 {
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
     }
@@ -100,7 +94,7 @@ impl Element for MixedSprings {
                 let f =
                     n * (s.axial.stiffness * (length - s.axial.rest) + s.axial.dashpot * (v.get(a) - v.get(b)).dot(n));
                 force.set(a, force.get(a) - f);
-                force.set(b, force.get(b) + f);
+                force.add(b, f);
             }
         }
     }
@@ -123,7 +117,7 @@ impl Element for MixedSprings {
             if length > 0.0 {
                 let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
                 let f = d * (s.axial.force_at(length, self.per_time) / length);
-                gradient.set(a, gradient.get(a) + f);
+                gradient.add(a, f);
                 gradient.set(b, gradient.get(b) - f);
             }
         }

@@ -96,7 +96,8 @@ pub enum Geometric {
     Clipped,
 }
 
-/// All elements of one kind in a sheet.
+/// All elements of one kind in a sheet. The defaults are those of an element without law, history
+/// and stress, whose tangent is constant.
 pub trait Element: std::any::Any + Send + Sync {
     /// Calls `visit(a, b)` for each pair of nodes, a > b, whose positions enter a common energy
     /// term; pairs may repeat.
@@ -107,11 +108,11 @@ pub trait Element: std::any::Any + Send + Sync {
     fn bind_blocks(&mut self, block: &dyn Fn(u32, u32) -> u32);
 
     /// Sets the stiffness.
-    fn set_law(&mut self, law: &ElementLaw);
+    fn set_law(&mut self, _law: &ElementLaw) {}
 
-    /// Applies the effects of temperature at positions `x` (m). The law stays that of the cold
+    /// Applies the effects of temperature at positions `_x` (m). The law stays that of the cold
     /// sheet. A change of stiffness alone never raises the energy.
-    fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields);
+    fn apply_temperature(&mut self, _x: &Vectors, _warmth: &ThermalFields) {}
 
     /// Energy stored at positions `x` (m), J.
     fn energy(&self, x: &Vectors) -> f64;
@@ -119,28 +120,30 @@ pub trait Element: std::any::Any + Send + Sync {
     /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s), viscous forces included.
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
 
-    /// Begins a stage. `per_time` is 1/h (1/s), 0 for equilibrium. The reference strain ε_w is the
-    /// sum of the anchors plus `follow` (s) times the strain rate at the end of the last stage.
+    /// Begins a stage. `_per_time` is 1/h (1/s), 0 for equilibrium. The reference strain ε_w is
+    /// the sum of the anchors plus `_follow` (s) times the strain rate at the end of the last stage.
     /// This rate belongs to the integrator, as its accelerations do: a rate computed from
     /// velocities would disagree with them after an impact, and a stiff damper would then add
     /// energy.
-    fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64);
+    fn begin_stage(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
 
-    /// Ends a stage at `x` (m) and stores the strain rate (ε(x) - ε_w)/h.
-    fn finish_stage(&mut self, x: &Vectors);
+    /// Ends a stage at `_x` (m) and stores the strain rate (ε(x) - ε_w)/h.
+    fn finish_stage(&mut self, _x: &Vectors) {}
 
     /// Sets the stored strain rates to zero.
-    fn reset_rates(&mut self);
+    fn reset_rates(&mut self) {}
 
     /// Visits the values that persist from stage to stage (strain rates, the stress σ*), always in
     /// one order, for storing and restoring.
-    fn visit_history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
+    fn visit_history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
 
     /// Serialises the values that [`Element::visit_history`] visits.
-    fn serialise_history(&self, to: &mut StateWriter);
+    fn serialise_history(&self, _to: &mut StateWriter) {}
 
     /// Deserialises the values that [`Element::serialise_history`] writes.
-    fn deserialise_history(&mut self, from: &mut StateReader) -> ReadResult;
+    fn deserialise_history(&mut self, _from: &mut StateReader) -> ReadResult {
+        Ok(())
+    }
 
     /// Serialises the parts of law and rest state that change with time: temperature, creep,
     /// fracture.
@@ -162,15 +165,17 @@ pub trait Element: std::any::Any + Send + Sync {
     /// block, row by row, N/m.
     fn add_constant_tangent(&self, _per_time: f64, _values: &mut [f64]) {}
 
-    /// Adds the position-dependent part of the tangent at `x` (m), N/m.
-    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]);
+    /// Adds the position-dependent part of the tangent at `_x` (m), N/m.
+    fn add_tangent(&mut self, _x: &Vectors, _geometric: Geometric, _values: &mut [f64]) {}
 
-    /// Sets σ* to the stress that a displacement `d` (m) from `x` (m) predicts to first order.
+    /// Sets σ* to the stress that a displacement `_d` (m) from `_x` (m) predicts to first order.
     /// Returns the energy ½ Δεᵀ C Δε (J) of the second-order strain Δε.
-    fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64;
+    fn predict_stress(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
+        0.0
+    }
 
-    /// Sets σ* to the stress at `x` (m).
-    fn update_stress(&mut self, x: &Vectors);
+    /// Sets σ* to the stress at `_x` (m).
+    fn update_stress(&mut self, _x: &Vectors) {}
 
     /// Sets the open cells, and the nodes `_gone` that no closed cell touches: elements there have
     /// no stiffness. Opening cells never raises the energy. [`Element::set_law`] must follow.

@@ -83,8 +83,8 @@ impl LimitedSpring {
         }
         let shift = along * ((length - wanted) / (length * weight));
         for (i, shift) in [(a, shift * inverse_mass[a]), (b, -shift * inverse_mass[b])] {
-            x.set(i, x.get(i) + shift);
-            v.set(i, v.get(i) + shift / dt);
+            x.add(i, shift);
+            v.add(i, shift / dt);
         }
         true
     }

@@ -161,7 +161,7 @@ impl LimitedCell {
         }
         let impulse = (wanted - rate) / weight * self.rest.signum();
         for (i, g) in masses.iter().zip(&gradients) {
-            v.set(*i, v.get(*i) + *g * (impulse * free(*i)));
+            v.add(*i, *g * (impulse * free(*i)));
         }
     }
 }

@@ -78,8 +78,9 @@ impl WallSprings {
         Self { springs: each.collect(), ..Self::default() }
     }
 
-    /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+    /// Adds creep with Maxwell arms of the shares `share`, if any.
+    pub fn with_creep(mut self, share: Option<[f64; 2]>) -> Self {
+        let Some(share) = share else { return self };
         let one = |s: &ClampSpring| SpringCreep { stiffness: s.axial.stiffness, strain: CreepStrain::default() };
         self.creep = self.springs.iter().map(one).collect();
         self.share = share;
@@ -236,7 +237,7 @@ impl Element for WallSprings {
             let (d, length) = s.along(x);
             if length > 0.0 {
                 let pull = d * (s.axial.force_at(length, self.per_time) / length);
-                gradient.set(s.mass, gradient.get(s.mass) + pull);
+                gradient.add(s.mass, pull);
             }
         }
     }

@@ -39,6 +39,21 @@ impl InputError {
         self
     }
 
+    /// The error of a value as one of the group at the path `outer`.
+    pub(crate) fn within(mut self, outer: &str) -> Self {
+        self.field = if self.field.is_empty() { outer.to_owned() } else { format!("{outer}.{}", self.field) };
+        self
+    }
+
+    /// The error of the object at the path `outer`, or of the file that `file` names for it.
+    pub(crate) fn of_object(mut self, outer: &str, file: &str) -> Self {
+        if self.file.is_none() {
+            return self.within(outer);
+        }
+        self.problem = format!("{} (the file of {file})", self.problem);
+        self
+    }
+
     /// Set the line of the error, counted from 1.
     pub fn at_line(mut self, line: usize) -> Self {
         self.line = Some(line);
@@ -70,6 +85,61 @@ macro_rules! reject_if {
 }
 
 pub(crate) use reject_if;
+
+/// Implement conversion of a type from and to `String` by `FromStr` and `Display`, for serde.
+macro_rules! string_conversions {
+    ($type:ty) => {
+        impl TryFrom<String> for $type {
+            type Error = crate::error::InputError;
+
+            fn try_from(text: String) -> Result<Self, Self::Error> {
+                text.parse()
+            }
+        }
+
+        impl From<$type> for String {
+            fn from(value: $type) -> Self {
+                value.to_string()
+            }
+        }
+    };
+}
+
+pub(crate) use string_conversions;
+
+/// Implement the name of a kind that is the `name` of its row in a table: `name`, and conversion
+/// from and to text. `$field` is the field of files, and the word for the kind in messages.
+macro_rules! named_in_table {
+    ($kind:ty, $table:expr, $field:literal) => {
+        impl $kind {
+            /// Name in files and on the command line.
+            pub fn name(self) -> &'static str {
+                self.info().name
+            }
+        }
+
+        impl std::fmt::Display for $kind {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $kind {
+            type Err = crate::error::InputError;
+
+            fn from_str(name: &str) -> Result<Self, Self::Err> {
+                $table.iter().find(|row| row.name == name).map(|row| row.kind).ok_or_else(|| {
+                    let names: Vec<&str> = $table.iter().map(|row| row.name).collect();
+                    crate::error::InputError::unknown_name($field, $field, name, &names)
+                })
+            }
+        }
+
+        crate::error::string_conversions!($kind);
+    };
+}
+
+pub(crate) use named_in_table;
 
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

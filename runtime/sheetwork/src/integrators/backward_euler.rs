@@ -16,13 +16,11 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "backward-euler",
     about: "implicit Euler, order 1, stable at any step, strongly damped",
     order: 1,
-    stability_limit: f64::INFINITY,
     evaluations: 1,
     drift: 1.0,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(BackwardEuler::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 /// R(z) = 1/(1 - z) at z = iθ.
@@ -39,10 +37,6 @@ struct BackwardEuler {
 }
 
 impl StagedIntegrator for BackwardEuler {
-    fn stages(&self) -> usize {
-        1
-    }
-
     fn prepare(
         &mut self,
         problem: &mut dyn ImplicitProblem,
@@ -64,10 +58,6 @@ impl StagedIntegrator for BackwardEuler {
         StageProblem { per_time: self.per_time, y: &self.y, w: &self.w }
     }
 
-    fn length(&self, _k: usize, dt: f64) -> f64 {
-        dt
-    }
-
     fn finish(
         &mut self,
         _problem: &mut dyn ImplicitProblem,
@@ -77,7 +67,7 @@ impl StagedIntegrator for BackwardEuler {
         jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
-        crate::integrators::tr_bdf2::velocity(solution, &self.w, dt, v);
+        v.set_rate(solution, &self.w, dt);
         x.copy_from(solution);
         if let Some(jump) = jump {
             v.add_scaled(-1.0 / dt, &jump.dx);

@@ -26,13 +26,10 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "bdf2",
     about: "implicit BDF2, order 2, stable at any step",
     order: 2,
-    stability_limit: f64::INFINITY,
     evaluations: 1,
-    drift: 0.5,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(Bdf2::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 /// The root ζ of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that approximates e^z, at z = iθ.
@@ -69,10 +66,6 @@ impl Bdf2 {
 }
 
 impl StagedIntegrator for Bdf2 {
-    fn stages(&self) -> usize {
-        1
-    }
-
     fn prepare(
         &mut self,
         problem: &mut dyn ImplicitProblem,
@@ -99,10 +92,6 @@ impl StagedIntegrator for Bdf2 {
         StageProblem { per_time: 1.0 / self.h, y: &self.y, w: &self.w }
     }
 
-    fn length(&self, _k: usize, dt: f64) -> f64 {
-        dt
-    }
-
     fn finish(
         &mut self,
         problem: &mut dyn ImplicitProblem,
@@ -116,7 +105,7 @@ impl StagedIntegrator for Bdf2 {
         self.x_previous.copy_from(x);
         self.v_old.copy_from(v);
         self.step = dt;
-        crate::integrators::tr_bdf2::velocity(solution, &self.w, self.h, v);
+        v.set_rate(solution, &self.w, self.h);
         x.copy_from(solution);
         if let Some(jump) = jump {
             v.add_scaled(-1.0 / self.h, &jump.dx);

@@ -14,13 +14,9 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "euler-richardson",
     about: "explicit midpoint, order 2 (thesis, second order)",
     order: 2,
-    stability_limit: 0.0,
     evaluations: 2,
-    drift: 0.5,
-    adaptive: false,
-    implicit: false,
-    amplification: None,
     make: || Box::new(EulerRichardson::default()),
+    ..IntegratorInfo::EXPLICIT
 };
 
 #[derive(Default)]

@@ -1,4 +1,4 @@
-//! Time integrators: each is one file with one row in [`TABLE`].
+//! Time integrators: each is one row in [`TABLE`].
 //!
 //! An integrator advances positions and velocities of x'' = a(t, x, v). It has no knowledge of
 //! elements and evaluates accelerations through [`Forces`]. Fixed and kinematic nodes have zero
@@ -9,12 +9,10 @@
 //! `docs/integrators.md` tabulates accuracy and stability on x'' = -ω²x; the conformance tests
 //! measure them.
 
-pub(crate) mod analytical;
 pub(crate) mod backward_euler;
 pub(crate) mod bdf2;
-pub(crate) mod euler;
-pub(crate) mod euler_cromer;
 pub(crate) mod euler_richardson;
+pub(crate) mod first_order;
 pub mod implicit;
 pub(crate) mod rk4;
 pub(crate) mod rk45;
@@ -22,6 +20,7 @@ pub mod settings;
 pub(crate) mod tr_bdf2;
 pub(crate) mod verlet;
 
+use crate::error::named_in_table;
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
 use crate::serialize::{ReadResult, StateReader, StateWriter};
@@ -145,11 +144,30 @@ pub struct IntegratorInfo {
     pub(crate) make: fn() -> Box<dyn Integrator>,
 }
 
+impl IntegratorInfo {
+    /// Properties that most explicit integrators share, without name and order.
+    const EXPLICIT: Self = Self {
+        kind: IntegratorKind::Analytical,
+        name: "",
+        about: "",
+        order: 0,
+        stability_limit: 0.0,
+        evaluations: 0,
+        drift: 0.5,
+        adaptive: false,
+        implicit: false,
+        amplification: None,
+        make: || Box::new(IdleIntegrator),
+    };
+    /// Properties that most implicit integrators share, without name and order.
+    const IMPLICIT: Self = Self { stability_limit: f64::INFINITY, implicit: true, ..Self::EXPLICIT };
+}
+
 /// Every integrator, in the order of menus.
 pub const TABLE: &[IntegratorInfo] = &[
-    analytical::INFO,
-    euler::INFO,
-    euler_cromer::INFO,
+    first_order::ANALYTICAL,
+    first_order::EULER,
+    first_order::EULER_CROMER,
     euler_richardson::INFO,
     verlet::INFO,
     rk4::INFO,
@@ -171,6 +189,8 @@ impl IntegratorKind {
         (self.info().make)()
     }
 }
+
+named_in_table!(IntegratorKind, TABLE, "engine");
 
 /// Resizes `buffer` to the length of `like`; does not allocate if the lengths agree.
 fn resize_like(buffer: &mut Vectors, like: &Vectors) {

@@ -14,11 +14,8 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     order: 4,
     stability_limit: 2.0 * std::f64::consts::SQRT_2,
     evaluations: 4,
-    drift: 0.5,
-    adaptive: false,
-    implicit: false,
-    amplification: None,
     make: || Box::new(Rk4::default()),
+    ..IntegratorInfo::EXPLICIT
 };
 
 /// Time of each later stage as a fraction of the step, and weight of every stage in the result.

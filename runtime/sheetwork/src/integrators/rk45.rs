@@ -12,7 +12,7 @@ use crate::integrators::settings::IntegratorSettings;
 use crate::integrators::{AdvanceReport, Forces, Integrator, IntegratorInfo, resize_like};
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
-use crate::serialize::{ReadResult, StateReader, StateWriter};
+use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 
 const SETTINGS: IntegratorSettings = IntegratorSettings::DEFAULT;
 
@@ -24,11 +24,9 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     // Stability limit of the order-5 formula at fixed steps; error control stays well below it.
     stability_limit: 0.997,
     evaluations: 7,
-    drift: 0.5,
     adaptive: true,
-    implicit: false,
-    amplification: None,
     make: || Box::new(Rk45::default()),
+    ..IntegratorInfo::EXPLICIT
 };
 
 const STAGES: usize = 7;
@@ -143,12 +141,11 @@ impl Integrator for Rk45 {
     }
 
     fn serialise(&self, to: &mut StateWriter) {
-        to.optional(self.next);
+        self.next.serialise(to);
     }
 
     fn deserialise(&mut self, from: &mut StateReader, _masses: usize) -> ReadResult {
-        self.next = from.optional()?;
-        Ok(())
+        self.next.deserialise(from)
     }
 
     fn restart(&mut self) {

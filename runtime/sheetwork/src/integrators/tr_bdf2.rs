@@ -27,13 +27,10 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     name: "tr-bdf2",
     about: "implicit, trapezoidal and BDF2 stages, order 2, stable at any step",
     order: 2,
-    stability_limit: f64::INFINITY,
     evaluations: 2,
-    drift: 0.5,
-    adaptive: false,
-    implicit: true,
     amplification: Some(amplification),
     make: || Box::new(TrBdf2::default()),
+    ..IntegratorInfo::IMPLICIT
 };
 
 const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
@@ -84,24 +81,6 @@ impl TrBdf2 {
     }
 }
 
-/// a = (x - y)/h².
-pub(crate) fn acceleration(x: &Vectors, y: &Vectors, h: f64, a: &mut Vectors) {
-    for ((a, x), y) in a.axes_mut().into_iter().zip(x.axes()).zip(y.axes()) {
-        for ((a, x), y) in a.iter_mut().zip(x).zip(y) {
-            *a = (x - y) / (h * h);
-        }
-    }
-}
-
-/// v = (x - w)/h.
-pub(crate) fn velocity(x: &Vectors, w: &Vectors, h: f64, v: &mut Vectors) {
-    for ((v, x), w) in v.axes_mut().into_iter().zip(x.axes()).zip(w.axes()) {
-        for ((v, x), w) in v.iter_mut().zip(x).zip(w) {
-            *v = (x - w) / h;
-        }
-    }
-}
-
 impl StagedIntegrator for TrBdf2 {
     fn stages(&self) -> usize {
         2
@@ -133,7 +112,7 @@ impl StagedIntegrator for TrBdf2 {
         let stage = StageProblem { per_time: 1.0 / h, y: &self.y, w: x };
         let solved = solve(problem, &stage, &self.x_start, &mut end, &mut self.work);
         problem.finish_stage(&end);
-        acceleration(&end, &self.y, h, &mut self.a);
+        self.a.set_rate(&end, &self.y, h * h);
         problem.zero_prescribed(&mut self.a);
         solved.solves
     }
@@ -185,7 +164,7 @@ impl StagedIntegrator for TrBdf2 {
         let h = 0.5 * GAMMA * dt;
         problem.finish_stage(solution);
         let a = if k == 0 { &mut self.a_mid } else { &mut self.a };
-        acceleration(solution, &self.y, h, a);
+        a.set_rate(solution, &self.y, h * h);
         problem.zero_prescribed(a);
         if k == 0 {
             // v + h a + h a_mid.

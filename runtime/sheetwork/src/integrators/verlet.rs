@@ -17,11 +17,8 @@ pub(crate) const INFO: IntegratorInfo = IntegratorInfo {
     order: 2,
     stability_limit: 2.0,
     evaluations: 2,
-    drift: 0.5,
-    adaptive: false,
-    implicit: false,
-    amplification: None,
     make: || Box::new(Verlet::default()),
+    ..IntegratorInfo::EXPLICIT
 };
 
 #[derive(Default)]

@@ -55,6 +55,12 @@ impl Vectors {
         self.z[i] = v.z;
     }
 
+    /// Add `d` to vector `i`. Panics for an index out of range.
+    #[inline]
+    pub(crate) fn add(&mut self, i: usize, d: DVec3) {
+        self.set(i, self.get(i) + d);
+    }
+
     /// Append a vector.
     pub fn push(&mut self, v: DVec3) {
         self.x.push(v.x);
@@ -109,6 +115,15 @@ impl Vectors {
         for ((to, a), d) in self.axes_mut().into_iter().zip(a.axes()).zip(d.axes()) {
             for ((t, a), d) in to.iter_mut().zip(a).zip(d) {
                 *t = a + h * d;
+            }
+        }
+    }
+
+    /// Set to `(a - b) / h`.
+    pub(crate) fn set_rate(&mut self, a: &Self, b: &Self, h: f64) {
+        for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {
+            for ((to, a), b) in to.iter_mut().zip(a).zip(b) {
+                *to = (a - b) / h;
             }
         }
     }

@@ -104,10 +104,12 @@ impl LatticeBuilder {
         self.lattice
     }
 
-    /// Join (i, j) to (i + di, j + dj) in every layer where both exist.
-    pub(crate) fn planar(&mut self, di: i32, dj: i32, class: SpringClass) {
-        for index in 0..self.lattice.layers.len() {
-            self.planar_where(index, di, dj, class, |_| true);
+    /// For each (di, dj, class): join (i, j) to (i + di, j + dj) in every layer where both exist.
+    pub(crate) fn families(&mut self, families: &[(i32, i32, SpringClass)]) {
+        for (di, dj, class) in families {
+            for index in 0..self.lattice.layers.len() {
+                self.planar_where(index, *di, *dj, *class, |_| true);
+            }
         }
     }
 
@@ -170,8 +172,7 @@ impl LatticeBuilder {
     /// Add flexion springs between second neighbours along x and z, and their triples for the angle
     /// limit.
     pub(crate) fn flexion(&mut self) {
-        self.planar(2, 0, SpringClass::Flexion);
-        self.planar(0, 2, SpringClass::Flexion);
+        self.families(&[(2, 0, SpringClass::Flexion), (0, 2, SpringClass::Flexion)]);
         for layer in self.lattice.layers.clone() {
             for j in 0..layer.nz {
                 for i in 0..layer.nx {
@@ -190,9 +191,7 @@ impl LatticeBuilder {
     /// lines.
     pub(crate) fn cross_over(&mut self, lines: &[(i32, i32)]) {
         if self.cross_over {
-            for (di, dj) in lines {
-                self.planar(*di, *dj, SpringClass::CrossOver);
-            }
+            lines.iter().for_each(|(di, dj)| self.families(&[(*di, *dj, SpringClass::CrossOver)]));
         }
     }
 }

@@ -28,15 +28,7 @@ impl SpringClass {
 
     /// Name in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Z => "z",
-            Self::Diagonal => "diagonal",
-            Self::AntiDiagonal => "anti-diagonal",
-            Self::Inter => "inter",
-            Self::Flexion => "flexion",
-            Self::CrossOver => "cross-over",
-        }
+        ["x", "z", "diagonal", "anti-diagonal", "inter", "flexion", "cross-over"][self as usize]
     }
 
     /// The class with this name in files.

@@ -102,14 +102,7 @@ impl RigidWorld {
         world.inner.gravity = Vector::ZERO;
         for (index, spec) in scene.bodies.iter().enumerate() {
             let field = format!("bodies.{index}");
-            world.add(scene, spec, index).map_err(|mut e| {
-                if e.file.is_some() {
-                    e.problem = format!("{} (the file of {field}.shape)", e.problem);
-                } else {
-                    e.field = if e.field.is_empty() { field } else { format!("{field}.{}", e.field) };
-                }
-                e
-            })?;
+            world.add(scene, spec, index).map_err(|e| e.of_object(&field, &format!("{field}.shape")))?;
         }
         if let Some(room) = &scene.room {
             world.add_room(scene, room)?;

@@ -23,7 +23,7 @@ pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedro
             Ok(vec![all.swap_remove(*index)])
         }
         Shape::Polyhedron(polyhedron) => {
-            polyhedron.check_closed().map_err(|e| InputError::new(format!("shape.{}", e.field), e.problem))?;
+            polyhedron.check_closed().map_err(|e| e.within("shape"))?;
             Ok(vec![polyhedron.clone()])
         }
         Shape::Box(size) => Ok(vec![Polyhedron::cuboid(*size)]),

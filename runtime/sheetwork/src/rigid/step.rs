@@ -180,7 +180,8 @@ impl RigidWorld {
     fn rapier_state(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
         let rigid = self.inner.bodies.get(self.bodies[index].handle)?;
         let from = &self.motions[index].substep_start;
-        let (origin, rotation) = f64_pose(rigid);
+        let pose = rigid.position();
+        let (origin, rotation) = (pose.translation.as_dvec3(), pose.rotation.as_dquat().normalize());
         if pushed {
             let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
             return Some(BodyState::new(*from.mass_properties(), origin, rotation, velocity, spin));
@@ -442,9 +443,4 @@ fn island_root(groups: &[usize], mut index: usize) -> usize {
         index = groups[index];
     }
     index
-}
-
-fn f64_pose(rigid: &RigidBody) -> (DVec3, DQuat) {
-    let p = rigid.position();
-    (p.translation.as_dvec3(), p.rotation.as_dquat().normalize())
 }

@@ -1,7 +1,7 @@
 //! Checks of adhesion in a scene.
 
 use crate::error::{InputError, check_range, reject_if};
-use crate::scene::{Adhesion, IntegratorKind, Material, MaterialChoice, SheetSpec, material};
+use crate::scene::{Adhesion, IntegratorKind, Material, SheetSpec};
 use crate::units::parameters::ParameterId as Id;
 use crate::units::temperature::COLDEST;
 
@@ -10,11 +10,7 @@ use crate::units::temperature::COLDEST;
 /// # Errors
 /// When its material has no adhesion constants.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
-    match &s.material {
-        MaterialChoice::Named(name) if s.sticky => check_material(&material::by_name(name)?),
-        MaterialChoice::Inline(constants) if s.sticky => check_material(constants),
-        _ => Ok(()),
-    }
+    if s.sticky { s.material.check(check_material) } else { Ok(()) }
 }
 
 /// Check the adhesion constants of a material; fields are below its `tack`.

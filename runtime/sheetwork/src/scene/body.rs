@@ -27,10 +27,8 @@ pub struct BodySpec {
     pub path: Vec<PathKey>,
     /// Mass of a dynamic body, kg, uniform over its shape; 1e-9 to 1e9. Excludes `density` and
     /// `path`, and the half space.
-    #[serde(default)]
     pub mass: Option<f64>,
     /// Density of a dynamic body, kg/m³, in place of its mass; 1e-3 to 1e6.
-    #[serde(default)]
     pub density: Option<f64>,
     /// Initial velocity of the centre of mass of a dynamic body, m/s; each component within ±1e3.
     #[serde(default)]
@@ -39,17 +37,13 @@ pub struct BodySpec {
     #[serde(default)]
     pub spin: DVec3,
     /// Material name in material pairs.
-    #[serde(default)]
     pub material: Option<String>,
     /// Friction coefficient, 0 to 10; the scene's default if none.
-    #[serde(default)]
     pub friction: Option<f64>,
     /// Restitution coefficient, 0 to 1; the scene's default if none.
-    #[serde(default)]
     pub restitution: Option<f64>,
     /// Temperature, °C, -273.15 to 5000, of a body that exchanges heat by contact; `None` for a
     /// body without.
-    #[serde(default)]
     pub temperature: Option<f64>,
 }
 

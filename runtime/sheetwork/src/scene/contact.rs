@@ -37,10 +37,8 @@ pub struct PairSpec {
     /// its `name`, or the `material` of a body.
     pub between: (String, String),
     /// Coulomb friction coefficient, 0 to 10; `None` for that of the two surfaces.
-    #[serde(default)]
     pub friction: Option<f64>,
     /// Coefficient of restitution, 0 to 1; `None` for that of the two surfaces.
-    #[serde(default)]
     pub restitution: Option<f64>,
 }
 

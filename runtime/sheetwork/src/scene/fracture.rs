@@ -1,7 +1,7 @@
 //! Checks of fracture in a scene.
 
 use crate::error::InputError;
-use crate::scene::{Material, MaterialChoice, SheetSpec, material};
+use crate::scene::{Material, SheetSpec};
 use crate::units::parameters::ParameterId as Id;
 
 /// Check the fracture settings of a sheet.
@@ -28,14 +28,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     if s.structure.info().triangular {
         return refused(format!("is for structures of square cells, not for {}", s.structure));
     }
-    if !s.tearing {
-        return Ok(());
-    }
-    match &s.material {
-        MaterialChoice::Named(name) => check_material(&material::by_name(name)?),
-        MaterialChoice::Inline(constants) => check_material(constants),
-        MaterialChoice::File(_) => Ok(()),
-    }
+    if s.tearing { s.material.check(check_material) } else { Ok(()) }
 }
 
 /// Check that the material has a fracture strain or a melting temperature.

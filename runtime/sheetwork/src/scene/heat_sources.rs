@@ -49,7 +49,6 @@ pub struct OvenKey {
     /// Simulated time, s; 0 to 1e6, increasing along the schedule.
     pub time: f64,
     /// Temperature, °C, -273.15 to 5000; `None` switches the oven off from this time.
-    #[serde(default)]
     pub temperature: Option<f64>,
 }
 
@@ -84,29 +83,22 @@ impl OvenSpec {
 
 /// Specification of a hot polyhedron.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct HeaterSpec {
     /// Name in parameter paths; empty for its number from 0.
-    #[serde(default)]
     pub name: String,
     /// Heater file; `None` for a heater given by `polyhedron` or `size`.
-    #[serde(default)]
     pub file: Option<PathBuf>,
     /// In-line closed polyhedron.
-    #[serde(default)]
     pub polyhedron: Option<Polyhedron>,
     /// Edges (x, y, z) of a box about its centre, m; 1e-6 to 1e4 each. Its faces are -x, +x, -y,
     /// +y, -z, +z.
-    #[serde(default)]
     pub size: Option<DVec3>,
     /// Hot faces of `polyhedron` or `size`; a file has its own.
-    #[serde(default)]
     pub hot: Vec<HotFaceSpec>,
     /// Whether the heater is on.
-    #[serde(default = "yes")]
     pub on: bool,
     /// Placement of the heater.
-    #[serde(default)]
     pub placement: Placement,
 }
 
@@ -121,10 +113,6 @@ pub struct HotFaceSpec {
     /// Emissivity, 0 to 1.
     #[serde(default = "black")]
     pub emissivity: f64,
-}
-
-fn yes() -> bool {
-    true
 }
 
 fn black() -> f64 {

@@ -15,9 +15,9 @@
 use std::path::Path;
 
 use crate::error::InputError;
-use crate::scene::pol::{read_marked, within, write_faces};
+use crate::scene::pol::{read_marked, write_faces};
 use crate::scene::polyhedron::Polyhedron;
-use crate::scene::record_lines::{RecordColumn, RecordLine, decimal, quoted, read_file, write_file};
+use crate::scene::record_lines::{RecordColumn, RecordLine, decimal, quoted, read_file};
 
 const TEMPERATURE: RecordColumn =
     RecordColumn { name: "F.temperature", unit: "°C", si_unit: "°C", shift: 0, min: -273.15, max: 5000.0 };
@@ -117,21 +117,6 @@ pub fn write_heaters(heaters: &[Heater]) -> String {
     text
 }
 
-/// Write a .heater file.
-///
-/// # Errors
-/// When there is no heater, when [`Heater::check`] rejects one (field `polyhedra.N...`), and when
-/// the file cannot be written. A file that could not be read again is not written.
-pub fn write_heaters_file(path: &Path, heaters: &[Heater]) -> Result<(), InputError> {
-    if heaters.is_empty() {
-        return Err(InputError::new("polyhedra", "none: a file holds at least 1").in_file(path));
-    }
-    for (index, heater) in heaters.iter().enumerate() {
-        heater.check().map_err(|error| within(index, error).in_file(path))?;
-    }
-    write_file(path, &write_heaters(heaters))
-}
-
 /// Read the fields of an F record.
 fn read_face(record: &RecordLine<'_>) -> Result<HeaterFace, InputError> {
     if record.fields.is_empty() {
@@ -194,22 +179,19 @@ mod tests {
     }
 
     #[test]
-    fn heaters_made_by_program_are_checked_before_they_are_written() {
+    fn heaters_made_by_program_are_checked() {
         let path = std::env::temp_dir().join(format!("sheetwork-heater-{}.heater", std::process::id()));
         let refused = |spoil: fn(&mut Heater)| {
             let mut heaters = pair();
             spoil(&mut heaters[1]);
-            let error = write_heaters_file(&path, &heaters).expect_err("spoilt");
-            assert!(!path.exists());
-            error.field
+            heaters[1].check().expect_err("spoilt").field
         };
-        assert_eq!(refused(|h| h.faces[1].temperature = Some(f64::NAN)), "polyhedra.1.faces.1.temperature");
-        assert_eq!(refused(|h| h.faces[0].emissivity = -0.1), "polyhedra.1.faces.0.emissivity");
-        assert_eq!(refused(|h| h.faces[0].temperature = None), "polyhedra.1.faces.0.emissivity");
-        assert_eq!(refused(|h| h.faces.truncate(2)), "polyhedra.1.faces");
-        assert!(refused(|h| drop(h.polyhedron.faces.pop())).starts_with("polyhedra.1.faces."));
-        assert!(write_heaters_file(&path, &[]).is_err());
-        write_heaters_file(&path, &pair()).expect("written");
+        assert_eq!(refused(|h| h.faces[1].temperature = Some(f64::NAN)), "faces.1.temperature");
+        assert_eq!(refused(|h| h.faces[0].emissivity = -0.1), "faces.0.emissivity");
+        assert_eq!(refused(|h| h.faces[0].temperature = None), "faces.0.emissivity");
+        assert_eq!(refused(|h| h.faces.truncate(2)), "faces");
+        assert!(refused(|h| drop(h.polyhedron.faces.pop())).starts_with("faces."));
+        std::fs::write(&path, write_heaters(&pair())).expect("written");
         let read = read_heaters_file(&path);
         std::fs::remove_file(&path).expect("removed");
         assert_eq!(read, Ok(pair()));

@@ -7,10 +7,7 @@
 /// Line (from 1) of the value at `path` (`sheets.0.material.young`), or of the deepest existing
 /// part of the path.
 pub(crate) fn line_of(text: &str, path: &str) -> usize {
-    let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
-    let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
-    walker.value(Some(&path));
-    1 + text.as_bytes()[..walker.deepest.min(text.len())].iter().filter(|b| **b == b'\n').count()
+    1 + text.as_bytes()[..deepest(text, path).min(text.len())].iter().filter(|b| **b == b'\n').count()
 }
 
 /// The value at `path` as written, truncated for a message; `None` when it does not exist or is a
@@ -19,15 +16,7 @@ pub(crate) fn line_of(text: &str, path: &str) -> usize {
 /// The text may be invalid after the place where the parser stopped.
 pub(crate) fn value_of(text: &str, path: &str) -> Option<String> {
     let (outer, name) = path.rsplit_once('.').unwrap_or(("", path));
-    let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
-    let find = |walker: &mut Walker, path: &str| {
-        (walker.at, walker.deepest) = (0, 0);
-        let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
-        walker.value(Some(&path));
-        walker.deepest
-    };
-    let group = find(&mut walker, outer);
-    let start = find(&mut walker, path);
+    let (group, start) = (deepest(text, outer), deepest(text, path));
     if name.is_empty() || start <= group {
         return None;
     }
@@ -38,6 +27,14 @@ pub(crate) fn value_of(text: &str, path: &str) -> Option<String> {
     };
     let value: String = rest[..end.unwrap_or(rest.len())].chars().take(40).collect();
     (!value.is_empty() && !value.starts_with(['(', '[', '{'])).then(|| value.trim_end().to_owned())
+}
+
+/// Byte of the value at `path`, or of the deepest existing part of the path.
+fn deepest(text: &str, path: &str) -> usize {
+    let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
+    let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
+    walker.value(Some(&path));
+    walker.deepest
 }
 
 struct Walker<'a> {

@@ -29,7 +29,6 @@ pub struct DetailLevel {
     pub grid: (u32, u32),
     /// Distance from the viewpoint up to which this level is used, m, 0 to 1e6, larger than that of
     /// the level before; `None`, for the last level only, for all distances beyond.
-    #[serde(default)]
     pub within: Option<f64>,
 }
 

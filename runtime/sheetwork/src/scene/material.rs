@@ -82,7 +82,6 @@ pub struct Adhesion {
     pub above: f64,
     /// Temperature below which bonds open, °C, -273.15 to 5000, at most `above`; `None` for bonds
     /// that last when cold.
-    #[serde(default)]
     pub lets_go_below: Option<f64>,
 }
 
@@ -165,9 +164,7 @@ impl Material {
         (self.tears_at, self.melts_at) = (Some(tears_at), melts_at);
         self
     }
-}
 
-impl Material {
     /// Stiffness per width of a sheet of this material.
     pub fn target(&self) -> StiffnessTarget {
         match &self.orthotropic {
@@ -343,6 +340,15 @@ impl MaterialChoice {
             Self::Named(name) => by_name(name),
             Self::File(file) => read_material_file(&base.join(file)),
             Self::Inline(material) => Ok(material.clone()),
+        }
+    }
+
+    /// Apply `check` to the constants of the material; a file is checked when the sheet is built.
+    pub(crate) fn check(&self, check: impl Fn(&Material) -> Result<(), InputError>) -> Result<(), InputError> {
+        match self {
+            Self::Named(name) => check(&by_name(name)?),
+            Self::Inline(constants) => check(constants),
+            Self::File(_) => Ok(()),
         }
     }
 

@@ -481,10 +481,8 @@ pub struct PinSpec {
     /// Name of a body to which the nodes are attached at their initial positions; `None` for nodes
     /// fixed in the world. Excludes `path`, `clamp` and `axes`: two attached rows of nodes fix the
     /// slope.
-    #[serde(default)]
     pub body: Option<String>,
     /// Time of release, s, 0 to 1e6; `None` for never. Excludes `clamp`, `axes` and `body`.
-    #[serde(default)]
     pub until: Option<f64>,
 }
 

@@ -97,14 +97,6 @@ impl Polyhedron {
         self
     }
 
-    /// The polyhedron moved by `offset`, m.
-    pub fn translated(mut self, offset: DVec3) -> Self {
-        for vertex in &mut self.vertices {
-            *vertex += offset;
-        }
-        self
-    }
-
     /// Reverse every face, keeping its first corner.
     fn flip(&mut self) {
         for face in &mut self.faces {
@@ -167,7 +159,8 @@ mod tests {
 
     #[test]
     fn a_box_has_the_volume_areas_and_normals_of_a_box() {
-        let body = Polyhedron::cuboid(DVec3::new(2.0, 3.0, 4.0)).translated(DVec3::new(10.0, 0.0, 0.0));
+        let mut body = Polyhedron::cuboid(DVec3::new(2.0, 3.0, 4.0));
+        body.vertices.iter_mut().for_each(|v| *v += DVec3::new(10.0, 0.0, 0.0));
         assert!((body.volume() - 24.0).abs() < 1e-12);
         let mut sum = DVec3::ZERO;
         for face in 0..6 {

@@ -190,11 +190,6 @@ pub(crate) fn read_file<T>(path: &Path, parse: impl Fn(&str) -> Result<T, InputE
     parse(&text).map_err(|error| error.in_file(path))
 }
 
-/// Write a text file.
-pub(crate) fn write_file(path: &Path, text: &str) -> Result<(), InputError> {
-    std::fs::write(path, text).map_err(|error| InputError::io(path, &error))
-}
-
 #[cfg(test)]
 pub(crate) mod damage {
     //! Damaged copies of valid files, identical at every run.

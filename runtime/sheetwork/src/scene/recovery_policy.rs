@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, string_conversions};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 
 /// Default maximum number of substeps, and its range.
@@ -144,19 +144,7 @@ impl FromStr for WhenUnstable {
     }
 }
 
-impl TryFrom<String> for WhenUnstable {
-    type Error = InputError;
-
-    fn try_from(text: String) -> Result<Self, InputError> {
-        text.parse()
-    }
-}
-
-impl From<WhenUnstable> for String {
-    fn from(policy: WhenUnstable) -> Self {
-        policy.to_string()
-    }
-}
+string_conversions!(WhenUnstable);
 
 #[cfg(test)]
 mod tests {

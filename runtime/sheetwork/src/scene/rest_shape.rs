@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, reject_if};
 use crate::mesh::structure::StructureKind;
-use crate::scene::{MaterialChoice, SheetSpec, material};
+use crate::scene::{Material, SheetSpec};
 use crate::units::parameters::ParameterId as Id;
 
 /// Crease: line along which the rest shape of the sheet is folded by `angle`.
@@ -40,21 +40,16 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
         let what = if s.file.is_some() { "a sheet from a file".to_owned() } else { s.structure.to_string() };
         return Err(InputError::new(field, format!("is for the shell only, not for {what}")));
     }
-    match &s.material {
-        MaterialChoice::Named(name) => check_material(s, &material::by_name(name)?),
-        MaterialChoice::Inline(constants) => check_material(s, constants),
-        MaterialChoice::File(_) => Ok(()),
-    }
+    s.material.check(|material| check_material(s, material))
 }
 
 /// Check that the material has the constants that the sheet requires.
 ///
 /// # Errors
 /// When it lacks one.
-pub(crate) fn check_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
-    if s.plastic && material.yield_stress.is_none() {
-        return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
-    }
-    reject_if!(s.creep && material.burgers.is_none(), "creep", "asks for burgers, which the material does not have");
+pub(crate) fn check_material(s: &SheetSpec, material: &Material) -> Result<(), InputError> {
+    let lacks = "which the material does not have";
+    reject_if!(s.plastic && material.yield_stress.is_none(), "plastic", "asks for a yield stress, {lacks}");
+    reject_if!(s.creep && material.burgers.is_none(), "creep", "asks for burgers, {lacks}");
     Ok(())
 }

@@ -28,25 +28,25 @@ pub use crate::scene::sht::reader::read_sht;
 use crate::error::{InputError, check_range};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_NODES, StructureKind};
-use crate::scene::record_lines::{RecordColumn, decimal, read_file, write_file};
+use crate::scene::record_lines::{RecordColumn, decimal, read_file};
 
 /// Maximum number of springs of a sheet.
 const MAX_SPRINGS: u64 = 32 * MAX_NODES;
 
 /// Numeric columns of a node, in the order of the file.
 const MASS: [RecordColumn; 13] = [
-    accelerations("M.ax"),
-    accelerations("M.ay"),
-    accelerations("M.az"),
-    positions("M.px"),
-    positions("M.py"),
-    positions("M.pz"),
-    forces("M.fx"),
-    forces("M.fy"),
-    forces("M.fz"),
-    velocities("M.vx"),
-    velocities("M.vy"),
-    velocities("M.vz"),
+    component("M.ax", ("cm/s²", "m/s²", -2), 1e12),
+    component("M.ay", ("cm/s²", "m/s²", -2), 1e12),
+    component("M.az", ("cm/s²", "m/s²", -2), 1e12),
+    component("M.px", ("cm", "m", -2), 1e4),
+    component("M.py", ("cm", "m", -2), 1e4),
+    component("M.pz", ("cm", "m", -2), 1e4),
+    component("M.fx", ("1e-3 N", "N", -3), 1e6),
+    component("M.fy", ("1e-3 N", "N", -3), 1e6),
+    component("M.fz", ("1e-3 N", "N", -3), 1e6),
+    component("M.vx", ("cm/s", "m/s", -2), 1e6),
+    component("M.vy", ("cm/s", "m/s", -2), 1e6),
+    component("M.vz", ("cm/s", "m/s", -2), 1e6),
     RecordColumn { name: "M.mass", unit: "1e-4 kg", si_unit: "kg", shift: -4, min: 1e-12, max: 1e6 },
 ];
 const MASS_FIELDS: &str = "ax ay az px py pz fx fy fz vx vy vz mass layer border";
@@ -56,20 +56,13 @@ const REST: RecordColumn = RecordColumn { name: "S.rest", unit: "cm", si_unit: "
 const DAMPING: RecordColumn =
     RecordColumn { name: "C.damping", unit: "%", si_unit: "", shift: -2, min: 0.0, max: 10.0 };
 
-const fn accelerations(name: &'static str) -> RecordColumn {
-    RecordColumn { name, unit: "cm/s²", si_unit: "m/s²", shift: -2, min: -1e12, max: 1e12 }
-}
-
-const fn positions(name: &'static str) -> RecordColumn {
-    RecordColumn { name, unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 }
-}
-
-const fn forces(name: &'static str) -> RecordColumn {
-    RecordColumn { name, unit: "1e-3 N", si_unit: "N", shift: -3, min: -1e6, max: 1e6 }
-}
-
-const fn velocities(name: &'static str) -> RecordColumn {
-    RecordColumn { name, unit: "cm/s", si_unit: "m/s", shift: -2, min: -1e6, max: 1e6 }
+/// Column of a component of a vector, each within ±`most` in SI.
+const fn component(
+    name: &'static str,
+    (unit, si_unit, shift): (&'static str, &'static str, i32),
+    most: f64,
+) -> RecordColumn {
+    RecordColumn { name, unit, si_unit, shift, min: -most, max: most }
 }
 
 /// Content of a sheet file: state, springs and layout, all SI.
@@ -289,7 +282,7 @@ pub fn write_sht(sheet: &SheetFile) -> String {
 /// could not be read again is not written.
 pub fn write_sht_file(path: &Path, sheet: &SheetFile) -> Result<(), InputError> {
     sheet.check().map_err(|error| error.in_file(path))?;
-    write_file(path, &write_sht(sheet))
+    std::fs::write(path, write_sht(sheet)).map_err(|error| InputError::io(path, &error))
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ use crate::material::calibration::StiffnessTarget;
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
-    Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
+    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, PathKey, PinSpec, Placement, Region,
+    RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -49,12 +49,8 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     if let Some(walls) = &scene.room {
         room(walls)?;
     }
-    for (i, sheet) in scene.sheets.iter().enumerate() {
-        crate::scene::validate::sheet(sheet).map_err(|e| within(&format!("sheets.{i}"), e))?;
-    }
-    for (i, body) in scene.bodies.iter().enumerate() {
-        crate::scene::validate::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
-    }
+    each("sheets", &scene.sheets, sheet)?;
+    each("bodies", &scene.bodies, body)?;
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
     // The default name of a body must not equal another's name.
     let bodies = scene.body_names();
@@ -64,7 +60,7 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
 /// Check a sheet that is added to a valid scene as number `index`, with a name that is not in use.
 /// The errors are those of [`values`] for the scene with the sheet.
 pub(crate) fn added_sheet(spec: &SheetSpec, index: usize) -> ValidationResult {
-    sheet(spec).map_err(|e| within(&format!("sheets.{index}"), e))?;
+    sheet(spec).map_err(|e| e.within(&format!("sheets.{index}")))?;
     check_name(&format!("sheets.{index}"), &spec.name)
 }
 
@@ -112,9 +108,10 @@ fn check_attachments(scene: &Scene) -> ValidationResult {
     Ok(())
 }
 
-fn within(outer: &str, mut error: InputError) -> InputError {
-    error.field = if error.field.is_empty() { outer.to_owned() } else { format!("{outer}.{}", error.field) };
-    error
+/// Check the rows of the list `field`.
+fn each<T>(field: &str, rows: &[T], check: impl Fn(&T) -> ValidationResult) -> ValidationResult {
+    let mut rows = rows.iter().enumerate();
+    rows.try_for_each(|(i, row)| check(row).map_err(|e| e.within(&format!("{field}.{i}"))))
 }
 
 fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationResult {
@@ -211,11 +208,11 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
     Id::WlfSecond.check(&at("wlf.1"), m.wlf.1)?;
     Id::MeltsAt.check_option(&at("melts_at"), m.melts_at)?;
     if let Some(tack) = &m.tack {
-        crate::scene::adhesion::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
+        crate::scene::adhesion::check_tack(tack).map_err(|e| e.within(&at("tack")))?;
     }
     Id::TearsAt.check_option(&at("tears_at"), m.tears_at)?;
     let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| StiffnessTarget::orthotropic(measured).map(drop));
-    woven.map_err(|e| within(&at("orthotropic"), e))
+    woven.map_err(|e| e.within(&at("orthotropic")))
 }
 
 fn placement(p: &Placement) -> ValidationResult {
@@ -224,11 +221,7 @@ fn placement(p: &Placement) -> ValidationResult {
 }
 
 fn sheet(s: &SheetSpec) -> ValidationResult {
-    match &s.material {
-        MaterialChoice::Named(name) => material::by_name(name).map(drop)?,
-        MaterialChoice::Inline(constants) => material("material", constants)?,
-        MaterialChoice::File(_) => {}
-    }
+    s.material.check(|constants| material("material", constants))?;
     grid(s)?;
     Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;
@@ -252,17 +245,13 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     Id::SheetSpin.check_each("spin", s.spin.to_array())?;
     region_vectors("velocities", &s.velocities, Id::RegionVelocity)?;
     region_vectors("forces", &s.forces, Id::RegionForce)?;
-    for (i, p) in s.pins.iter().enumerate() {
-        pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
-    }
+    each("pins", &s.pins, pin)?;
     s.when_unstable.check()?;
     crate::scene::rest_shape::check(s)?;
     crate::scene::fracture::check(s)?;
     crate::scene::adhesion::check(s)?;
     crate::scene::lod::check(s)?;
-    for (i, spot) in s.spots.iter().enumerate() {
-        spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
-    }
+    each("spots", &s.spots, SpotSpec::check)?;
     for (name, (u, v)) in &s.probes {
         Id::ProbePosition.check_each(&format!("probes.{name}"), [*u, *v])?;
     }
@@ -286,16 +275,12 @@ fn air_loads(s: &SheetSpec) -> ValidationResult {
     for (i, key) in s.pressure.iter().enumerate() {
         Id::PressureTime.check(&format!("pressure.{i}.time"), key.time)?;
         Id::PressureValue.check(&format!("pressure.{i}.pressure"), key.pressure)?;
-        if i > 0 && key.time <= s.pressure[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
-            return Err(InputError::new(format!("pressure.{i}.time"), problem));
-        }
     }
-    Ok(())
+    increasing("pressure", "time", "s", s.pressure.iter().map(|key| key.time))
 }
 
 fn pin(pin: &PinSpec) -> ValidationResult {
-    region(&pin.region).map_err(|e| within("region", e))?;
+    region(&pin.region).map_err(|e| e.within("region"))?;
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);
     if let Some(until) = pin.until {
@@ -320,17 +305,22 @@ fn pin(pin: &PinSpec) -> ValidationResult {
     Ok(())
 }
 
+/// Check that the numbers `name` of the rows of the list `field` increase.
+fn increasing(field: &str, name: &str, unit: &str, values: impl Iterator<Item = f64> + Clone) -> ValidationResult {
+    for (i, (before, value)) in values.clone().zip(values.skip(1)).enumerate() {
+        let at = || format!("{field}.{}.{name}", i + 1);
+        reject_if!(value <= before, at(), "{value} {unit} does not come after {before} {unit}");
+    }
+    Ok(())
+}
+
 /// Check a table of stiffness against temperature.
 fn softening(field: &str, rows: &[(f64, f64)]) -> ValidationResult {
     for (i, (celsius, fraction)) in rows.iter().enumerate() {
         Id::SofteningTemperature.check(&format!("{field}.{i}.0"), *celsius)?;
         Id::SofteningFraction.check(&format!("{field}.{i}.1"), *fraction)?;
-        if i > 0 && *celsius <= rows[i - 1].0 {
-            let problem = format!("{celsius} °C does not come after {} °C", rows[i - 1].0);
-            return Err(InputError::new(format!("{field}.{i}.0"), problem));
-        }
     }
-    Ok(())
+    increasing(field, "0", "°C", rows.iter().map(|row| row.0))
 }
 
 /// Check the ranges of outline, holes and cuts. Their geometry is checked when the sheet is built.
@@ -346,11 +336,10 @@ fn outline(s: &SheetSpec) -> ValidationResult {
 }
 
 fn region_vectors(field: &str, list: &[RegionVector], value: Id) -> ValidationResult {
-    for (i, item) in list.iter().enumerate() {
-        region(&item.region).map_err(|e| within(&format!("{field}.{i}.region"), e))?;
-        value.check_each(&format!("{field}.{i}.value"), item.value.to_array())?;
-    }
-    Ok(())
+    each(field, list, |item| {
+        region(&item.region).map_err(|e| e.within("region"))?;
+        value.check_each("value", item.value.to_array())
+    })
 }
 
 fn region(region: &Region) -> ValidationResult {
@@ -367,12 +356,8 @@ fn path(path: &[PathKey]) -> ValidationResult {
         Id::PathTime.check(&format!("path.{i}.time"), key.time)?;
         Id::PathOffset.check_each(&format!("path.{i}.offset"), key.offset.to_array())?;
         Id::PathRotation.check_each(&format!("path.{i}.rotation"), key.rotation.to_array())?;
-        if i > 0 && key.time <= path[i - 1].time {
-            let problem = format!("{} s does not come after {} s", key.time, path[i - 1].time);
-            return Err(InputError::new(format!("path.{i}.time"), problem));
-        }
     }
-    Ok(())
+    increasing("path", "time", "s", path.iter().map(|key| key.time))
 }
 
 fn body(b: &BodySpec) -> ValidationResult {
@@ -406,11 +391,8 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         for (i, key) in oven.schedule.iter().enumerate() {
             Id::OvenScheduleTime.check(&format!("oven.schedule.{i}.time"), key.time)?;
             Id::OvenScheduleTemperature.check_option(&format!("oven.schedule.{i}.temperature"), key.temperature)?;
-            if i > 0 && key.time <= oven.schedule[i - 1].time {
-                let problem = format!("{} s does not come after {} s", key.time, oven.schedule[i - 1].time);
-                return Err(InputError::new(format!("oven.schedule.{i}.time"), problem));
-            }
         }
+        increasing("oven.schedule", "time", "s", oven.schedule.iter().map(|key| key.time))?;
     }
     if let Some(gun) = &scene.heat_gun {
         Id::HeatGunTemperature.check("heat_gun.temperature", gun.temperature)?;
@@ -420,11 +402,9 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
         Id::HeatGunPositionX.check_each("heat_gun.position", gun.position.to_array())?;
         Id::HeatGunDirectionX.check_each("heat_gun.direction", gun.direction.to_array())?;
         reject_if!(gun.direction == DVec3::ZERO, "heat_gun.direction", "points nowhere");
-        path(&gun.path).map_err(|e| within("heat_gun", e))?;
+        path(&gun.path).map_err(|e| e.within("heat_gun"))?;
     }
-    for (i, heater) in scene.heaters.iter().enumerate() {
-        crate::scene::validate::heater(heater).map_err(|e| within(&format!("heaters.{i}"), e))?;
-    }
+    each("heaters", &scene.heaters, heater)?;
     names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))
 }
 

@@ -79,14 +79,14 @@ impl AirDrag {
     pub fn serialise_settings(&self, to: &mut StateWriter) {
         self.coefficients.serialise(to);
         // A pressure schedule determines the pressure.
-        to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
+        Some(self.pressure).filter(|_| self.schedule.is_empty()).serialise(to);
         to.states(&self.schedule);
     }
 
     /// Deserialise the settings.
     pub fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.coefficients.deserialise(from)?;
-        if let Some(pressure) = from.optional()? {
+        if let Some(pressure) = from.read()? {
             self.pressure = pressure;
         }
         self.schedule = from.states(16)?;
@@ -163,7 +163,7 @@ impl AirDrag {
             force.set(i, force.get(i) - *k * (v.get(i) - self.wind));
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
-            force.set(i, force.get(i) + *push);
+            force.add(i, *push);
         }
     }
 
@@ -194,7 +194,7 @@ impl AirDrag {
     /// Add the gradient of [`AirDrag::potential`], N.
     pub fn add_gradient(&self, stage: &StageProblem, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {
-            gradient.set(i, gradient.get(i) + *k * self.relative(stage, x, i));
+            gradient.add(i, *k * self.relative(stage, x, i));
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
             gradient.set(i, gradient.get(i) - *push);

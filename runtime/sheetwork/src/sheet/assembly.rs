@@ -195,7 +195,6 @@ fn add_spin(sheet: &mut Sheet, spin: DVec3) {
     }
     let centre = sheet.centre_of_mass();
     for i in 0..sheet.node_count() {
-        let spun = sheet.state.v.get(i) + spin.cross(sheet.state.x.get(i) - centre);
-        sheet.state.v.set(i, spun);
+        sheet.state.v.add(i, spin.cross(sheet.state.x.get(i) - centre));
     }
 }

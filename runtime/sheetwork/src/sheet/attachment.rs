@@ -45,17 +45,6 @@ pub(crate) fn has_dynamic_attachments(sheet: &Sheet) -> bool {
     sheet.pins.has_dynamic_attachments()
 }
 
-/// Set the motion of the bodies in the step from `time` on, `dt` long (s); `find` gives the
-/// states of a body at its start and end.
-pub(crate) fn set_body_motion(
-    sheet: &mut Sheet,
-    time: f64,
-    dt: f64,
-    find: impl Fn(usize) -> Option<(BodyState, BodyState)>,
-) {
-    sheet.pins.set_body_motion(time, dt, find);
-}
-
 /// Release the attachments to the removed body `index`; later indices decrease by one.
 pub(crate) fn detach_body(sheet: &mut Sheet, index: usize) {
     let freed = sheet.pins.detach_body(index);

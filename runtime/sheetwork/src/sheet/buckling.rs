@@ -100,11 +100,6 @@ pub(crate) fn set_buckling_detection(sheet: &mut Sheet, watch: bool) {
     }
 }
 
-/// Whether detection is on.
-pub(crate) fn detects_buckling(sheet: &Sheet) -> bool {
-    sheet.state.buckle_detector.is_some()
-}
-
 /// Test the last step, which began at `time` (s), for buckling.
 pub(crate) fn detect_buckling(sheet: &mut Sheet, time: f64) -> Option<Buckling> {
     if sheet.state.status != Status::Awake {

@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::elements::Element;
 use crate::elements::bending::Bending;
 use crate::elements::creep::InelasticLaw;
+use crate::elements::curvature::CurvatureGroup;
 use crate::elements::grid_membrane::CellMembrane;
 use crate::elements::staggered::{StaggeredGrid, curvatures};
 use crate::elements::triangle_bending::triangle_curvatures;
@@ -73,8 +74,8 @@ impl Sheet {
         if !sheet.elements.is_empty() {
             sheet.parameters.springs.delivered_fraction = Some(1.0);
         }
-        let share = law.creep.map(|c| c.arms.share);
-        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.parameters.material, share)));
+        let walls = calibrated.and_then(|c| c.wall_springs(spec, &sheet.parameters.material, creep_shares(&law)));
+        sheet.elements.extend(walls);
         if spec.creep || spec.plastic {
             let celsius = spec.temperature.unwrap_or(scene.ambient_temperature);
             sheet.state.inelastic = Some(Box::new(InelasticState::new(law, celsius, scene.time_lapse, &sheet.springs)));
@@ -104,13 +105,9 @@ impl Sheet {
 
 /// Area per node, m²: the area of the layer in proportion to the node masses.
 fn node_areas(sheet: &Sheet) -> Vec<f64> {
-    let place = |m: u32| {
-        let (u, v) = sheet.model.uv[m as usize];
-        (u * sheet.model.extent.0, v * sheet.model.extent.1)
-    };
     let area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(place);
-        0.5 * ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs()
+        let [a, b, c] = t.map(|m| sheet.model.place(m));
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
     };
     let covered: f64 = match &sheet.model.triangles {
         Some(triangles) => triangles.iter().map(area).sum(),
@@ -136,24 +133,30 @@ fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &TriangleMesh, law: &Ine
     let (groups, normals) = triangle_curvatures(mesh, &clamped);
     let rotation = spec.placement.quaternion();
     let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
-    let mut membrane = EdgeMembrane::new(mesh, &groups);
+    let mut membrane = EdgeMembrane::new(mesh, &groups).with_creep(creep_shares(law));
     membrane.set_clamps(&directions);
-    let creeps = law.creep.map(|c| c.arms.share);
-    if let Some(share) = creeps {
-        membrane = membrane.with_creep(share);
-    }
-    let bending = if has_rest_curvature(spec, law) {
-        let angles = creases::on_mesh(spec, &groups, mesh);
-        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
-    } else {
-        Bending::new(groups, &directions)
-    };
+    let bending = bending(spec, law, groups, &directions, |groups| creases::on_mesh(spec, groups, mesh));
     vec![Box::new(membrane), Box::new(bending)]
 }
 
-/// Whether a shell has rest curvatures.
-fn has_rest_curvature(spec: &SheetSpec, law: &InelasticLaw) -> bool {
-    creases::has_initial_curvature(spec) || law.creep.is_some() || law.plastic.is_some()
+/// Shares of the Maxwell arms of a law with creep.
+fn creep_shares(law: &InelasticLaw) -> Option<[f64; 2]> {
+    law.creep.map(|c| c.arms.share)
+}
+
+/// Bending of a shell; `angles` are its initial rest curvatures.
+fn bending(
+    spec: &SheetSpec,
+    law: &InelasticLaw,
+    groups: Vec<CurvatureGroup>,
+    directions: &[DVec3],
+    angles: impl Fn(&[CurvatureGroup]) -> Vec<[f64; 3]>,
+) -> Bending {
+    if !creases::has_initial_curvature(spec) && law.creep.is_none() && law.plastic.is_none() {
+        return Bending::new(groups, directions);
+    }
+    let angles = angles(&groups);
+    Bending::with_rest(groups, directions, &angles, creep_shares(law), law.plastic.is_some())
 }
 
 /// Membrane and bending of a shell; empty for a lattice.
@@ -174,18 +177,9 @@ fn shell_elements(
     let grid = StaggeredGrid { columns, rows, spacing, clamped: &sheet.model.clamped };
     let rotation = spec.placement.quaternion();
     let (groups, directions) = (curvatures(&grid), [rotation * DVec3::X, rotation * DVec3::Z]);
-    let mut membrane = CellMembrane::new(columns, rows, spacing);
-    let creeps = law.creep.map(|c| c.arms.share);
-    if let Some(share) = creeps {
-        membrane = membrane.with_creep(share);
-    }
-    let bending = if has_rest_curvature(spec, law) {
-        let angles = creases::on_grid(spec, &groups, (columns, rows), spacing);
-        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
-    } else {
-        Bending::new(groups, &directions)
-    };
-    vec![Box::new(membrane), Box::new(bending)]
+    let membrane = CellMembrane::new(columns, rows, spacing).with_creep(creep_shares(law));
+    let angles = |groups: &[CurvatureGroup]| creases::on_grid(spec, groups, (columns, rows), spacing);
+    vec![Box::new(membrane), Box::new(bending(spec, law, groups, &directions, angles))]
 }
 
 pub(crate) fn length_of(link: &LatticeSpring, positions: &[DVec3]) -> f64 {
@@ -251,22 +245,22 @@ fn extent_of_springs(file: &SheetFile, triangular: bool) -> (f64, f64) {
     (along * columns, across * (nz - 1.0))
 }
 
+/// Corners of the bounding box of the bottom layer of a lattice at rest, m.
+fn bottom_bounds(lattice: &Lattice) -> (DVec3, DVec3) {
+    let bottom = &lattice.positions[lattice.layers.first().map_or(0..0, LatticeLayer::range)];
+    bottom.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)))
+}
+
 /// Length and width (m) of the bottom layer of a lattice at rest.
 pub(crate) fn extent(lattice: &Lattice) -> (f64, f64) {
-    let bottom = lattice.layers.first().map_or(0..0, LatticeLayer::range);
-    let bottom = &lattice.positions[bottom];
-    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (low, high) = bottom_bounds(lattice);
     (high.x - low.x, high.z - low.z)
 }
 
 /// Material coordinates (u, v) of every node: x and z as fractions of the bounding rectangle of the
 /// bottom layer at rest.
 pub(crate) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
-    let bottom = lattice.layers.first().map_or(0..0, LatticeLayer::range);
-    let bottom = &lattice.positions[bottom];
-    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (low, high) = bottom_bounds(lattice);
     let fraction = |p: f64, low: f64, high: f64| if high > low { (p - low) / (high - low) } else { 0.0 };
     lattice.positions.iter().map(|p| (fraction(p.x, low.x, high.x), fraction(p.z, low.z, high.z))).collect()
 }
@@ -288,12 +282,10 @@ fn apply_regions(
     let pinned: Result<Vec<_>, _> =
         spec.pins.iter().enumerate().map(|(i, p)| find(&p.region, format!("pins.{i}.region"))).collect();
     for (masses, value) in velocities {
-        masses.iter().for_each(|i| sheet.state.v.set(*i as usize, sheet.state.v.get(*i as usize) + value));
+        masses.iter().for_each(|i| sheet.state.v.add(*i as usize, value));
     }
     for (masses, value) in forces {
-        masses
-            .iter()
-            .for_each(|i| sheet.parameters.applied.set(*i as usize, sheet.parameters.applied.get(*i as usize) + value));
+        masses.iter().for_each(|i| sheet.parameters.applied.add(*i as usize, value));
     }
     for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
         if let Some(c) = calibrated.filter(|_| is_cutting_clamp(pin)) {

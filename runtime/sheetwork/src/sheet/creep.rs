@@ -62,9 +62,7 @@ impl InelasticState {
             |i: usize| own.instantaneous[i].0 * own.strains[i].stored_energy(own.stretch(springs, i, x), own.share);
         (!own.running && !own.strains.is_empty()).then(|| (0..own.strains.len()).map(energy).sum())
     }
-}
 
-impl InelasticState {
     /// Serialise the state.
     pub fn serialise(&self, to: &mut StateWriter) {
         [self.creeps, self.in_step, self.springs.running].serialise(to);

@@ -98,7 +98,7 @@ fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
         let f = axial * springs.stiffness[i]
             + (difference - axial) * (springs.stiffness[i] * (1.0 - springs.rest[i] / length));
         out.set(a, out.get(a) - f * sheet.inverse_mass[a]);
-        out.set(b, out.get(b) + f * sheet.inverse_mass[b]);
+        out.add(b, f * sheet.inverse_mass[b]);
     }
 }
 
@@ -118,6 +118,6 @@ fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
         sheet.elements.iter().for_each(|e| e.add_forces(&x, &still, force));
     }
     for i in 0..d.len() {
-        out.set(i, out.get(i) + (behind.get(i) - ahead.get(i)) * (sheet.inverse_mass[i] / (2.0 * step)));
+        out.add(i, (behind.get(i) - ahead.get(i)) * (sheet.inverse_mass[i] / (2.0 * step)));
     }
 }

@@ -100,9 +100,7 @@ impl FractureState {
             initial_cells: Vec::new(),
         }
     }
-}
 
-impl FractureState {
     /// Whether each cell is open.
     pub fn cells(&self) -> &[bool] {
         self.open.cells()
@@ -304,8 +302,7 @@ fn cell_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> 
     let (i, j) = (c as u32 % across, c as u32 / across);
     for layer in &sheet.model.layers[1..] {
         if layer.nx == bottom.nx {
-            let over = [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)];
-            sum += over.iter().map(|m| celsius[*m as usize]).sum::<f64>();
+            sum += corners(layer, c).iter().map(|m| celsius[*m]).sum::<f64>();
             count += 4.0;
         } else {
             sum += celsius[layer.at(i, j) as usize];

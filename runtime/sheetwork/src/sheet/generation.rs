@@ -44,11 +44,7 @@ impl CalibratedSprings {
         if self.walls.is_empty() {
             return None;
         }
-        let walls = WallSprings::new(each, material.plate_stiffness());
-        Some(Box::new(match creeps {
-            Some(share) => walls.with_creep(share),
-            None => walls,
-        }))
+        Some(Box::new(WallSprings::new(each, material.plate_stiffness()).with_creep(creeps)))
     }
 }
 

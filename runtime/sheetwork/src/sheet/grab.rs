@@ -22,7 +22,7 @@ impl Sheet {
     pub fn apply_impulse(&mut self, node: usize, impulse: DVec3) -> Result<(), InputError> {
         reject_if!(node >= self.node_count(), "node", "no node {node}; the sheet has {}", self.node_count());
         reject_if!(!impulse.is_finite(), "impulse", "not finite");
-        self.state.v.set(node, self.state.v.get(node) + impulse * self.inverse_mass[node]);
+        self.state.v.add(node, impulse * self.inverse_mass[node]);
         self.wake();
         Ok(())
     }

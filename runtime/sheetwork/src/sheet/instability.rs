@@ -106,9 +106,7 @@ impl RecoveryState {
         self.is_relaxed = true;
         true
     }
-}
 
-impl RecoveryState {
     /// Serialise the state.
     pub fn serialise(&self, to: &mut StateWriter) {
         to.count(self.bisections.into());
@@ -269,8 +267,8 @@ fn strain_pairs(sheet: &Sheet) -> impl Iterator<Item = LimitedSpring> + '_ {
     let joined = closed.map(|i| LimitedSpring { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
     let edges = if springs.is_empty() { sheet.edges() } else { Vec::new() };
     let place = |i: u32| {
-        let (u, v) = sheet.model.uv[i as usize];
-        DVec3::new(u * sheet.model.extent.0, v * sheet.model.extent.1, 0.0)
+        let [u, v] = sheet.model.place(i);
+        DVec3::new(u, v, 0.0)
     };
     joined
         .chain(edges.into_iter().map(move |ends| LimitedSpring { ends, rest: place(ends[0]).distance(place(ends[1])) }))
@@ -335,8 +333,7 @@ pub(crate) fn limit_drift(sheet: &mut Sheet, most: f64, fallen: DVec3) {
     let (was, is) = (mean(&sheet.work.v_before) + fallen, mean(&sheet.state.v));
     if is.length_squared() > was.length_squared() {
         for i in 0..sheet.node_count() {
-            let moved = sheet.state.v.get(i) + (was - is);
-            sheet.state.v.set(i, moved);
+            sheet.state.v.add(i, was - is);
         }
     }
 }

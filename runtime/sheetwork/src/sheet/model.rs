@@ -44,6 +44,14 @@ pub struct SheetModel {
     pub(crate) described_temperature: DescribedTemperature,
 }
 
+impl SheetModel {
+    /// Position of node `i` from the corner of the flat sheet along length and width, m.
+    pub(crate) fn place(&self, i: u32) -> [f64; 2] {
+        let (u, v) = self.uv[i as usize];
+        [u * self.extent.0, v * self.extent.1]
+    }
+}
+
 /// Meshes of an outlined sheet.
 #[derive(Default)]
 pub(crate) struct OutlineMeshes {

@@ -42,17 +42,11 @@ impl Sheet {
         let area: f64 = self.model.length * self.model.length;
         let slowest = 3.516 * (stiffness * area / self.total_mass().max(f64::MIN_POSITIVE)).sqrt() / area;
         let mut shift = 0.1 * slowest.max(1e-3);
-        let x = self.state.x.clone();
         // An unstable state needs a shift above its largest growth rate.
         let mut found = false;
         for _ in 0..20 {
             system.forget_constant();
-            found = implicit_system::with_implicit_sheet(self, Field::default(), &mut system, |problem| {
-                let still = Vectors::zeros(x.len());
-                problem.start(&x, &still);
-                let stage = StageProblem { per_time: shift, y: &x, w: &x };
-                problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
-            });
+            found = factorises(self, &mut system, shift);
             if found {
                 break;
             }
@@ -70,17 +64,22 @@ impl Sheet {
         creep::use_instantaneous_law(self);
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
         system.forget_constant();
-        let x = self.state.x.clone();
-        let stands = implicit_system::with_implicit_sheet(self, Field::default(), &mut system, |problem| {
-            let still = Vectors::zeros(x.len());
-            problem.start(&x, &still);
-            let stage = StageProblem { per_time: 0.0, y: &x, w: &x };
-            problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
-        });
+        let stands = factorises(self, &mut system, 0.0);
         system.forget_constant();
         self.system = Some(system);
         stands
     }
+}
+
+/// Whether K + σM at the present state, with σ = `shift`² and K of the present stress, has a
+/// Cholesky factor, which then is that of `system`.
+fn factorises(sheet: &mut Sheet, system: &mut ImplicitSystem, shift: f64) -> bool {
+    let x = sheet.state.x.clone();
+    implicit_system::with_implicit_sheet(sheet, Field::default(), system, |problem| {
+        problem.start(&x, &Vectors::zeros(x.len()));
+        let stage = StageProblem { per_time: shift, y: &x, w: &x };
+        problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
+    })
 }
 
 /// Subspace iteration with the present factor, that of K + σM with σ = `shift`².

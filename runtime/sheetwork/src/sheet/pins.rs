@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,7 +91,7 @@ impl Pins {
                 to.count(u64::from(*mass));
                 to.vector(*start);
             }
-            to.optional(group.until);
+            group.until.serialise(to);
             to.states(&group.path);
         }
     }
@@ -263,13 +263,9 @@ impl Pins {
                 v.set(i, (*start + offset - x.get(i)) / dt);
             }
         }
-        for glue in &self.glue {
-            let Some(hold) = glue.body.filter(|h| h.is_kinematic) else { continue };
-            let there = hold.at(t + dt);
-            for (mass, _, local) in &glue.masses {
-                let i = *mass as usize;
-                v.set(i, (there.world_point(*local) - x.get(i)) / dt);
-            }
+        for (hold, mass, local) in self.kinematic_attachments() {
+            let i = mass as usize;
+            v.set(i, (hold.at(t + dt).world_point(local) - x.get(i)) / dt);
         }
         self.zero_fixed_axes(v);
     }
@@ -286,10 +282,7 @@ impl Pins {
         for (hold, mass, local) in self.kinematic_attachments() {
             x.set(mass as usize, hold.at(t).world_point(local));
         }
-        for rail in &self.fixed_axes {
-            let i = rail.mass as usize;
-            x.set(i, rail.replaced(x.get(i), rail.start));
-        }
+        self.set_fixed_axes(x, |rail| rail.start);
     }
 
     /// Adopt the positions `x` at time `t` (s): a node further than `slack` (m) from its prescribed
@@ -321,8 +314,9 @@ impl Pins {
     }
 
     /// Shift the start position of node `i` of pin `k`, counted as in [`Pins::starts`], by `by(k,
-    /// i)` (m).
-    pub(crate) fn shift_starts(&mut self, by: impl Fn(usize, u32) -> DVec3) {
+    /// i)` (m), where that is longer than `slack` (m), the rounding errors.
+    pub(crate) fn shift_starts(&mut self, slack: f64, by: impl Fn(usize, u32) -> DVec3) {
+        let by = |k: usize, i: u32| Some(by(k, i)).filter(|by| by.length() > slack).unwrap_or_default();
         for (k, group) in self.groups.iter_mut().enumerate() {
             group.masses.iter().zip(&mut group.start).for_each(|(i, start)| *start += by(k, *i));
         }
@@ -332,17 +326,18 @@ impl Pins {
 
     /// Set the fixed components of velocities, accelerations or forces to zero.
     pub(crate) fn zero_fixed_axes(&self, a: &mut Vectors) {
-        for rail in &self.fixed_axes {
-            let i = rail.mass as usize;
-            a.set(i, rail.replaced(a.get(i), DVec3::ZERO));
-        }
+        self.set_fixed_axes(a, |_| DVec3::ZERO);
     }
 
     /// Copy the fixed components of `x` to `to`.
     pub(crate) fn copy_fixed_axes(&self, x: &Vectors, to: &mut Vectors) {
+        self.set_fixed_axes(to, |rail| x.get(rail.mass as usize));
+    }
+
+    fn set_fixed_axes(&self, to: &mut Vectors, value: impl Fn(&FixedAxes) -> DVec3) {
         for rail in &self.fixed_axes {
             let i = rail.mass as usize;
-            to.set(i, rail.replaced(to.get(i), x.get(i)));
+            to.set(i, rail.replaced(to.get(i), value(rail)));
         }
     }
 }

@@ -15,30 +15,22 @@ const BORDER_TOLERANCE: f64 = 1e-9;
 pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
     let (layers, uv) = (&sheet.model.layers, &sheet.model.uv);
     let all = 0..uv.len() as u32;
-    let columns = |last: bool| {
-        let rows = layers.iter().flat_map(move |l| (0..l.nz).map(move |j| l.at(if last { l.nx - 1 } else { 0 }, j)));
-        rows.collect()
-    };
-    let rows = |last: bool| {
-        let row = layers.iter().flat_map(move |l| (0..l.nx).map(move |i| l.at(i, if last { l.nz - 1 } else { 0 })));
-        row.collect()
-    };
-    let beyond = |side: fn((f64, f64)) -> f64| {
-        let on = all.clone().filter(|i| side(uv[*i as usize]) <= BORDER_TOLERANCE);
-        on.collect::<Vec<u32>>()
+    // The sides of a mesh are its nodes on the sides of its bounding box: at the distance 0 by
+    // `beyond`. Those of a layer are a column or a row of its nodes.
+    let side = |beyond: fn((f64, f64)) -> f64, is_on: fn(&LatticeLayer, u32, u32) -> bool| -> Vec<u32> {
+        if sheet.model.triangles.is_some() {
+            return all.clone().filter(|i| beyond(uv[*i as usize]) <= BORDER_TOLERANCE).collect();
+        }
+        let on = layers.iter().flat_map(|l| l.range().map(move |k| (l, k as u32 - l.first)));
+        on.filter(|(l, k)| is_on(l, k % l.nx, k / l.nx)).map(|(l, k)| l.first + k).collect()
     };
     let masses: Vec<u32> = match region {
         Region::All => all.collect(),
         Region::Border => all.filter(|i| sheet.model.border[*i as usize]).collect(),
-        // The sides of a mesh are its nodes on the sides of its bounding box.
-        Region::Left if sheet.model.triangles.is_some() => beyond(|(u, _)| u),
-        Region::Right if sheet.model.triangles.is_some() => beyond(|(u, _)| 1.0 - u),
-        Region::Back if sheet.model.triangles.is_some() => beyond(|(_, v)| v),
-        Region::Front if sheet.model.triangles.is_some() => beyond(|(_, v)| 1.0 - v),
-        Region::Left => columns(false),
-        Region::Right => columns(true),
-        Region::Back => rows(false),
-        Region::Front => rows(true),
+        Region::Left => side(|(u, _)| u, |_, i, _| i == 0),
+        Region::Right => side(|(u, _)| 1.0 - u, |l, i, _| i + 1 == l.nx),
+        Region::Back => side(|(_, v)| v, |_, _, j| j == 0),
+        Region::Front => side(|(_, v)| 1.0 - v, |l, _, j| j + 1 == l.nz),
         Region::Rect(u, v) => {
             let inside = |x: f64, (low, high): (f64, f64)| x >= low - BORDER_TOLERANCE && x <= high + BORDER_TOLERANCE;
             all.filter(|i| inside(uv[*i as usize].0, *u) && inside(uv[*i as usize].1, *v)).collect()

@@ -8,7 +8,7 @@
 use crate::elements::Element;
 use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::bonds::AdhesionState;
 use crate::sheet::{
     Field, ImplicitSystem, RecoveryState, Sheet, SheetState, attachment, fracture, grab, instability, node_contact,
@@ -40,9 +40,9 @@ pub(crate) fn serialise_settings(sheet: &Sheet, to: &mut StateWriter) {
         sheet.parameters.springs.damping,
         sheet.parameters.damping_ratio,
     ]);
-    to.optional(sheet.flexion_angle_limit());
+    sheet.flexion_angle_limit().serialise(to);
     sheet.parameters.drag.serialise_settings(to);
-    to.optional(sheet.state.inelastic.as_ref().map(|f| f.celsius()));
+    sheet.state.inelastic.as_ref().map(|f| f.celsius()).serialise(to);
     to.text(instability::chosen_engine(sheet).name());
     sheet.when_unstable().serialise(to);
     to.number(sheet.parameters.max_step);
@@ -63,12 +63,12 @@ pub(crate) fn deserialise_settings(sheet: &mut Sheet, from: &mut StateReader, to
     if material != sheet.parameters.material {
         sheet.set_material(material).map_err(|_| CorruptState)?;
     }
-    let limit = from.optional()?;
+    let limit = from.read()?;
     if limit != sheet.flexion_angle_limit() {
         sheet.set_flexion_limit(limit).map_err(|_| CorruptState)?;
     }
     sheet.parameters.drag.deserialise_settings(from)?;
-    let celsius = from.optional()?;
+    let celsius = from.read()?;
     if let Some((flow, celsius)) = sheet.state.inelastic.as_mut().zip(celsius) {
         flow.set_celsius(celsius);
     }
@@ -135,8 +135,7 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
         to.flags(tears.cells());
         tears.serialise(to);
     }
-    to.flag(heat.is_some());
-    heat.iter().for_each(|heat| heat.serialise(to));
+    to.option(heat.as_ref(), |heat, to| heat.serialise(to));
     if is_changed(sheet) {
         serialise_changes(sheet, to);
     }
@@ -145,10 +144,8 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
     to.flags(touching);
     to.flag(sheet.work.stage.has_diverged);
     clearance(to);
-    to.flag(adhesion.is_some());
-    adhesion.iter().for_each(|stuck| stuck.serialise(to));
-    to.flag(buckle_detector.is_some());
-    buckle_detector.iter().for_each(|watch| watch.serialise(to));
+    to.option(adhesion.as_ref(), |stuck, to| stuck.serialise(to));
+    to.option(buckle_detector.as_ref(), |watch, to| watch.serialise(to));
 }
 
 /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in

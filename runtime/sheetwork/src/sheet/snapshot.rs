@@ -34,10 +34,8 @@ pub(crate) fn to_state(sheet: &Sheet) -> SavedSheetState {
         serialise_material(&sheet.parameters.material, &mut to);
         serialization::serialise_changes(sheet, &mut to);
     }
-    to.flag(sheet.recovery.is_some());
-    sheet.recovery.iter().for_each(|guard| guard.state.serialise(&mut to));
-    to.flag(sheet.state.adhesion.is_some());
-    sheet.state.adhesion.iter().for_each(|bonds| bonds.serialise(&mut to));
+    to.option(sheet.recovery.as_ref(), |guard, to| guard.state.serialise(to));
+    to.option(sheet.state.adhesion.as_ref(), |bonds, to| bonds.serialise(to));
     SavedSheetState {
         nodes: sheet.node_count(),
         springs: sheet.springs.len(),

@@ -252,8 +252,8 @@ pub(crate) fn half_solve(sheet: &mut Sheet, loads: &SparseLoads, solutions: &mut
 
 /// Displacement (m) by `force` (N) with the present tangent.
 pub(crate) fn solve_displacement(sheet: &mut Sheet, force: &Vectors, dx: &mut Vectors) {
-    dx.clear();
     if node_contact::solves_node_by_node(sheet) {
+        dx.clear();
         node_contact::node_displacements(sheet, force, dx);
         return;
     }
@@ -265,9 +265,7 @@ pub(crate) fn solve_displacement(sheet: &mut Sheet, force: &Vectors, dx: &mut Ve
         right.extend((force.get(*mass as usize) * free).to_array());
     }
     system.solve(&mut right);
-    for (step, mass) in right.chunks_exact(3).zip(system.masses()) {
-        dx.set(*mass as usize, DVec3::from_slice(step));
-    }
+    spread_rows(sheet, &right, dx);
     sheet.work.stage.right = right;
 }
 

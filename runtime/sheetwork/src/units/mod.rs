@@ -91,85 +91,63 @@ impl std::error::Error for UnitError {}
 const PREFIXES: [(f64, &str); 9] =
     [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
-const ALL: [Quantity; 14] = [
-    Quantity::Number,
-    Quantity::Length,
-    Quantity::Time,
-    Quantity::Pressure,
-    Quantity::Mass,
-    Quantity::Density,
-    Quantity::Speed,
-    Quantity::Acceleration,
-    Quantity::Temperature,
-    Quantity::Force,
-    Quantity::Stiffness,
-    Quantity::Angle,
-    Quantity::Energy,
-    Quantity::Convection,
+/// Quantities in order, with their names and their units with the value in SI. Temperature is
+/// converted separately, because its units have different zeros.
+const TABLE: [(Quantity, &str, &[(&str, f64)]); 14] = [
+    (Quantity::Number, "a plain number", &[("%", 0.01)]),
+    (
+        Quantity::Length,
+        "length",
+        &[
+            ("m", 1.0),
+            ("cm", 1e-2),
+            ("mm", 1e-3),
+            ("µm", 1e-6),
+            ("um", 1e-6),
+            ("nm", 1e-9),
+            ("km", 1e3),
+            ("in", 0.0254),
+            ("ft", 0.3048),
+            ("mil", 2.54e-5),
+        ],
+    ),
+    (Quantity::Time, "time", &[("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)]),
+    (
+        Quantity::Pressure,
+        "pressure",
+        &[
+            ("Pa", 1.0),
+            ("kPa", 1e3),
+            ("MPa", 1e6),
+            ("GPa", 1e9),
+            ("TPa", 1e12),
+            ("mPa", 1e-3),
+            ("bar", 1e5),
+            ("N/mm²", 1e6),
+            ("N/mm2", 1e6),
+            ("psi", 6_894.757_293_168),
+        ],
+    ),
+    (Quantity::Mass, "mass", &[("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("t", 1e3)]),
+    (Quantity::Density, "density", &[("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3), ("g/cm3", 1e3)]),
+    (Quantity::Speed, "speed", &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("km/h", 1.0 / 3.6)]),
+    (Quantity::Acceleration, "acceleration", &[("m/s²", 1.0), ("m/s2", 1.0), ("g", 9.806_65)]),
+    (Quantity::Temperature, "temperature", &[("°C", 1.0), ("C", 1.0), ("K", 1.0), ("°F", 1.0), ("F", 1.0)]),
+    (Quantity::Force, "force", &[("N", 1.0), ("mN", 1e-3), ("µN", 1e-6), ("kN", 1e3)]),
+    (Quantity::Stiffness, "stiffness", &[("N/m", 1.0), ("mN/m", 1e-3), ("kN/m", 1e3), ("N/mm", 1e3)]),
+    (Quantity::Angle, "angle", &[("°", 1.0), ("degrees", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)]),
+    (Quantity::Energy, "energy", &[("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6), ("kJ", 1e3)]),
+    (Quantity::Convection, "convection", &[("W/(m² K)", 1.0), ("W/m²K", 1.0), ("W/m2K", 1.0)]),
 ];
 
 impl Quantity {
     /// Name of the quantity.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Number => "a plain number",
-            Self::Length => "length",
-            Self::Time => "time",
-            Self::Pressure => "pressure",
-            Self::Mass => "mass",
-            Self::Density => "density",
-            Self::Speed => "speed",
-            Self::Acceleration => "acceleration",
-            Self::Temperature => "temperature",
-            Self::Force => "force",
-            Self::Stiffness => "stiffness",
-            Self::Angle => "angle",
-            Self::Energy => "energy",
-            Self::Convection => "convection",
-        }
+        TABLE[self as usize].1
     }
 
-    /// Units with their value in SI. Temperature is converted separately, because its units have
-    /// different zeros.
     fn units(self) -> &'static [(&'static str, f64)] {
-        match self {
-            Self::Number => &[("%", 0.01)],
-            Self::Length => &[
-                ("m", 1.0),
-                ("cm", 1e-2),
-                ("mm", 1e-3),
-                ("µm", 1e-6),
-                ("um", 1e-6),
-                ("nm", 1e-9),
-                ("km", 1e3),
-                ("in", 0.0254),
-                ("ft", 0.3048),
-                ("mil", 2.54e-5),
-            ],
-            Self::Time => &[("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)],
-            Self::Pressure => &[
-                ("Pa", 1.0),
-                ("kPa", 1e3),
-                ("MPa", 1e6),
-                ("GPa", 1e9),
-                ("TPa", 1e12),
-                ("mPa", 1e-3),
-                ("bar", 1e5),
-                ("N/mm²", 1e6),
-                ("N/mm2", 1e6),
-                ("psi", 6_894.757_293_168),
-            ],
-            Self::Mass => &[("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("t", 1e3)],
-            Self::Density => &[("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3), ("g/cm3", 1e3)],
-            Self::Speed => &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("km/h", 1.0 / 3.6)],
-            Self::Acceleration => &[("m/s²", 1.0), ("m/s2", 1.0), ("g", 9.806_65)],
-            Self::Temperature => &[("°C", 1.0), ("C", 1.0), ("K", 1.0), ("°F", 1.0), ("F", 1.0)],
-            Self::Force => &[("N", 1.0), ("mN", 1e-3), ("µN", 1e-6), ("kN", 1e3)],
-            Self::Stiffness => &[("N/m", 1.0), ("mN/m", 1e-3), ("kN/m", 1e3), ("N/mm", 1e3)],
-            Self::Angle => &[("°", 1.0), ("degrees", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
-            Self::Energy => &[("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6), ("kJ", 1e3)],
-            Self::Convection => &[("W/(m² K)", 1.0), ("W/m²K", 1.0), ("W/m2K", 1.0)],
-        }
+        TABLE[self as usize].2
     }
 
     /// Unit in SI (or °C, or degrees); empty for a dimensionless number.
@@ -191,7 +169,7 @@ impl Quantity {
         if unit.is_empty() || unit == "of critical" {
             return Some(Self::Number);
         }
-        ALL.into_iter().find(|q| q.to_si(1.0, unit) == Some(1.0))
+        TABLE.into_iter().map(|row| row.0).find(|q| q.to_si(1.0, unit) == Some(1.0))
     }
 
     /// SI value of `number` in `unit`; `None` for a unit of another quantity.
@@ -259,8 +237,8 @@ impl DisplayUnit {
             return Ok(number * scale);
         }
         let (unit, known) = (unit.to_owned(), self.quantity.unit_list());
-        match ALL.iter().find(|q| q.to_si(number, &unit).is_some()) {
-            Some(other) => Err(UnitError::WrongUnit { unit, quantity: other.name(), known }),
+        match TABLE.iter().find(|row| row.0.to_si(number, &unit).is_some()) {
+            Some((_, quantity, _)) => Err(UnitError::WrongUnit { unit, quantity, known }),
             None => Err(UnitError::UnknownUnit { unit, known }),
         }
     }
@@ -377,8 +355,8 @@ mod tests {
         use Quantity::{Angle, Density, Number, Pressure, Temperature};
         assert_eq!(quantities, [Number, Pressure, Density, Temperature, Angle, Number].map(Some));
         assert_eq!(Quantity::from_unit("furlong"), None);
-        for q in ALL {
-            assert!(!q.name().is_empty() && !q.unit_list().is_empty());
+        for (i, (q, ..)) in TABLE.into_iter().enumerate() {
+            assert!(q as usize == i && !q.name().is_empty() && !q.unit_list().is_empty());
         }
     }
 

@@ -4,18 +4,14 @@ use crate::error::InputError;
 use crate::units::parameters::ParameterId;
 use crate::units::{DisplayUnit, Quantity};
 
-/// Quantity of the field at `path`; a dimensionless number if it is unknown.
-fn quantity_of(path: &str) -> Quantity {
-    ParameterId::from_path(path).and_then(|id| id.row().quantity()).unwrap_or(Quantity::Number)
-}
-
 /// SI text of `value` if it is a number with a unit, or a tuple of numbers at least one of which
 /// has a unit; `None` for any other text.
 ///
 /// # Errors
 /// If the unit does not belong to the quantity of the field.
 pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputError> {
-    let quantity = quantity_of(path);
+    // An unknown field is a dimensionless number.
+    let quantity = ParameterId::from_path(path).and_then(|id| id.row().quantity()).unwrap_or(Quantity::Number);
     let tuple = value.strip_prefix('(').and_then(|v| v.strip_suffix(')'));
     let parts: Vec<&str> = tuple.unwrap_or(value).split(',').map(str::trim).collect();
     let has_unit = |part: &&str| part.parse::<f64>().is_err();

@@ -43,8 +43,7 @@ impl World {
             let problem = "this world meets bodies that are lent to it and has none of its own";
             return Err(BuildError::Refused(InputError::new("bodies", problem)));
         };
-        let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
-        let name = unique_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
+        let name = unique_name(&spec.name, "body", |name| rigid.bodies().iter().any(|b| b.name == name));
         let spec = BodySpec { name: name.clone(), ..spec.clone() };
         let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
         validate::scene(&checked)?;

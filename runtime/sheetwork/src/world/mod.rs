@@ -10,6 +10,7 @@ pub mod journal;
 pub(crate) mod lod;
 pub mod lod_cost;
 pub(crate) mod parameters;
+pub(crate) mod part_file;
 pub(crate) mod playback;
 pub mod recording;
 pub(crate) mod remap;
@@ -109,19 +110,11 @@ impl World {
         validate::values(scene)?;
         let mut sheets = Vec::with_capacity(scene.sheets.len());
         for index in 0..scene.sheets.len() {
-            sheets.push(Sheet::build(scene, index).map_err(|mut e| {
-                if e.file.is_some() {
-                    e.problem = format!("{} (the file of sheets.{index})", e.problem);
-                } else {
-                    let dot = if e.field.is_empty() { "" } else { "." };
-                    e.field = format!("sheets.{index}{dot}{}", e.field);
-                }
-                e
-            })?);
+            let field = format!("sheets.{index}");
+            sheets.push(Sheet::build(scene, index).map_err(|e| e.of_object(&field, &field))?);
         }
         for (index, sheet) in sheets.iter_mut().enumerate() {
-            attach_to_bodies(sheet, rigid.as_ref())
-                .map_err(|e| InputError::new(format!("sheets.{index}.{}", e.field), e.problem))?;
+            attach_to_bodies(sheet, rigid.as_ref()).map_err(|e| e.within(&format!("sheets.{index}")))?;
         }
         let heat = ThermalModel::of(scene)?.map(Box::new);
         if heat.is_some() {
@@ -130,7 +123,7 @@ impl World {
         }
         for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
             let warmed = spots::heat_spots(sheet, &spec.spots, scene.ambient_temperature);
-            warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
+            warmed.map_err(|e| e.within(&format!("sheets.{index}.spots")))?;
         }
         let sheet_contacts = sheets.iter().map(|_| SheetContact::default()).collect();
         let contact_logs = sheets.iter().map(|_| ContactLog::default()).collect();
@@ -410,8 +403,10 @@ impl World {
     }
 }
 
-/// The first of `base`, `base 2`, `base 3`... that is not in use.
-fn unique_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
+/// The first of `wanted` (or `default` if that is empty), `wanted 2`, `wanted 3`... that is not in
+/// use.
+fn unique_name(wanted: &str, default: &str, taken: impl Fn(&str) -> bool) -> String {
+    let base = if wanted.is_empty() { default } else { wanted };
     let numbered = (2_u64..).map(|n| format!("{base} {n}"));
     std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }

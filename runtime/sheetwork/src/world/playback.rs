@@ -44,11 +44,7 @@ impl World {
                 sheet.state.x.set(i, place.as_dvec3());
                 sheet.state.v.set(i, DVec3::ZERO);
             }
-            match frame.open_of(index) {
-                // No open cell.
-                [] => fracture::set_open(sheet, &vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
-                cells => fracture::set_open(sheet, cells),
-            }
+            fracture::set_open(sheet, frame.open_of(index));
             playback::show_temperatures(sheet, frame.temperatures_of(index));
         }
         if let Some(rigid) = &mut self.rigid {

@@ -48,13 +48,8 @@ impl World {
     /// When there is no such sheet, the grid is out of range, or the sheet cannot change its grid;
     /// nothing changes then.
     pub fn remap(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
-        let Some(index) = self.sheets.iter().position(|s| s.name == name) else {
-            return Err(InputError::new("sheet", format!("no sheet is named \"{name}\"")));
-        };
-        self.remap_index(index, grid).map_err(|e| {
-            let field = format!("sheets.{name}.{}", e.field);
-            InputError { field, ..e }
-        })
+        let index = self.sheet_index(name)?;
+        self.remap_index(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
     }
 
     /// Change the sheet `index` to another grid.
@@ -91,13 +86,19 @@ impl World {
         Ok(sheet)
     }
 
+    /// The sheet `index` of the scene on that grid, with the present detection of buckling.
+    pub(crate) fn fresh_sheet(&mut self, index: usize, grid: Grid) -> ReadResult<Sheet> {
+        let watched = self.sheets[index].state.buckle_detector.is_some();
+        let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
+        buckling::set_buckling_detection(&mut sheet, watched);
+        Ok(sheet)
+    }
+
     /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
     /// visibility for heat.
     fn discard_contact_cache(&mut self, index: usize) {
         self.islands.forget_sheet(index, &mut self.sheet_contacts);
-        if let Some(heat) = &mut self.heat {
-            heat.discard_views();
-        }
+        self.heat.iter_mut().for_each(|heat| heat.discard_views());
     }
 
     /// Replace sheets on other grids than `grids` by sheets of the scene on these grids. Returns
@@ -109,10 +110,7 @@ impl World {
         let mut new = Vec::new();
         for (index, grid) in grids.iter().enumerate() {
             if grid_of(&self.sheets[index]) != *grid {
-                let watched = buckling::detects_buckling(&self.sheets[index]);
-                let mut sheet = self.build_sheet_on_grid(index, *grid).map_err(|_| CorruptState)?;
-                buckling::set_buckling_detection(&mut sheet, watched);
-                new.push((index, sheet, SheetContact::default()));
+                new.push((index, self.fresh_sheet(index, *grid)?, SheetContact::default()));
             }
         }
         for (index, sheet, contact) in &mut new {

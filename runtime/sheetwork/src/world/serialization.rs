@@ -12,7 +12,7 @@ use crate::contact::SheetContact;
 use crate::error::{InputError, SnapshotError};
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
-use crate::sheet::{Sheet, buckling, serialization};
+use crate::sheet::{Sheet, serialization};
 use crate::world::World;
 use crate::world::remap::{Grid, deserialise_grids, grid_of, serialise_grids};
 
@@ -142,16 +142,15 @@ impl World {
         for index in 0..self.sheets.len() {
             // Changes by heat, creep and fracture are undone only by building the sheet again.
             if !from.flag()? && serialization::is_changed(&self.sheets[index]) {
-                self.rebuild_sheet(index)?;
+                self.sheets[index] = self.fresh_sheet(index, grid_of(&self.sheets[index]))?;
+                self.sheet_contacts[index] = SheetContact::default();
             }
         }
         let settings = from.blob()?;
         if settings != self.serialise_settings() {
             self.deserialise_settings(settings)?;
         }
-        if let Some(rigid) = &mut self.rigid {
-            rigid.deserialise(&mut from, &self.scene)?;
-        }
+        self.rigid.iter_mut().try_for_each(|rigid| rigid.deserialise(&mut from, &self.scene))?;
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.sheet_contacts) {
             contact.deserialise_surface(sheet, &mut from)?;
             serialization::deserialise_state(sheet, &mut from, |from, masses| {
@@ -160,29 +159,14 @@ impl World {
             contact.prepare_opened(sheet);
         }
         self.islands.deserialise(&mut self.sheet_contacts, &mut from)?;
-        if let Some(heat) = &mut self.heat {
-            heat.deserialise(&mut from, &self.sheets)?;
-        }
+        self.heat.iter_mut().try_for_each(|heat| heat.deserialise(&mut from, &self.sheets))?;
         self.contact_logs.iter_mut().try_for_each(|t| t.deserialise(&mut from))?;
-        if let Some(detail) = &mut self.lod {
-            detail.deserialise(&mut from)?;
-        }
+        self.lod.iter_mut().try_for_each(|detail| detail.deserialise(&mut from))?;
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
         self.events.truncate(usize::try_from(told.saturating_sub(self.drained_events)).unwrap_or(usize::MAX));
         self.drained_events = told - self.events.len() as u64;
         if from.is_empty() { Ok(()) } else { Err(CorruptState) }
-    }
-
-    /// Build the sheet `index` of the scene again.
-    fn rebuild_sheet(&mut self, index: usize) -> ReadResult {
-        let watched = buckling::detects_buckling(&self.sheets[index]);
-        let grid = grid_of(&self.sheets[index]);
-        let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
-        buckling::set_buckling_detection(&mut sheet, watched);
-        self.sheets[index] = sheet;
-        self.sheet_contacts[index] = SheetContact::default();
-        Ok(())
     }
 
     /// Serialise the settings that can change while the world runs.
@@ -224,12 +208,8 @@ impl World {
             }
             self.scene.contact = contact;
         }
-        if let Some(heat) = &mut self.heat {
-            heat.deserialise_settings(&mut from)?;
-        }
-        if let Some(detail) = &mut self.lod {
-            detail.deserialise_settings(&mut from)?;
-        }
+        self.heat.iter_mut().try_for_each(|heat| heat.deserialise_settings(&mut from))?;
+        self.lod.iter_mut().try_for_each(|detail| detail.deserialise_settings(&mut from))?;
         let tolerance = self.tolerance;
         self.sheets.iter_mut().try_for_each(|s| serialization::deserialise_settings(s, &mut from, tolerance))?;
         if from.is_empty() { Ok(()) } else { Err(CorruptState) }

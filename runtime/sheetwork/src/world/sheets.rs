@@ -38,6 +38,12 @@ impl World {
         self.sheet_ids.at(self.sheets.iter().position(|s| s.name == name)?).map(SheetId)
     }
 
+    /// Index of the sheet `name`.
+    pub(crate) fn sheet_index(&self, name: &str) -> Result<usize, InputError> {
+        let found = self.sheets.iter().position(|s| s.name == name);
+        found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
+    }
+
     /// Ids of all sheets, in the order of [`World::sheets`].
     pub fn sheet_ids(&self) -> impl ExactSizeIterator<Item = SheetId> + '_ {
         self.sheet_ids.iter().map(SheetId)
@@ -61,9 +67,8 @@ impl World {
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, BuildError> {
-        let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
-        let name = unique_name(base, |name| names.contains(name));
+        let name = unique_name(&spec.name, "sheet", |name| names.contains(name));
         let index = self.scene.sheets.len();
         let spec = SheetSpec { name, ..spec.clone() };
         validate::added_sheet(&spec, index)?;
@@ -120,9 +125,7 @@ impl World {
         self.islands.remove_sheet(index);
         self.scene.sheets.remove(index);
         self.structure.remove_sheet(index, &self.scene);
-        if let Some(heat) = &mut self.heat {
-            heat.discard_views();
-        }
+        self.heat.iter_mut().for_each(|heat| heat.discard_views());
         true
     }
 }

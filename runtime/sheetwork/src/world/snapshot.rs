@@ -85,9 +85,7 @@ impl World {
                 }
             }
         }
-        if let Some(heat) = &mut self.heat {
-            heat.discard_views();
-        }
+        self.heat.iter_mut().for_each(|heat| heat.discard_views());
         self.contact_logs.clone_from(&snapshot.touches);
         self.events.truncate(snapshot.events);
         (self.time, self.steps) = (snapshot.time, snapshot.steps);

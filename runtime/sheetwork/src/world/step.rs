@@ -66,7 +66,7 @@ impl World {
         let Some(rigid) = rigid else { return };
         self.profiler.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
         let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-        self.sheets.iter_mut().for_each(|s| attachment::set_body_motion(s, self.time, dt, states));
+        self.sheets.iter_mut().for_each(|s| s.pins.set_body_motion(self.time, dt, states));
     }
 
     /// Set the dynamic bodies to their state after contact with sheets.

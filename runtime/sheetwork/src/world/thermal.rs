@@ -49,19 +49,13 @@ impl World {
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<HeaterId, BuildError> {
-        let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
         let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
-        let spec = HeaterSpec { name: unique_name(base, taken), ..spec.clone() };
+        let spec = HeaterSpec { name: unique_name(&spec.name, "heater", taken), ..spec.clone() };
         let source = heater::of(&spec.name, &spec, &self.scene.base)?;
         let mut scene = self.scene.clone();
         scene.heaters.push(spec.clone());
         self.replace_heat_settings(scene)?;
-        self.heat.iter_mut().for_each(|heat| {
-            heat.remove(&heater::path_of(&spec.name));
-        });
-        if let Some(heat) = &mut self.heat {
-            heat.add(source);
-        }
+        self.replace_source(&heater::path_of(&spec.name), Some(source));
         self.heater_names.push(spec.name);
         Ok(HeaterId(self.heater_ids.push()))
     }

@@ -29,7 +29,7 @@ use glam::DVec3;
 
 use crate::elements::bending::rest::RestCurvature;
 use crate::elements::creep::InelasticElement;
-use crate::elements::curvature::CurvatureGroup;
+use crate::elements::curvature::{CurvatureGroup, dot};
 use crate::elements::fracture::OpenCells;
 use crate::elements::remap::Remap;
 use crate::elements::staggered::ClosedPart;
@@ -156,6 +156,17 @@ impl Bending {
         self.masses[range.clone()].iter().map(|m| *m as usize).zip(&self.weights[range])
     }
 
+    /// Computes the couplings from the stiffness of the groups, and the constant tangent.
+    fn update_pairs(&mut self) {
+        for group in &self.groups {
+            let weight = |entry: u32| &self.weights[(group.entries.0 + entry) as usize];
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                pair.value = dot(weight(pair.of.0), &times_scalar(&group.stiffness, weight(pair.of.1)));
+            }
+        }
+        self.sum_constant();
+    }
+
     /// κ of a group at positions `x`; its rate for velocities `x` and zero `prescribed`.
     #[inline(always)]
     fn curvature(&self, group: &BendingGroup, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
@@ -174,7 +185,7 @@ impl Bending {
     fn add_moments(&self, group: &BendingGroup, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
         for (mass, w) in self.entries(group) {
             let f = (moments[0] * w[0] + moments[1] * w[1] + moments[2] * w[2]) * scale;
-            to.set(mass, to.get(mass) + f);
+            to.add(mass, f);
         }
     }
 }
@@ -306,17 +317,11 @@ impl Element for Bending {
         for (group, source) in self.groups.iter_mut().zip(&self.source) {
             let soft = source.area * group.softness;
             group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * soft));
-            let first = group.entries.0;
-            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
-                let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
-                let m = times_scalar(&group.stiffness, q);
-                pair.value = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
-            }
         }
         if self.rest_curvature.is_some() {
             return self.set_rest_law(law.bending[0][0]);
         }
-        self.sum_constant();
+        self.update_pairs();
     }
 
     fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
@@ -519,8 +524,6 @@ impl Element for Bending {
     fn predict_stress(&mut self, x: &Vectors, d: &Vectors) -> f64 {
         self.normal_prediction_error(x, d)
     }
-
-    fn update_stress(&mut self, _x: &Vectors) {}
 
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
         self.rest_curvature.is_some().then(|| self.stress_free_angles())

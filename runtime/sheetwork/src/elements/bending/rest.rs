@@ -105,9 +105,7 @@ impl RestCurvature {
         let change = softness.1 / softness.0;
         self.full[i].iter_mut().flatten().for_each(|d| *d *= change);
     }
-}
 
-impl RestCurvature {
     /// Recomputes whether the rest curvature is zero, after each change of k₀.
     pub fn update_is_flat(&mut self) {
         self.is_flat = self.rest.iter().all(is_flat);
@@ -146,11 +144,7 @@ impl Bending {
         creeps: Option<[f64; 2]>,
         yields: bool,
     ) -> Self {
-        let mut all = Self::default();
-        for group in &source {
-            all.push(group, directions);
-        }
-        all.source = source;
+        let mut all = Self::new(source, directions);
         let n = all.groups.len();
         let mut rests = RestCurvature { scale: vec![1.0; n], full: vec![[[0.0; 3]; 3]; n], ..RestCurvature::default() };
         rests.rest =
@@ -198,13 +192,8 @@ impl Bending {
         let Some(rests) = &self.rest_curvature else { return };
         for ((group, full), scale) in self.groups.iter_mut().zip(&rests.full).zip(&rests.scale) {
             group.stiffness = full.map(|row| row.map(|d| d * scale));
-            let first = group.entries.0;
-            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
-                let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
-                pair.value = dot(p, &times_scalar(&group.stiffness, q));
-            }
         }
-        self.sum_constant();
+        self.update_pairs();
     }
 
     /// Stored energy with rest curvature, J; between steps it includes the energy of the creep
@@ -275,7 +264,7 @@ impl Bending {
             let t = (pull - n * n.dot(pull)) * (scale / frame.length);
             let (by_p, by_q) = (frame.q.cross(t), t.cross(frame.p));
             for (mass, f) in g.frame.into_iter().zip([by_p, -by_p, by_q, -by_q]) {
-                to.set(mass as usize, to.get(mass as usize) + f);
+                to.add(mass as usize, f);
             }
         }
     }

@@ -55,8 +55,9 @@ fn expansion(w: &PacketRestState, k: usize, l: usize) -> f64 {
 }
 
 impl CellMembrane {
-    /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
+    /// Adds creep with Maxwell arms of the shares `share`, if any.
+    pub fn with_creep(mut self, share: Option<[f64; 2]>) -> Self {
+        let Some(share) = share else { return self };
         self.creep = Some(Box::new(CellCreep::new(self.packets.len(), share)));
         self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         self

@@ -128,6 +128,12 @@ impl CellMembrane {
         let cell = CellGeometry { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..CellGeometry::default() };
         Self { cell, packets, ..Self::default() }
     }
+
+    /// Nodes of the edges of a cell, in the order of its strains.
+    fn edges_of(m: [usize; 4]) -> [[u32; 2]; 4] {
+        let m = m.map(|m| m as u32);
+        [[m[0], m[1]], [m[2], m[3]], [m[0], m[2]], [m[1], m[3]]]
+    }
 }
 
 impl CellGeometry {
@@ -324,14 +330,6 @@ macro_rules! kernel {
             $name::<true>($($argument),*)
         }
     };
-}
-
-impl CellMembrane {
-    /// Nodes of the edges of a cell, in the order of its strains.
-    fn edges_of(m: [usize; 4]) -> [[u32; 2]; 4] {
-        let m = m.map(|m| m as u32);
-        [[m[0], m[1]], [m[2], m[3]], [m[0], m[2]], [m[1], m[3]]]
-    }
 }
 
 impl Element for CellMembrane {

@@ -71,10 +71,10 @@ impl EdgeStrain {
         let pull = self.chord(x) * (stress * self.inverse_length);
         let [a, b] = self.ends.map(|v| v as usize);
         to.set(a, to.get(a) - pull);
-        to.set(b, to.get(b) + pull);
+        to.add(b, pull);
         let bend = (self.bow(x) + self.offset) * stress;
         for (v, w) in &self.arc {
-            to.set(*v as usize, to.get(*v as usize) + bend * *w);
+            to.add(*v as usize, bend * *w);
         }
     }
 

@@ -145,9 +145,9 @@ impl EdgeMembrane {
         membrane
     }
 
-    /// Adds creep with Maxwell arms of the shares `share`.
-    pub fn with_creep(mut self, share: [f64; 2]) -> Self {
-        self.creep = Some(Box::new(EdgeCreep::new(self.strains.len(), self.triangles.len(), share)));
+    /// Adds creep with Maxwell arms of the shares `share`, if any.
+    pub fn with_creep(mut self, share: Option<[f64; 2]>) -> Self {
+        self.creep = share.map(|share| Box::new(EdgeCreep::new(self.strains.len(), self.triangles.len(), share)));
         self
     }
 

@@ -32,7 +32,9 @@ pub struct ContactJump {
 /// An implicit integrator, stage by stage.
 pub trait StagedIntegrator {
     /// Number of stages in a step.
-    fn stages(&self) -> usize;
+    fn stages(&self) -> usize {
+        1
+    }
 
     /// Begins a step of `_dt` s from positions `_x` (m) and velocities `_v` (m/s); returns the
     /// number of linear solves.
@@ -54,8 +56,10 @@ pub trait StagedIntegrator {
     /// The problem of the prepared stage.
     fn stage(&self) -> StageProblem<'_>;
 
-    /// Duration of stage `k` of a step of `dt` s, s.
-    fn length(&self, k: usize, dt: f64) -> f64;
+    /// Duration of stage `_k` of a step of `dt` s, s.
+    fn length(&self, _k: usize, dt: f64) -> f64 {
+        dt
+    }
 
     /// Ends stage `k`: sets the positions to `solution` and the velocities to those after the
     /// stage.

@@ -116,7 +116,7 @@ fn inside(
             }
         }
         if piece.length() < MIN_CUT_LENGTH {
-            let size = (cells.metres(piece.points[0]) - cells.metres(line.at(to.0))).length();
+            let size = cells.distance(piece.points[0], line.at(to.0));
             return Err(cells.too_small(&piece.field, "has a part of", size, middle));
         }
         pieces.push(piece);
@@ -129,7 +129,7 @@ fn check_end(piece: &OutlineLine, last: bool, rings: &[OutlineLine], cells: &Cel
     for ring in rings {
         let (d, s) = nearest_on(ring, p);
         if d < MIN_CUT_LENGTH {
-            let size = (cells.metres(p) - cells.metres(ring.at(s))).length();
+            let size = cells.distance(p, ring.at(s));
             return Err(cells.too_small(&piece.field, &format!("leaves, to {},", ring.field), size, p));
         }
     }
@@ -162,7 +162,7 @@ fn cross(pieces: &mut [OutlineLine], cells: &CellScale) -> Result<(), InputError
                 let point = pieces[i].stop(s, MERGE_DISTANCE);
                 let other = pieces[j].stop(t, MERGE_DISTANCE);
                 if point.distance(other) > MERGE_DISTANCE {
-                    let size = (cells.metres(point) - cells.metres(other)).length();
+                    let size = cells.distance(point, other);
                     let what = format!("has corners and crossings with {} within", pieces[i].field);
                     return Err(cells.too_small(&pieces[j].field, &what, size, point));
                 }

@@ -46,7 +46,7 @@ fn apart(a: &OutlineLine, b: &OutlineLine, cells: &CellScale) -> Result<(), Inpu
         for p in a.points.iter().filter(near) {
             if let Some((u, v)) = b.sides().find(|s| distance(*p, s.0, s.1) < MIN_WIDTH) {
                 let q = u + (v - u) * crate::mesh::outline::ring::foot(*p, u, v);
-                let size = (cells.metres(*p) - cells.metres(q)).length();
+                let size = cells.distance(*p, q);
                 return Err(cells.too_small(&a.field, &format!("leaves, to {},", b.field), size, *p));
             }
         }
@@ -70,7 +70,7 @@ fn narrow(ring: &OutlineLine, cells: &CellScale) -> Result<(), InputError> {
             let facing = (b - a).normalize_or_zero().dot(along) < SIDE_BY_SIDE;
             if let Some((t, _)) = meeting((p, inward), (a, b)).filter(|_| facing) {
                 let q = p.lerp(inward, t);
-                let size = (cells.metres(p) - cells.metres(q)).length();
+                let size = cells.distance(p, q);
                 return Err(cells.too_small(&ring.field, "narrows to", size, p.midpoint(q)));
             }
         }

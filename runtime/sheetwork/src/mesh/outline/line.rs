@@ -37,6 +37,11 @@ impl CellScale {
         self.low + p * self.size
     }
 
+    /// Distance of two points in cells, m.
+    pub fn distance(&self, p: DVec2, q: DVec2) -> f64 {
+        (self.metres(p) - self.metres(q)).length()
+    }
+
     /// Error of a feature of `size` (m) at `p` (cells) that is too small for the grid.
     pub fn too_small(&self, field: &str, what: &str, size: f64, p: DVec2) -> InputError {
         let p = self.metres(p);
@@ -189,7 +194,7 @@ impl OutlineLine {
             let all: f64 = inside.iter().map(|i| self.turn[*i].abs()).sum();
             if all - net.abs() > CORNER_ANGLE || (net.abs() > 135.0 && net.abs() < 225.0) {
                 let (a, b) = (self.points[first], self.points[last]);
-                let size = (cells.metres(a) - cells.metres(b)).length();
+                let size = cells.distance(a, b);
                 return Err(cells.too_small(&self.field, "has a feature of", size, a.midpoint(b)));
             }
             // A rounded corner becomes a corner in its middle; a longer run of small turns is a

@@ -36,7 +36,6 @@ pub enum OutlineSpec {
         file: PathBuf,
         /// Metres per unit of the drawing; 1e-9 to 1e3. `None` uses the file's `width` and
         /// `viewBox`, else 1/96 inch.
-        #[serde(default)]
         scale: Option<f64>,
     },
 }

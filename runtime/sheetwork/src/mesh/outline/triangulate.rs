@@ -107,7 +107,7 @@ fn triangulate(nodes: &BoundaryNodes, cells: &CellScale) -> Result<Vec<[u32; 3]>
     let made = made.map_err(|e| InputError::new("outline", format!("cannot be triangulated: {e}")))?;
     if let Some([a, b]) = conflict {
         let (p, q) = (nodes.points[a], nodes.points[b]);
-        let size = (cells.metres(p) - cells.metres(q)).length();
+        let size = cells.distance(p, q);
         let field =
             nodes.fields.get(nodes.from[a.min(nodes.from.len() - 1)] as usize).map_or("outline", |f| f.as_str());
         return Err(cells.too_small(field, "crosses itself or another within", size, p.midpoint(q)));

@@ -5,23 +5,18 @@
 //! length, z along the width, y through the thickness; the origin is the middle of the bottom
 //! layer. Nodes are numbered layer by layer, row by row (z), along x.
 //!
-//! Each structure is one file with one [`Structure`] in [`TABLE`]; menus, the command line, the
-//! conformance tests and the file formats read that table.
+//! Each structure is one [`Structure`] in [`TABLE`]; menus, the command line, the conformance tests
+//! and the file formats read that table.
 
-pub(crate) mod double_diagonal;
-pub(crate) mod provot2d;
-pub(crate) mod provot3d;
-pub(crate) mod samm;
-pub(crate) mod shell;
-pub(crate) mod slamm;
-pub(crate) mod trimm;
+mod table;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::grid::{LatticeBuilder, LatticeLayer};
+pub use crate::mesh::structure::table::TABLE;
 
-use crate::error::{InputError, reject_if};
+use crate::error::{InputError, named_in_table, reject_if};
 use crate::mesh::spring_class::SpringClass;
 use crate::units::parameters::ParameterId as Id;
 
@@ -65,60 +60,15 @@ pub struct Structure {
     pub(crate) connect: fn(&mut LatticeBuilder),
 }
 
-/// All structures, in the order of menus.
-pub const TABLE: &[Structure] = &[
-    samm::STRUCTURE,
-    slamm::STRUCTURE,
-    double_diagonal::STRUCTURE,
-    trimm::STRUCTURE,
-    provot2d::STRUCTURE,
-    provot3d::STRUCTURE,
-    shell::STRUCTURE,
-];
-
 impl StructureKind {
     /// Row of the structure in the table.
     pub fn info(self) -> &'static Structure {
         // Every kind has a row: `every_kind_is_in_the_table` below.
         TABLE.iter().find(|s| s.kind == self).unwrap_or(&TABLE[0])
     }
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        self.info().name
-    }
 }
 
-impl std::fmt::Display for StructureKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for StructureKind {
-    type Err = InputError;
-
-    fn from_str(name: &str) -> Result<Self, InputError> {
-        TABLE.iter().find(|s| s.name == name).map(|s| s.kind).ok_or_else(|| {
-            let names: Vec<&str> = TABLE.iter().map(|s| s.name).collect();
-            InputError::unknown_name("structure", "structure", name, &names)
-        })
-    }
-}
-
-impl TryFrom<String> for StructureKind {
-    type Error = InputError;
-
-    fn try_from(name: String) -> Result<Self, InputError> {
-        name.parse()
-    }
-}
-
-impl From<StructureKind> for String {
-    fn from(kind: StructureKind) -> Self {
-        kind.name().to_owned()
-    }
-}
+named_in_table!(StructureKind, TABLE, "structure");
 
 /// Specification of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]

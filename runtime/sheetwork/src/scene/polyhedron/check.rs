@@ -46,15 +46,6 @@ impl Polyhedron {
         self.defect_of_closed().map_err(|defect| defect.error)
     }
 
-    /// Check every face of a polyhedron that may be open; the conditions are those of
-    /// [`Polyhedron::check_closed`] without edges and volume.
-    ///
-    /// # Errors
-    /// The first defect found; its field is `vertices.N.x`, `faces.N` or `faces`.
-    pub fn check_open(&self) -> Result<(), InputError> {
-        faces(self).map_err(|defect| defect.error)
-    }
-
     /// [`Polyhedron::check_closed`] with the face of the defect.
     pub(crate) fn defect_of_closed(&self) -> Result<(), PolyhedronDefect> {
         faces(self)?;
@@ -259,13 +250,13 @@ mod tests {
             faces: vec![(0..points.len() as u32).collect()],
         };
         let line = plane(&[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]);
-        assert!(line.check_open().expect_err("line").problem.contains("no area"));
+        assert!(faces(&line).expect_err("line").error.problem.contains("no area"));
         let bow = plane(&[(0.0, 0.0), (3.0, 3.0), (3.0, 0.0), (0.0, 2.0)]);
-        assert!(bow.check_open().expect_err("bow tie").problem.contains("edges 0 and 2"));
+        assert!(faces(&bow).expect_err("bow tie").error.problem.contains("edges 0 and 2"));
         let spike = plane(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, 0.5), (0.0, 0.5)]);
-        assert!(spike.check_open().expect_err("spike").problem.contains("folds back on itself at corner 2"));
+        assert!(faces(&spike).expect_err("spike").error.problem.contains("folds back on itself at corner 2"));
         let arrow = plane(&[(0.0, 0.0), (2.0, 0.0), (0.5, 0.5), (0.0, 2.0)]);
-        assert_eq!(arrow.check_open(), Ok(()));
+        assert_eq!(faces(&arrow), Ok(()));
         assert!(arrow.check_closed().expect_err("open").problem.contains("open"));
     }
 
@@ -290,7 +281,7 @@ mod tests {
     fn two_sides_of_one_face_enclose_nothing() {
         let leaf =
             Polyhedron { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], faces: vec![vec![0, 1, 2], vec![0, 2, 1]] };
-        assert_eq!(leaf.check_open(), Ok(()));
+        assert_eq!(faces(&leaf), Ok(()));
         assert!(leaf.check_closed().expect_err("flat").problem.contains("encloses no volume"));
     }
 }

@@ -11,7 +11,8 @@ use crate::scene::polyhedron::{Polyhedron, area_vector};
 impl Polyhedron {
     /// All faces as triangles of vertex indices, counter-clockwise seen from outside, face by face.
     ///
-    /// Faces may be concave. Faces whose corners [`Polyhedron::check_open`] rejects are skipped.
+    /// Faces may be concave. Faces of fewer than three corners, or with corners without a vertex,
+    /// are skipped.
     pub fn triangulate(&self) -> Vec<[u32; 3]> {
         (0..self.faces.len()).flat_map(|face| self.triangulate_face(face)).collect()
     }

@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
+use crate::sheet::remap::motion::PIN_TOLERANCE;
 use crate::sheet::remap::row_interpolation::RowInterpolation;
 
 /// Shift the start positions of pins like those of `old`; this sheet must be as built.
@@ -33,12 +34,9 @@ pub(crate) fn remap_pins(
         RowInterpolation::new(starts.into_iter().map(by))
     };
     let moved: Vec<RowInterpolation<3>> = old.pins.starts().map(moved).collect();
-    let slack = 1e-9 * sheet.model.length;
-    sheet.pins.shift_starts(|k, i| {
+    sheet.pins.shift_starts(PIN_TOLERANCE * sheet.model.length, |k, i| {
         let by = moved.get(k).and_then(|rows| rows.interpolate(now.uv[i as usize], before.step()));
-        let by = by.map_or(DVec3::ZERO, DVec3::from_array);
-        // A shift within rounding errors counts as zero.
-        if by.length() > slack { by } else { DVec3::ZERO }
+        by.map_or(DVec3::ZERO, DVec3::from_array)
     });
 }
 

@@ -8,7 +8,6 @@
 //! `springs` describes the correction for the strain of the new grid.
 
 use std::any::Any;
-use std::collections::BTreeMap;
 
 use glam::DVec3;
 
@@ -16,7 +15,7 @@ use crate::elements::wall_spring::{WallSpringState, WallSprings};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
-use crate::sheet::remap::row_interpolation::RowInterpolation;
+use crate::sheet::remap::row_interpolation::KindInterpolation;
 use crate::sheet::remap::springs::fit_inelastic_strain;
 
 /// Layer, and distance from the node to the fixed end along u, through the thickness and along v,
@@ -31,15 +30,6 @@ fn kind(sheet: &Sheet, layout: &LatticeLayout, spec: &SheetSpec, (mass, point): 
     (layer, (spacings * 12.0).round().to_array().map(|d| d as i32))
 }
 
-fn nearest<'a>(
-    all: &'a BTreeMap<ClampSpringKind, RowInterpolation<4>>,
-    wanted: &ClampSpringKind,
-) -> Option<&'a RowInterpolation<4>> {
-    let apart = |k: &ClampSpringKind| (0..3).map(|a| (i64::from(k.1[a]) - i64::from(wanted.1[a])).pow(2)).sum::<i64>();
-    let alike = all.iter().filter(|(k, _)| k.0 == wanted.0);
-    all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
-}
-
 /// Clamp springs of a sheet.
 fn clamp_springs(sheet: &Sheet) -> Option<&WallSprings> {
     sheet.elements.iter().find_map(|e| (&**e as &dyn Any).downcast_ref())
@@ -52,17 +42,14 @@ pub(crate) fn remap_clamp_springs(sheet: &mut Sheet, old: &Sheet, spec: &SheetSp
         return;
     }
     let (was, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(sheet));
-    let mut kinds: BTreeMap<ClampSpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-    for (mass, point, strain, [set, first, second]) in before.stored_state(&old.state.x) {
-        let held = [set, first, second, strain - set];
-        kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
-    }
-    let kinds: BTreeMap<ClampSpringKind, RowInterpolation<4>> =
-        kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
+    let of_spring = |(mass, point, strain, [set, first, second]): (usize, DVec3, f64, WallSpringState)| {
+        (kind(old, &was, spec, (mass, point)), was.uv[mass], [set, first, second, strain - set])
+    };
+    let kinds = KindInterpolation::new(before.stored_state(&old.state.x).map(of_spring));
     let width = now.wider_step(&was);
     let read = |(mass, point, strain, _): (usize, DVec3, f64, WallSpringState)| {
-        let rows = nearest(&kinds, &kind(sheet, &now, spec, (mass, point)))?;
-        rows.interpolate(now.uv[mass], width).map(|held| fit_inelastic_strain(held, strain))
+        let held = kinds.interpolate(kind(sheet, &now, spec, (mass, point)), now.uv[mass], width);
+        held.map(|held| fit_inelastic_strain(held, strain))
     };
     let held: Vec<Option<WallSpringState>> = own.stored_state(&sheet.state.x).map(read).collect();
     let own = sheet.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());

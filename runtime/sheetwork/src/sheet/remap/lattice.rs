@@ -71,8 +71,7 @@ pub(crate) fn lattice_positions_at(sheet: &Sheet, grid: (u32, u32)) -> Option<Ve
 /// exist.
 pub(crate) fn lattice_values_at(sheet: &Sheet, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
     let (old, new) = (LatticeLayout::from_sheet(sheet), LatticeLayout::on_grid(sheet, grid).ok()?);
-    let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
-    Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
+    Some(new.means(&old, values))
 }
 
 /// Copy nodal `values`, extrapolated linearly at nodes without a spring to another layer. Such

@@ -96,12 +96,12 @@ impl LatticeLayout {
 
     /// Nodal `values` of the layout `old` at the nodes of this one: weighted mean in each layer
     /// under a hat function as wide as the coarser cell.
-    pub fn means<const K: usize>(&self, old: &Self, values: &[[f64; K]]) -> Vec<[f64; K]> {
+    pub fn means(&self, old: &Self, values: &[f64]) -> Vec<f64> {
         let width = self.wider_step(old);
         let mut all = Vec::with_capacity(self.len());
         for (layer, before) in self.layers.iter().zip(&old.layers) {
-            let rows = RowInterpolation::new(before.range().map(|i| (old.uv[i], values[i])));
-            all.extend(layer.range().map(|i| rows.interpolate(self.uv[i], width).unwrap_or([0.0; K])));
+            let rows = RowInterpolation::new(before.range().map(|i| (old.uv[i], [values[i]])));
+            all.extend(layer.range().map(|i| rows.interpolate(self.uv[i], width).map_or(0.0, |[v]| v)));
         }
         all
     }

@@ -40,7 +40,7 @@ pub(crate) fn remap_forces(sheet: &mut Sheet, old: &Sheet) {
             [(a, b, (1.0 - s) * (1.0 - t)), (a + 1, b, s * (1.0 - t)), (a, b + 1, (1.0 - s) * t), (a + 1, b + 1, s * t)]
         {
             let mass = row * columns + column;
-            sheet.parameters.applied.set(mass, sheet.parameters.applied.get(mass) + force * weight);
+            sheet.parameters.applied.add(mass, force * weight);
         }
     }
 }
@@ -56,7 +56,7 @@ fn remap_layer_forces(sheet: &mut Sheet, old: &Sheet) {
         for (j, b) in between(v, (place(0).1, step.1, layer.nz as usize)) {
             for (k, a) in between(u, (place(j).0, step.0, layer.nx as usize)) {
                 let mass = layer.at(k as u32, j as u32) as usize;
-                sheet.parameters.applied.set(mass, sheet.parameters.applied.get(mass) + force * (a * b));
+                sheet.parameters.applied.add(mass, force * (a * b));
             }
         }
     }

@@ -52,27 +52,19 @@ impl Sheet {
 
 /// Check that the grid can change; `spec` is the description of the sheet.
 pub(crate) fn check_grid_change(sheet: &Sheet, spec: &SheetSpec) -> Result<(), InputError> {
-    let refused = |problem: &str| Err(InputError::new("grid", problem.to_owned()));
-    if spec.file.is_some() {
-        return refused("cannot change: the sheet is of a file, which has its masses");
-    }
-    if spec.sticky {
-        return refused("cannot change: the sheet is sticky, and what it sticks by are its masses");
-    }
-    if sheet.open_count() > 0 {
-        return refused("cannot change: cells of the sheet are open, which another grid does not have");
-    }
-    if spec.pins.iter().any(|p| p.body.is_some()) {
-        return refused("cannot change: the sheet is glued to a body by its masses");
-    }
     let by_number = |r: &Region| matches!(r, Region::Masses(_));
-    if spec.pins.iter().any(|p| by_number(&p.region)) {
-        return refused("cannot change: the sheet is pinned at masses by number");
+    let refusals = [
+        (spec.file.is_some(), "the sheet is of a file, which has its masses"),
+        (spec.sticky, "the sheet is sticky, and what it sticks by are its masses"),
+        (sheet.open_count() > 0, "cells of the sheet are open, which another grid does not have"),
+        (spec.pins.iter().any(|p| p.body.is_some()), "the sheet is glued to a body by its masses"),
+        (spec.pins.iter().any(|p| by_number(&p.region)), "the sheet is pinned at masses by number"),
+        (matches!(sheet.state.status, Status::Unstable { .. }), "the sheet went unstable"),
+    ];
+    match refusals.into_iter().find(|(refused, _)| *refused) {
+        Some((_, why)) => Err(InputError::new("grid", format!("cannot change: {why}"))),
+        None => Ok(()),
     }
-    if matches!(sheet.state.status, Status::Unstable { .. }) {
-        return refused("cannot change: the sheet went unstable");
-    }
-    Ok(())
 }
 
 /// Take over the state of `old`, the same sheet on another grid, at `time` (s). This sheet must
@@ -173,7 +165,7 @@ fn copy_settings_from(sheet: &mut Sheet, old: &Sheet, tolerance: f64) -> Result<
     if let Some((own, before)) = sheet.recovery.as_mut().zip(old.recovery.as_ref()) {
         own.state = RecoveryState { delay: before.state.delay, ..RecoveryState::default() };
     }
-    buckling::set_buckling_detection(sheet, buckling::detects_buckling(old));
+    buckling::set_buckling_detection(sheet, old.state.buckle_detector.is_some());
     sheet.model.initial_diagonal = old.model.initial_diagonal;
     Ok(())
 }
@@ -201,12 +193,7 @@ fn remap_temperatures(sheet: &mut Sheet, old: &Sheet, carry: &Remap) {
 /// Interpolate the temperatures `before` of `old` at the nodes of this sheet.
 fn read_temperatures(sheet: &Sheet, old: &Sheet, before: &[f64], carry: &Remap) -> Vec<f64> {
     if lattice::is_lattice(sheet) {
-        let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
-        return LatticeLayout::from_sheet(sheet)
-            .means(&LatticeLayout::from_sheet(old), &before)
-            .into_iter()
-            .map(|[t]| t)
-            .collect();
+        return LatticeLayout::from_sheet(sheet).means(&LatticeLayout::from_sheet(old), before);
     }
     carry.at_nodes(before)
 }

@@ -1,6 +1,8 @@
 //! Remapping of positions and velocities to another grid, for shells; `lattice` does so for
 //! lattices.
 
+use std::borrow::Cow;
+
 use glam::{DMat3, DVec3};
 
 use crate::elements::remap::{GridRemap, MeshRemap, Remap};
@@ -18,8 +20,7 @@ pub(crate) const PIN_TOLERANCE: f64 = 1e-9;
 
 fn edges_of_grid(sheet: &Sheet) -> StrainGrid {
     let [columns, rows] = remap::nodes_along(sheet);
-    let spacing = (sheet.model.extent.0 / (columns - 1) as f64, sheet.model.extent.1 / (rows - 1) as f64);
-    StrainGrid { columns, rows, spacing, triangular: false }
+    StrainGrid { columns, rows, spacing: outline::cell(sheet).into(), triangular: false }
 }
 
 /// Whether it is a shell on a grid.
@@ -31,23 +32,19 @@ fn is_grid(sheet: &Sheet) -> bool {
 
 /// Positions of the nodes of another grid, m; the present positions where the grid is the same
 /// or cannot change.
-pub fn positions_at(sheet: &Sheet, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
+pub fn positions_at(sheet: &Sheet, grid: (u32, u32)) -> Cow<'_, Vectors> {
     let [columns, rows] = remap::nodes_along(sheet);
     let to = (grid.0 as usize, grid.1 as usize);
     if let Some((mesh, first)) = outline::meshes_to(sheet, grid) {
         let x: Vec<DVec3> = sheet.state.x.iter().collect();
-        return std::borrow::Cow::Owned(vectors(&outline::patches(sheet, mesh, false).interpolate(
-            first,
-            &x,
-            [DVec3::ZERO; 2],
-        )));
+        let patches = outline::patches(sheet, mesh, false);
+        return Cow::Owned(vectors(&patches.interpolate(first, &x, [DVec3::ZERO; 2])));
     }
     if to == (columns, rows) || !(is_grid(sheet) || lattice::is_lattice(sheet)) {
-        return std::borrow::Cow::Borrowed(&sheet.state.x);
+        return Cow::Borrowed(&sheet.state.x);
     }
     if lattice::is_lattice(sheet) {
-        return lattice::lattice_positions_at(sheet, grid)
-            .map_or(std::borrow::Cow::Borrowed(&sheet.state.x), std::borrow::Cow::Owned);
+        return lattice::lattice_positions_at(sheet, grid).map_or(Cow::Borrowed(&sheet.state.x), Cow::Owned);
     }
     let surface = SplineSurface {
         from: (columns, rows),
@@ -56,23 +53,22 @@ pub fn positions_at(sheet: &Sheet, grid: (u32, u32)) -> std::borrow::Cow<'_, Vec
         staggered: false,
         folds: &sheet.model.folds,
     };
-    std::borrow::Cow::Owned(vectors(&surface.interpolate(&sheet.state.x, [DVec3::ZERO; 2])))
+    Cow::Owned(vectors(&surface.interpolate(&sheet.state.x, [DVec3::ZERO; 2])))
 }
 
 /// Nodal `values` interpolated at the nodes of another grid.
-pub fn values_at<'a>(sheet: &Sheet, grid: (u32, u32), values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
+pub fn values_at<'a>(sheet: &Sheet, grid: (u32, u32), values: &'a [f64]) -> Cow<'a, [f64]> {
     let (from, to) = (remap::nodes_along(sheet), [grid.0 as usize, grid.1 as usize]);
     if let Some((mesh, first)) = outline::meshes_to(sheet, grid) {
-        return std::borrow::Cow::Owned(Remap::Mesh(MeshRemap::new(mesh, first)).at_nodes(values));
+        return Cow::Owned(Remap::Mesh(MeshRemap::new(mesh, first)).at_nodes(values));
     }
     if from == to || !(is_grid(sheet) || lattice::is_lattice(sheet)) {
-        return std::borrow::Cow::Borrowed(values);
+        return Cow::Borrowed(values);
     }
     if lattice::is_lattice(sheet) {
-        return lattice::lattice_values_at(sheet, grid, values)
-            .map_or(std::borrow::Cow::Borrowed(values), std::borrow::Cow::Owned);
+        return lattice::lattice_values_at(sheet, grid, values).map_or(Cow::Borrowed(values), Cow::Owned);
     }
-    std::borrow::Cow::Owned(Remap::Grid(GridRemap { from, to }).at_nodes(values))
+    Cow::Owned(Remap::Grid(GridRemap { from, to }).at_nodes(values))
 }
 
 /// Remap positions and velocities of `old`, with its strains and rates of strain.
@@ -126,13 +122,11 @@ pub(crate) fn restore_momentum(sheet: &mut Sheet, old: &Sheet) {
     let turns = inertia.determinant() > 1e-9 * size * size * size;
     let spin = if turns { inertia.inverse() * lost } else { DVec3::ZERO };
     for i in 0..sheet.node_count() {
-        let turned = sheet.state.v.get(i) + spin.cross(sheet.state.x.get(i) - centre);
-        sheet.state.v.set(i, turned);
+        sheet.state.v.add(i, spin.cross(sheet.state.x.get(i) - centre));
     }
     let drift = (old.momentum() - sheet.momentum()) / sheet.total_mass();
     for i in 0..sheet.node_count() {
-        let moved = sheet.state.v.get(i) + drift;
-        sheet.state.v.set(i, moved);
+        sheet.state.v.add(i, drift);
     }
 }
 

@@ -95,11 +95,7 @@ fn remap_outline_pins(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, meshes: 
     };
     let shifts: Vec<PinShifts> = old.pins.starts().map(shifts).collect();
     let slack = PIN_TOLERANCE * sheet.model.length;
-    sheet.pins.shift_starts(|k, i| {
-        let by = shifts[k].at(meshes.to.positions[i as usize]);
-        // A shift within rounding errors counts as zero.
-        if by.length() > slack { by } else { DVec3::ZERO }
-    });
+    sheet.pins.shift_starts(slack, |k, i| shifts[k].at(meshes.to.positions[i as usize]));
 }
 
 /// Move nodes towards the edge stretch of `old`.
@@ -150,8 +146,7 @@ pub(crate) fn remap_outline_forces(sheet: &mut Sheet, old: &Sheet, meshes: &Mesh
     let sides = inward(meshes.from);
     for (i, force) in old.parameters.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
         for (mass, part) in hat_weights(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
-            let sum = sheet.parameters.applied.get(mass as usize) + force * part;
-            sheet.parameters.applied.set(mass as usize, sum);
+            sheet.parameters.applied.add(mass as usize, force * part);
         }
     }
 }

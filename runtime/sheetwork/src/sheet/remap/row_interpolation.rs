@@ -6,6 +6,8 @@
 //! hat function along v over the rows. Hats as wide as the spacing make this linear interpolation.
 //! Beyond the outermost point the value is constant.
 
+use std::collections::BTreeMap;
+
 /// Distance relative to the sheet below which rows are one.
 const SAME_ROW_TOLERANCE: f64 = 1e-9;
 
@@ -46,6 +48,30 @@ impl<const K: usize> RowInterpolation<K> {
             }
         }
         (!self.rows.is_empty()).then_some(sum)
+    }
+}
+
+/// Interpolations of values of several kinds. A kind is a group and a direction.
+pub(crate) struct KindInterpolation<G, const N: usize, const K: usize> {
+    kinds: BTreeMap<(G, [i32; N]), RowInterpolation<K>>,
+}
+
+impl<G: Ord + Copy, const N: usize, const K: usize> KindInterpolation<G, N, K> {
+    /// Sort values by kind, and those of each by their points (u, v).
+    pub fn new(points: impl Iterator<Item = ((G, [i32; N]), (f64, f64), [f64; K])>) -> Self {
+        let mut kinds: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        points.for_each(|(kind, at, value)| kinds.entry(kind).or_default().push((at, value)));
+        Self { kinds: kinds.into_iter().map(|(kind, of)| (kind, RowInterpolation::new(of.into_iter()))).collect() }
+    }
+
+    /// [`RowInterpolation::interpolate`] for a kind, or else for the one of its group with the
+    /// nearest direction.
+    pub fn interpolate(&self, kind: (G, [i32; N]), at: (f64, f64), width: (f64, f64)) -> Option<[f64; K]> {
+        let apart =
+            |k: &[i32; N]| k.iter().zip(&kind.1).map(|(a, b)| (i64::from(*a) - i64::from(*b)).pow(2)).sum::<i64>();
+        let alike = || self.kinds.iter().filter(|(k, _)| k.0 == kind.0);
+        let rows = self.kinds.get(&kind).or_else(|| alike().min_by_key(|(k, _)| apart(&k.1)).map(|(_, rows)| rows))?;
+        rows.interpolate(at, width)
     }
 }
 

@@ -76,6 +76,12 @@ fn short_row_slopes(points: &[DVec3], ends: EndSlopes) -> Vec<DVec3> {
     all
 }
 
+/// Weights of the rise and of the slopes at both ends in a cubic piece, at its parameter `t`.
+fn hermite_basis(t: f64) -> [f64; 3] {
+    let (t2, t3) = (t * t, t * t * t);
+    [3.0 * t2 - 2.0 * t3, t3 - 2.0 * t2 + t, t3 - t2]
+}
+
 /// Evaluate the spline through `points` at `at` (cells); it ends on both sides of each of `folds`.
 fn evaluate_spline(points: &[DVec3], ends: EndSlopes, folds: &[u32], at: &[f64], out: &mut Vec<DVec3>) {
     let last = points.len() - 1;
@@ -97,8 +103,7 @@ fn evaluate_spline(points: &[DVec3], ends: EndSlopes, folds: &[u32], at: &[f64],
         }
         let i = (place.floor() as usize).min(last - 1);
         let t = place - i as f64;
-        let (t2, t3) = (t * t, t * t * t);
-        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, t3 - 2.0 * t2 + t, t3 - t2);
+        let [h01, h10, h11] = hermite_basis(t);
         out.push(points[i].lerp(points[i + 1], h01) + pieces[i][0] * h10 + pieces[i][1] * h11);
     }
 }
@@ -139,8 +144,7 @@ fn evaluate_uneven_spline(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut
     for place in at {
         let i = knots.partition_point(|k| k <= place).clamp(1, n - 1) - 1;
         let t = (place - knots[i]) / wide(i);
-        let (t2, t3) = (t * t, t * t * t);
-        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, t3 - 2.0 * t2 + t, t3 - t2);
+        let [h01, h10, h11] = hermite_basis(t);
         out.push(points[i].lerp(points[i + 1], h01) + (slopes[i] * h10 + slopes[i + 1] * h11) * wide(i));
     }
 }

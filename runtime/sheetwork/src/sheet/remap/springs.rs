@@ -13,18 +13,16 @@
 //! therefore has the inelastic strain h + w (ε' - e - h), w = h²/(h² + e²), which preserves e where
 //! e dominates.
 
-use std::collections::BTreeMap;
-
 use crate::elements::wall_spring::WallSpringState;
 use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
 use crate::sheet::remap::lattice;
 use crate::sheet::remap::layer_offsets::LatticeLayout;
-use crate::sheet::remap::row_interpolation::RowInterpolation;
+use crate::sheet::remap::row_interpolation::KindInterpolation;
 
 /// Class, layers of the two ends, and direction from the first to the second end along u and v, in
 /// twelfths of a spacing.
-type SpringKind = (SpringClass, [u32; 2], [i32; 2]);
+type SpringKind = ((SpringClass, [u32; 2]), [i32; 2]);
 
 /// Strains of a new spring at the total strain `strain`, from the inelastic strain, its two arms
 /// and the elastic strain of the old grid.
@@ -38,22 +36,12 @@ fn kind(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> SpringKind {
     let (a, b) = (sheet.springs.a[i] as usize, sheet.springs.b[i] as usize);
     let (step, p, q) = (layout.step(), layout.uv[a], layout.uv[b]);
     let along = [(q.0 - p.0) / step.0, (q.1 - p.1) / step.1].map(|d| (12.0 * d).round() as i32);
-    (sheet.springs.class[i], [sheet.model.layer_of[a], sheet.model.layer_of[b]], along)
+    ((sheet.springs.class[i], [sheet.model.layer_of[a], sheet.model.layer_of[b]]), along)
 }
 
 fn middle(sheet: &Sheet, layout: &LatticeLayout, i: usize) -> (f64, f64) {
     let (p, q) = (layout.uv[sheet.springs.a[i] as usize], layout.uv[sheet.springs.b[i] as usize]);
     (0.5 * (p.0 + q.0), 0.5 * (p.1 + q.1))
-}
-
-/// The `wanted` kind, or the one of its class and layers with the nearest direction.
-fn nearest<'a>(
-    all: &'a BTreeMap<SpringKind, RowInterpolation<4>>,
-    wanted: &SpringKind,
-) -> Option<&'a RowInterpolation<4>> {
-    let apart = |k: &SpringKind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
-    let alike = all.iter().filter(|(k, _)| (k.0, k.1) == (wanted.0, wanted.1));
-    all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
 }
 
 /// Remap the inelastic strain of the springs of `old`.
@@ -62,18 +50,14 @@ pub(crate) fn remap_springs(sheet: &mut Sheet, old: &Sheet) {
         return;
     }
     let (before, now) = (LatticeLayout::from_sheet(old), LatticeLayout::from_sheet(sheet));
-    let mut kinds: BTreeMap<SpringKind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
-    for i in 0..old.springs.len() {
+    let of_spring = |i: usize| {
         let [set, first, second] = spring_held(old, i);
-        let held = [set, first, second, spring_strain(old, i) - set];
-        kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
-    }
-    let kinds: BTreeMap<SpringKind, RowInterpolation<4>> =
-        kinds.into_iter().map(|(kind, held)| (kind, RowInterpolation::new(held.into_iter()))).collect();
+        (kind(old, &before, i), middle(old, &before, i), [set, first, second, spring_strain(old, i) - set])
+    };
+    let kinds = KindInterpolation::new((0..old.springs.len()).map(of_spring));
     let width = now.wider_step(&before);
     for i in 0..sheet.springs.len() {
-        let rows = nearest(&kinds, &kind(sheet, &now, i));
-        if let Some(held) = rows.and_then(|rows| rows.interpolate(middle(sheet, &now, i), width)) {
+        if let Some(held) = kinds.interpolate(kind(sheet, &now, i), middle(sheet, &now, i), width) {
             put_spring(sheet, i, fit_inelastic_strain(held, spring_strain(sheet, i)));
         }
     }

@@ -210,12 +210,8 @@ fn of_torn_layer(
 
 /// Area and conductances of triangles: linear finite elements with lumped capacities.
 fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: &mut Plane) {
-    let place = |m: u32| {
-        let (u, v) = sheet.model.uv[m as usize];
-        [u * sheet.model.extent.0, v * sheet.model.extent.1]
-    };
     for t in triangles {
-        let p = t.map(place);
+        let p = t.map(|m| sheet.model.place(m));
         let side = |a: usize, b: usize| [p[b][0] - p[a][0], p[b][1] - p[a][1]];
         let (ab, ac) = (side(0, 1), side(0, 2));
         let double = (ab[0] * ac[1] - ab[1] * ac[0]).abs();
@@ -233,16 +229,12 @@ fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: 
 /// Assign the area that a triangular layer leaves uncovered to its border, as a strip of uniform
 /// width.
 fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
-    let place = |m: u32| {
-        let (u, v) = sheet.model.uv[m as usize];
-        [u * sheet.model.extent.0, v * sheet.model.extent.1]
-    };
     let (i, j) = (layer.nx - 1, layer.nz - 1);
     let along = (0..i).flat_map(|k| [(layer.at(k, 0), layer.at(k + 1, 0)), (layer.at(k, j), layer.at(k + 1, j))]);
     let across = (0..j).flat_map(|k| [(layer.at(0, k), layer.at(0, k + 1)), (layer.at(i, k), layer.at(i, k + 1))]);
     let border: Vec<(u32, u32)> = along.chain(across).collect();
     let length = |(a, b): (u32, u32)| {
-        let (p, q) = (place(a), place(b));
+        let (p, q) = (sheet.model.place(a), sheet.model.place(b));
         (p[0] - q[0]).hypot(p[1] - q[1])
     };
     let around: f64 = border.iter().map(|e| length(*e)).sum();

@@ -68,9 +68,7 @@ impl RecordedTemperature {
             _ => self.clone(),
         }
     }
-}
 
-impl RecordedTemperature {
     /// Check the ranges of the values.
     ///
     /// # Errors

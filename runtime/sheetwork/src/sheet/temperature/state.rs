@@ -102,10 +102,7 @@ impl SheetTemperature {
         }
         self.springs.serialise(to);
         to.flag(self.given);
-        to.flag(self.body.is_some());
-        if let Some(body) = &self.body {
-            body.stepper.serialise(to);
-        }
+        to.option(self.body.as_ref(), |body, to| body.stepper.serialise(to));
     }
 
     /// Deserialise the state of `sheet`.

@@ -52,12 +52,8 @@ pub(crate) const KIND: SourceKind =
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
     let each = |(index, spec): (usize, &HeaterSpec)| {
-        of(&name_of(spec, index), spec, &scene.base).map_err(|mut e| {
-            if e.file.is_none() {
-                e.field = format!("heaters.{index}.{}", e.field);
-            }
-            e
-        })
+        let made = of(&name_of(spec, index), spec, &scene.base);
+        made.map_err(|e| if e.file.is_none() { e.within(&format!("heaters.{index}")) } else { e })
     };
     scene.heaters.iter().enumerate().map(each).collect()
 }
@@ -158,10 +154,7 @@ impl PatchViews {
         to.count(self.next as u64);
         to.count(self.glance as u64);
         to.flag(self.complete);
-        to.flag(self.own.is_some());
-        if let Some(own) = &self.own {
-            own.serialise(to);
-        }
+        to.option(self.own.as_ref(), SelfShadow::serialise);
     }
 
     /// Deserialise the data of `sheet` for `faces` hot faces.
@@ -276,7 +269,7 @@ impl HeatSource for HeaterSource {
             return;
         }
         self.update_views(index, moment, target);
-        let walls = moment.room.fourth_power();
+        let walls = fourth_power(moment.room.celsius);
         let count = self.faces.len();
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];

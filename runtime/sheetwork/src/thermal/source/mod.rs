@@ -10,8 +10,6 @@ pub mod hot_body;
 pub mod oven;
 pub mod surroundings;
 
-use glam::DVec3;
-
 use crate::error::InputError;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{Placement, Scene};
@@ -56,13 +54,6 @@ pub struct Surroundings {
     pub convection: f64,
 }
 
-impl Surroundings {
-    /// T⁴ of the walls, K⁴.
-    pub fn fourth_power(&self) -> f64 {
-        fourth_power(self.celsius)
-    }
-}
-
 /// (T + 273.15)⁴, K⁴.
 pub fn fourth_power(celsius: f64) -> f64 {
     let kelvin = celsius + ZERO_CELSIUS;
@@ -80,12 +71,6 @@ pub struct HeatedSheet<'a> {
 }
 
 impl HeatedSheet<'_> {
-    /// Patches with their positions (m) and normals.
-    pub fn patches(&self) -> impl Iterator<Item = (Patch, DVec3, DVec3)> + use<'_> {
-        let Self { sheet, faces, .. } = self;
-        faces.patches.iter().zip(&faces.normals).map(|(p, n)| (*p, sheet.state.x.get(p.mass as usize), *n))
-    }
-
     /// Emissivity of the sheet.
     pub fn emissivity(&self) -> f64 {
         self.sheet.material().emissivity
@@ -116,8 +101,8 @@ pub trait HeatSource: Send + Sync {
         true
     }
 
-    /// Add the heat exchange of the sheet `index`.
-    fn add_exchange(&mut self, index: usize, moment: &SourceInputs, target: &mut HeatedSheet);
+    /// Add the heat exchange of the sheet `_index`.
+    fn add_exchange(&mut self, _index: usize, _moment: &SourceInputs, _target: &mut HeatedSheet) {}
 
     /// Path of the source's parameters: `oven`, `heaters.lamp`. Empty for the room.
     fn path(&self) -> String {

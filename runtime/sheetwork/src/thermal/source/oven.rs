@@ -4,7 +4,7 @@
 use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
 use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, Surroundings};
+use crate::thermal::source::{HeatSource, SourceKind, Surroundings};
 use crate::units::parameters::ParameterId as Id;
 
 pub(crate) const KIND: SourceKind = SourceKind { name: "oven", about: "the whole room at a temperature", build };
@@ -38,8 +38,6 @@ impl HeatSource for Oven {
     fn is_active(&self) -> bool {
         false
     }
-
-    fn add_exchange(&mut self, _index: usize, _moment: &SourceInputs, _target: &mut HeatedSheet) {}
 
     fn path(&self) -> String {
         PATH.into()

@@ -8,7 +8,7 @@
 
 use crate::error::InputError;
 use crate::scene::Scene;
-use crate::thermal::source::{HeatSource, HeatedSheet, STEFAN_BOLTZMANN, SourceInputs, SourceKind};
+use crate::thermal::source::{HeatSource, HeatedSheet, STEFAN_BOLTZMANN, SourceInputs, SourceKind, fourth_power};
 
 pub(crate) const KIND: SourceKind = SourceKind {
     name: "ambient_temperature",
@@ -29,7 +29,7 @@ impl HeatSource for SurroundingsSource {
     }
 
     fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
-        let (walls, half) = (moment.room.fourth_power(), 0.5 * moment.room.convection);
+        let (walls, half) = (fourth_power(moment.room.celsius), 0.5 * moment.room.convection);
         let radiation = target.emissivity() * STEFAN_BOLTZMANN;
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];

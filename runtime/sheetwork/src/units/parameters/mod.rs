@@ -5,10 +5,9 @@
 //! inspector and the editor read this table. The accessors of the parameters of a running world are
 //! in `world/parameters.rs`; defaults are read from the specifications by path.
 
-mod id;
 mod table;
 
-pub use crate::units::parameters::id::ParameterId;
+pub use crate::units::parameters::table::ParameterId;
 
 use crate::error::{InputError, check_range};
 use crate::units::Quantity;

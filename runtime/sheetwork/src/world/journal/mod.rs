@@ -9,8 +9,6 @@
 #[cfg(test)]
 mod tests;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
@@ -20,6 +18,9 @@ use crate::World;
 use crate::error::{InputError, check_range, reject_if};
 use crate::scene::Scene;
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
+use crate::sheet::Sheet;
+use crate::world::BodyId;
+use crate::world::part_file::{PartFile, read_parts};
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Maximum length of a header, bytes.
@@ -99,49 +100,44 @@ impl JournalInput {
     /// # Errors
     /// When the world refuses the input, or has no sheet or body of that name.
     pub fn apply(&self, world: &mut World) -> Result<(), InputError> {
-        let of = |world: &mut World, name: &str| -> Result<usize, InputError> {
-            let found = world.sheets().iter().position(|s| s.name == name);
-            found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
-        };
         match self {
             Self::Set { path, value } => Ok(world.set(path, value).map(|_| ())?),
-            Self::Grab { sheet, uv, stiffness } => {
-                let index = of(world, sheet)?;
-                world.sheets_mut()[index].grab(*uv, *stiffness).map(|_| ())
-            }
-            Self::Pull { sheet, index, target } => {
-                let at = of(world, sheet)?;
-                world.sheets_mut()[at].pull(*index as usize, *target)
-            }
+            Self::Grab { sheet, uv, stiffness } => sheet_of(world, sheet)?.grab(*uv, *stiffness).map(|_| ()),
+            Self::Pull { sheet, index, target } => sheet_of(world, sheet)?.pull(*index as usize, *target),
             Self::LetGo { sheet, index } => {
-                let at = of(world, sheet)?;
-                let gone = world.sheets_mut()[at].release_grab(*index as usize);
+                let gone = sheet_of(world, sheet)?.release_grab(*index as usize);
                 if gone { Ok(()) } else { Err(InputError::new("pull", "nobody pulls there")) }
             }
             Self::MoveBody { name, position, rotation } => {
-                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
-                let done = id.is_some_and(|id| world.move_body(id, *position, *rotation));
-                done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
+                send_body(world, name, (*position, *rotation), World::move_body)
             }
             Self::PlaceBody { name, position, rotation } => {
-                let id = world.body_id(name).filter(|_| is_valid_pose(*position, *rotation));
-                let done = id.is_some_and(|id| world.place_body(id, *position, *rotation));
-                done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
+                send_body(world, name, (*position, *rotation), World::place_body)
             }
         }
     }
 }
 
-/// Whether position and rotation are a valid pose.
-fn is_valid_pose(position: DVec3, rotation: DQuat) -> bool {
-    position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0
+/// Sheet of a name.
+fn sheet_of<'a>(world: &'a mut World, name: &str) -> Result<&'a mut Sheet, InputError> {
+    let index = world.sheet_index(name)?;
+    Ok(&mut world.sheets[index])
 }
 
-/// Error for a body that was not moved.
-fn no_such(name: &str, position: DVec3, rotation: DQuat) -> InputError {
-    let there = is_valid_pose(position, rotation);
-    let problem = if there { "is not there, or does not move so" } else { "cannot be sent to what is no place" };
-    InputError::new(format!("bodies.{name}"), problem)
+/// Send a body to a pose by `send`, which returns whether it did.
+fn send_body(
+    world: &mut World,
+    name: &str,
+    (position, rotation): (DVec3, DQuat),
+    send: impl FnOnce(&mut World, BodyId, DVec3, DQuat) -> bool,
+) -> Result<(), InputError> {
+    let valid = position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0;
+    let id = world.body_id(name).filter(|_| valid);
+    if id.is_some_and(|id| send(world, id, position, rotation)) {
+        return Ok(());
+    }
+    let problem = if valid { "is not there, or does not move so" } else { "cannot be sent to what is no place" };
+    Err(InputError::new(format!("bodies.{name}"), problem))
 }
 
 /// Checksums of positions and velocities of the sheets of `world`, one per sheet, and last of all
@@ -165,8 +161,7 @@ pub fn state_checksums(world: &World) -> Vec<u32> {
 
 /// Writer of a journal while a world runs.
 pub struct JournalWriter {
-    file: PathBuf,
-    out: BufWriter<File>,
+    out: PartFile,
     every: u32,
     /// Unwritten part: its snapshot, its steps, and their number.
     key: Vec<u8>,
@@ -185,19 +180,14 @@ impl JournalWriter {
         let scene = world.scene();
         let header =
             JournalHeader { scene: scene.name.clone(), source: scene.to_text()?, base: scene.base.clone(), every };
-        let json = serde_json::to_string(&header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
-        let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
-        let mut writer = Self {
-            file: file.to_path_buf(),
-            out,
+        Ok(Self {
+            out: PartFile::create(file, MAGIC, &header, crc32fast::hash)?,
             every,
             key: world.serialise(),
             steps: StateWriter::default(),
             count: 0,
             waiting: Vec::new(),
-        };
-        writer.write(format!("{MAGIC}\n{json}\n").as_bytes())?;
-        Ok(writer)
+        })
     }
 
     /// Apply `input` to `world`, and record it.
@@ -236,12 +226,9 @@ impl JournalWriter {
         part.blob(&self.key);
         part.count(u64::from(std::mem::take(&mut self.count)));
         part.bytes.append(&mut self.steps.bytes);
-        let length = u32::try_from(part.bytes.len()).map_err(|_| {
+        self.out.part(&part.bytes, || {
             InputError::new("every", "makes parts of more than 4 GiB: fewer steps from snapshot to snapshot will do")
-        })?;
-        self.write(&length.to_le_bytes())?;
-        self.write(&crc32fast::hash(&part.bytes).to_le_bytes())?;
-        self.write(&part.bytes)
+        })
     }
 
     /// Finish the file.
@@ -252,11 +239,7 @@ impl JournalWriter {
         if self.count > 0 {
             self.flush()?;
         }
-        self.out.flush().map_err(|e| InputError::io(&self.file, &e))
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), InputError> {
-        self.out.write_all(bytes).map_err(|e| InputError::io(&self.file, &e))
+        self.out.finish()
     }
 }
 
@@ -321,24 +304,10 @@ impl Journal {
                 bad(format!("is a journal of version {digits}; this program reads version 1"))
             });
         }
-        let (json, mut rest) = line_of(rest).ok_or_else(|| bad("ends within its header".into()))?;
+        let (json, rest) = line_of(rest).ok_or_else(|| bad("ends within its header".into()))?;
         let header = serde_json::from_slice(json).map_err(|e| bad(format!("header: {e}")))?;
-        let mut parts = Vec::new();
-        while !rest.is_empty() {
-            let at = parts.len();
-            let Some((&[a, b, c, d, e, f, g, h], after)) = rest.split_first_chunk() else {
-                return Err(bad(format!("ends within part {at}: {} bytes of its first 8", rest.len())));
-            };
-            let (length, sum) = (u32::from_le_bytes([a, b, c, d]) as usize, u32::from_le_bytes([e, f, g, h]));
-            let Some((body, next)) = after.split_at_checked(length) else {
-                return Err(bad(format!("ends within part {at}: {} bytes of {length}", after.len())));
-            };
-            if crc32fast::hash(body) != sum {
-                return Err(bad(format!("part {at} is damaged: its checksum does not fit")));
-            }
-            parts.push(part_of(body).map_err(|CorruptState| bad(format!("part {at} cannot be read")))?);
-            rest = next;
-        }
+        let part = |at, body: &[u8]| part_of(body).map_err(|CorruptState| format!("part {at} cannot be read"));
+        let parts = read_parts(rest, "part", crc32fast::hash, part).map_err(bad)?;
         Ok(Self { header, parts })
     }
 

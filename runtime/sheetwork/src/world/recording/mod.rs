@@ -12,8 +12,8 @@ pub(crate) mod frame;
 mod tests;
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 use std::sync::Arc;
 
 pub use crate::sheet::temperature::RecordedTemperature;
@@ -22,14 +22,14 @@ pub use crate::world::recording::frame::{RecordedFrame, RecordingHeader};
 
 use crate::World;
 use crate::error::InputError;
+use crate::world::part_file::{PartFile, read_parts};
 
 /// First lines of the supported versions; the last is the version written.
 const MAGIC: [&str; 2] = ["sheetwork recording 1", "sheetwork recording 2"];
 
 /// Writer of a recording.
 pub struct RecordingWriter {
-    file: PathBuf,
-    out: BufWriter<File>,
+    out: PartFile,
     frames: u64,
     /// Buffer of a frame.
     bytes: Vec<u8>,
@@ -58,11 +58,8 @@ impl RecordingWriter {
     /// # Errors
     /// When the file cannot be written.
     pub fn begin(file: &Path, header: &RecordingHeader) -> Result<Self, InputError> {
-        let json = serde_json::to_string(header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
-        let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
-        let mut recorder = Self { file: file.to_path_buf(), out, frames: 0, bytes: Vec::new(), open: Vec::new() };
-        recorder.write(format!("{}\n{json}\n", MAGIC[1]).as_bytes())?;
-        Ok(recorder)
+        let out = PartFile::create(file, MAGIC[1], header, checksum)?;
+        Ok(Self { out, frames: 0, bytes: Vec::new(), open: Vec::new() })
     }
 
     /// Append the present state of the world, which must have the sheets and bodies of the header.
@@ -78,16 +75,11 @@ impl RecordingWriter {
     /// # Errors
     /// When the file cannot be written.
     pub fn append(&mut self, frame: &RecordedFrame) -> Result<(), InputError> {
-        let mut bytes = std::mem::take(&mut self.bytes);
-        bytes.clear();
-        bytes::encode(frame, &mut self.open, &mut bytes);
-        let length = u32::try_from(bytes.len()).map_err(|_| {
-            InputError::new("frame", format!("has {} bytes; at most {} are allowed", bytes.len(), u32::MAX))
+        self.bytes.clear();
+        bytes::encode(frame, &mut self.open, &mut self.bytes);
+        self.out.part(&self.bytes, || {
+            InputError::new("frame", format!("has {} bytes; at most {} are allowed", self.bytes.len(), u32::MAX))
         })?;
-        self.write(&length.to_le_bytes())?;
-        self.write(&checksum(&bytes).to_le_bytes())?;
-        self.write(&bytes)?;
-        self.bytes = bytes;
         self.frames += 1;
         Ok(())
     }
@@ -96,13 +88,9 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<u64, InputError> {
-        self.out.flush().map_err(|e| InputError::io(&self.file, &e))?;
+    pub fn finish(self) -> Result<u64, InputError> {
+        self.out.finish()?;
         Ok(self.frames)
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), InputError> {
-        self.out.write_all(bytes).map_err(|e| InputError::io(&self.file, &e))
     }
 }
 
@@ -159,24 +147,11 @@ fn first_version(header: &RecordingHeader, bytes: &[u8]) -> Result<Vec<RecordedF
     bytes.chunks_exact(size).enumerate().map(read).collect()
 }
 
-/// Frames of a file of version 2, each after its length and its checksum.
-fn second_version(header: &RecordingHeader, mut rest: &[u8]) -> Result<Vec<RecordedFrame>, String> {
-    let (mut frames, mut open) = (Vec::new(), Vec::new());
-    while !rest.is_empty() {
-        let at = frames.len();
-        let Some((&[a, b, c, d, e, f, g, h], after)) = rest.split_first_chunk() else {
-            return Err(format!("ends within frame {at}: {} bytes of its first 8", rest.len()));
-        };
-        let (length, sum) = (u32::from_le_bytes([a, b, c, d]) as usize, u32::from_le_bytes([e, f, g, h]));
-        let Some((body, next)) = after.split_at_checked(length) else {
-            return Err(format!("ends within frame {at}: {} bytes of {length}", after.len()));
-        };
-        if checksum(body) != sum {
-            return Err(format!("frame {at} is damaged: its checksum does not fit"));
-        }
+/// Frames of a file of version 2.
+fn second_version(header: &RecordingHeader, rest: &[u8]) -> Result<Vec<RecordedFrame>, String> {
+    let mut open = Vec::new();
+    read_parts(rest, "frame", checksum, |at, body| {
         let frame = bytes::decode(header, body, &mut open);
-        frames.push(frame.ok_or_else(|| format!("frame {at} is not of the sheets and bodies that the header has"))?);
-        rest = next;
-    }
-    Ok(frames)
+        frame.ok_or_else(|| format!("frame {at} is not of the sheets and bodies that the header has"))
+    })
 }

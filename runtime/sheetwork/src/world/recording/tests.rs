@@ -1,6 +1,8 @@
 //! Recordings are read as written: positions, temperatures, open cells; old files too, and damaged
 //! ones are refused.
 
+use std::path::PathBuf;
+
 use crate::scene::Scene;
 use crate::world::recording::*;
 
