@@ -1,17 +1,17 @@
 //! Playing cards: a dropped pack that must come to rest without overlap, and a house of cards that
-//! must stand until a ball hits it. The scenes are those of `scene::card_scenes`; integrator, step
-//! and threads come from the set-up.
+//! must stand until a ball hits it. The scenes are those of `card_scenes`; integrator, step and
+//! threads come from the set-up.
 
 use std::time::Instant;
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
+use crate::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, object};
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
-use sheetwork::scene::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
 
