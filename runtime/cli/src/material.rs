@@ -85,11 +85,10 @@ impl MaterialCommand {
             thickness: self.thickness.unwrap_or(base.thickness),
             ..base
         };
-        let (fewest, most) = self.structure.info().layers;
         let setup = Setup {
             structure: self.structure,
             grid: (self.grid[0], self.grid[1]),
-            layers: self.layers.unwrap_or_else(|| 2.clamp(fewest, most)),
+            layers: self.layers,
             material,
             length: self.length,
             width: self.width,
@@ -99,7 +98,7 @@ impl MaterialCommand {
         let ((nx, nz), width) = setup.as_built();
         Ok(ReportRequest {
             structure: setup.structure,
-            grid: (nx, setup.layers, nz),
+            grid: (nx, setup.layer_count(), nz),
             size: (setup.length, width),
             gap: self.gap,
             gravity: self.gravity,

@@ -36,17 +36,10 @@ pub struct Configuration {
 pub fn setup(poisson: f64) -> Setup {
     let defaults = Setup::default();
     Setup {
-        structure: StructureKind::Shell,
-        layers: 1,
-        engine: IntegratorKind::TrBdf2,
-        material: Material { young: 3e9, poisson, density: 1050.0, thickness: 5e-4, ..defaults.material },
-        length: 0.25,
-        width: 0.25,
-        gravity: 9.81,
+        material: Material { poisson, ..defaults.material },
         damping_ratio: 0.35,
         // A fifth of the side: its border lies on a line of every grid of the sweep.
         patch: 0.05,
-        dynamic: false,
         ..defaults
     }
 }
@@ -128,10 +121,8 @@ impl Configuration {
     }
 
     fn setup(&self) -> Setup {
-        let (fewest, most) = self.structure.info().layers;
         Setup {
             structure: self.structure,
-            layers: 2.clamp(fewest, most),
             engine: self.engine,
             grid: (self.side, self.side),
             dt: self.dt,

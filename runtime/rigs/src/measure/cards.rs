@@ -9,16 +9,11 @@ use serde_json::{Map, Value, json};
 
 use crate::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, object};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, object};
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const PACK: RigCase = RigCase::with_contact("card-pack", "52 cards dropped as a pack: [--threads N]", pack);
-
-const HOUSE_ABOUT: &str = "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]";
-pub(crate) const HOUSE: RigCase = RigCase::with_contact("card-house", HOUSE_ABOUT, house);
 
 /// Time limit for the pack to come to rest, s.
 const REST_TIMEOUT: f64 = 6.0;
@@ -69,7 +64,7 @@ fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
     Ok(world)
 }
 
-fn pack(setup: &Setup) -> RigResult {
+pub(crate) fn pack(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::Pack)?);
     let mut watch = ContactObserver::new(&runner.world);
     // An overlap evaluation of 52 cards costs more than a step.
@@ -99,7 +94,7 @@ fn pack(setup: &Setup) -> RigResult {
     Ok(RigOutcome { settled, ..runner.outcome(Value::Object(keys)) })
 }
 
-fn house(setup: &Setup) -> RigResult {
+pub(crate) fn house(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::House)?);
     let mut watch = ContactObserver::new(&runner.world);
     watch.every = 30;

@@ -19,7 +19,7 @@
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-use crate::measure::{RigCase, RigResult, Runner, Setup, body};
+use crate::measure::{RigResult, Runner, Setup, body};
 use sheetwork::material::calibration::isotropic_rows;
 use sheetwork::mesh::outline::locate::PointLocator;
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec, TriangleMesh};
@@ -27,12 +27,6 @@ use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{CreaseSpec, Region, Scene, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase = RigCase::with_contact(
-    "detail",
-    "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
-    run,
-);
 
 /// Nodes along each side of the grids.
 const GRIDS: [u32; 3] = [11, 21, 41];
@@ -43,7 +37,7 @@ const AFTER: f64 = 0.1;
 /// Time for a sheet on a box to come to rest, s.
 const REST: f64 = 2.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut rows = Vec::new();
     let mut last = None;
     let is_shell = setup.structure == StructureKind::Shell;

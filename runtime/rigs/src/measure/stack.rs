@@ -5,20 +5,18 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, plane};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, plane};
 use sheetwork::World;
 use sheetwork::collision::overlap::pairs;
 use sheetwork::scene::{Placement, SheetSpec};
 use sheetwork::sheet::Sheet;
-
-pub(crate) const CASE: RigCase = RigCase::with_contact("stack", "sheets dropped in a pile on a floor: --sheets N", run);
 
 /// Distance between the sheets, and of the lowest sheet from the floor, m.
 const APART: f64 = 1e-3;
 /// Time limit to come to rest, s.
 const REST_TIMEOUT: f64 = 5.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let sheet = Sheet::build(&scene, 0)?;
     let (low, high) = sheet.state.x.bounds().unwrap_or_default();
