@@ -10,10 +10,10 @@ use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 
 use crate::panels::{Display, EditorState, Section, Tool, blind};
-use crate::picture::Layer;
 use crate::scenes;
 use crate::session::{Session, Variant};
 use crate::study::Study;
+use bevy_sheetwork::SheetLayer;
 
 /// Watch stiff thin sheets fall, bend and slide, and edit them at run time.
 ///
@@ -212,7 +212,7 @@ impl Arguments {
         let asked = |what| self.show.contains(&what);
         Display {
             surface: !asked(Show::Bare),
-            layer: if asked(Show::Bottom) { Layer::Bottom } else { Layer::Top },
+            layer: if asked(Show::Bottom) { SheetLayer::Bottom } else { SheetLayer::Top },
             smooth: !asked(Show::Flat),
             colour: self.sheet_colour(),
             springs: asked(Show::Springs),

@@ -13,9 +13,9 @@ use super::tool::handle_of;
 use super::{EditorState, Held, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
-use crate::picture::Layer;
 use crate::session::{Item, Session};
 use crate::units::{DisplayUnit, Quantity, format_si};
+use bevy_sheetwork::SheetLayer;
 
 const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
@@ -219,7 +219,7 @@ fn on_sheet(
     state: &EditorState,
     seen: &dyn Fn(Vec3) -> Option<Pos2>,
 ) -> Vec<Pos2> {
-    let upper = state.display.layer == Layer::Top;
+    let upper = state.display.layer == SheetLayer::Top;
     let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
     (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3())).collect()
 }
@@ -230,7 +230,7 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     let Some(pointer) = pointer else { return };
     let size = Vec2::new(rect.width(), rect.height());
     let ray = state.camera.ray(Vec2::new(pointer.x - rect.left(), pointer.y - rect.top()), size);
-    let upper = state.display.layer == Layer::Top;
+    let upper = state.display.layer == SheetLayer::Top;
     let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
     let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
     let (radius, extent) = (state.brush_radius(session, hit.sheet), sheet.rest_size());

@@ -6,14 +6,14 @@ use sheetwork_rigs::study::{LAST_QUESTIONS, QUESTIONS, Question};
 use super::style::{self, quiet};
 use super::{Display, EditorState};
 use crate::camera::Camera;
-use crate::picture::Layer;
 use crate::session::Session;
 use crate::study::{Stage, Study};
+use bevy_sheetwork::SheetLayer;
 
 /// Display of a trial: the smoothed surface of the sheet and the room, without bodies, springs and
 /// nodes.
 pub fn blind() -> Display {
-    Display { layer: Layer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
+    Display { layer: SheetLayer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
 }
 
 /// Open the dialog of the study.
