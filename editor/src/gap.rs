@@ -3,13 +3,12 @@
 //! Each displayed vertex belongs to a cell of the sheet; its distance is that to the nearest of the
 //! cell's two triangles. The displayed surface is first moved out of bodies, as in the display.
 
+use bevy_sheetwork::SheetLayer;
 use bevy_sheetwork::render::{clear_of_bodies, display_clearance};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
 use sheetwork::sheet::surface::SurfaceMesh;
-
-use bevy_sheetwork::SheetLayer;
 
 /// Spline segments per cell of the displayed surface.
 pub const PARTS: u32 = 5;

@@ -1,15 +1,14 @@
 //! Display settings of the sheets: items, smoothing, colours.
 
 use bevy_egui::egui::{DragValue, RichText, Ui};
-use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::inspector::controls::choice;
+use bevy_sheetwork::{SheetColour, SheetLayer};
 
 use super::EditorState;
 use super::style::quiet;
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::format_si;
-use bevy_sheetwork::SheetLayer;
 
 /// Surface, layer, smoothing, colours, springs, nodes, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {

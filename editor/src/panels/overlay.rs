@@ -5,7 +5,8 @@ use bevy_egui::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Strok
 use glam::{Vec2, Vec3};
 use sheetwork::sheet::Sheet;
 
-use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, number};
+use bevy_sheetwork::SheetLayer;
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, DEGREES, MM, number};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
@@ -14,10 +15,7 @@ use super::{EditorState, Held, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::session::{Item, Session};
-use crate::units::{DisplayUnit, Quantity, format_si};
-use bevy_sheetwork::SheetLayer;
-
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
+use crate::units::format_si;
 
 /// Colours of the axes.
 const AXES: [Color32; 3] =

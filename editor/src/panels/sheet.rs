@@ -3,7 +3,7 @@
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, choice, input, name, number, tell, vector};
+use bevy_sheetwork::inspector::controls::{ControlOptions, DEGREES, MM, choice, input, name, number, tell, vector};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
@@ -12,7 +12,6 @@ use super::style::quiet;
 use crate::session::Session;
 use crate::units::{DisplayUnit, Quantity, format_si};
 
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 
 /// Structure, size, grid, springs, placement, damping, contact and pins of the selected sheet.

@@ -1,6 +1,7 @@
 //! View of the scene: action of the mouse with each tool, and the overlay.
 
 use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
+use bevy_sheetwork::SheetLayer;
 use glam::Vec2;
 use sheetwork::scene::SpotSpec;
 
@@ -11,7 +12,6 @@ use crate::gizmo::Gizmo;
 use crate::pick;
 use crate::session::{Item, Session};
 use crate::tiles::tiles;
-use bevy_sheetwork::SheetLayer;
 
 /// Points of scrolling per notch of the wheel.
 const NOTCH: f32 = 50.0;

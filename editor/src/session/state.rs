@@ -228,16 +228,12 @@ impl Session {
 
     /// Open or close the live link; an error becomes its status.
     pub fn set_link(&mut self, on: bool) {
-        let mut link = std::mem::take(&mut self.link);
-        link.switch(on, &self.world);
-        self.link = link;
+        self.link.switch(on, &self.world);
     }
 
     /// Open the live link at a place.
     pub fn open_link(&mut self, place: &LinkPlace) {
-        let mut link = std::mem::take(&mut self.link);
-        link.open(place, &self.world);
-        self.link = link;
+        self.link.open(place, &self.world);
     }
 
     /// Answer the requests of other processes, and publish the world.
