@@ -4,7 +4,6 @@
 
 use std::time::Instant;
 
-use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use crate::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
@@ -12,7 +11,6 @@ use crate::measure::contact_observer::{self, ContactObserver};
 use crate::measure::{RigOutcome, RigResult, Runner, Setup, object};
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
-use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
 
 /// Time limit for the pack to come to rest, s.
@@ -70,14 +68,11 @@ pub(crate) fn pack(setup: &Setup) -> RigResult {
     // An overlap evaluation of 52 cards costs more than a step.
     watch.every = 30;
     let mut frames = StepDurations::default();
-    let centres = |world: &World| world.sheets().iter().map(Sheet::centre_of_mass).collect::<Vec<_>>();
-    let start = centres(&runner.world);
+    let start = contact_observer::centres(&runner.world);
     while runner.world.time() < REST_TIMEOUT && !watch.asleep() && runner.world.unstable().is_none() {
         frames.step(&mut runner);
         watch.observe_step(&runner.world);
     }
-    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
-    let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
     let overlap = between(runner.world.sheets());
     let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, DROP));
     keys.extend(frames.keys());
@@ -86,7 +81,7 @@ pub(crate) fn pack(setup: &Setup) -> RigResult {
         "threads": setup.threads,
         "overlap_at_rest_m": overlap,
         "overlap_ratio": overlap / THICKNESS,
-        "drift_m": drift,
+        "drift_m": contact_observer::drift(&runner.world, &start),
         "in_order": contact_observer::is_in_order(&runner.world),
     })));
     keys.extend(size(&runner.world));
