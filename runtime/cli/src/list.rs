@@ -10,7 +10,7 @@ use sheetwork::scene::{Scene, material};
 use sheetwork::{InputError, ParameterRow, ParameterScope, integrators};
 use sheetwork_rigs::measure;
 
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, print_json, print_line};
 
 #[derive(Args)]
 pub struct List {
@@ -19,9 +19,8 @@ pub struct List {
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
     folder: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -44,7 +43,7 @@ impl List {
             ListKind::Scenes => scenes(&self.folder)?,
             ListKind::Parameters => ParameterRow::all().iter().map(parameter).collect(),
         };
-        if self.json {
+        if self.output.json {
             print_json(&rows)?;
             return Ok(ExitCode::SUCCESS);
         }

@@ -8,7 +8,7 @@ use sheetwork::InputError;
 use sheetwork::scene::SpringLaw;
 use sheetwork_rigs::measure::{Setup, TABLE, measure};
 
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, print_json, print_line};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -17,9 +17,8 @@ pub struct Measure {
     case: String,
     #[command(flatten)]
     setup: Setup,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Measure {
@@ -29,7 +28,7 @@ impl Measure {
 
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let found = measure(&self.case, &self.setup()?)?;
-        if self.json {
+        if self.output.json {
             print_json(&found)?;
         } else if let Value::Object(map) = &found {
             let width = map.keys().map(String::len).max().unwrap_or(0);

@@ -11,7 +11,6 @@ use std::sync::Arc;
 
 use clap::Args;
 use glam::DVec3;
-use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
@@ -25,7 +24,7 @@ use sheetwork_link::link_place::LinkPlace;
 
 use crate::bench::hot_box::{clamped_shell, hot_box};
 use crate::bench::link::BenchedGame;
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Steps of the shorter run, and additional steps of the longer run.
 const SHORT_RUN_STEPS: u32 = 4;
@@ -51,9 +50,8 @@ pub struct Counts {
     /// Write the counts to the file of --check in place of the comparison.
     #[arg(long)]
     renew: bool,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
     /// Take this many steps of the case only: the run under callgrind.
     #[arg(long, hide = true)]
     steps: Option<u32>,
@@ -196,14 +194,14 @@ impl Counts {
         }
         let mut found = Map::new();
         let mut kernels = String::new();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
+        let bar = self.output.bar(chosen.len() as u64);
         for case in &chosen {
             let (less, with) = count_instructions(case.name, SHORT_RUN_STEPS)?;
             let more = if case.sleep { EXTRA_STEPS_ASLEEP } else { EXTRA_STEPS };
             let count = (count_instructions(case.name, SHORT_RUN_STEPS + more)?.0 - less) / f64::from(more);
             kernels = with;
             found.insert(case.name.to_owned(), json!(count));
-            if !self.json {
+            if !self.output.json {
                 let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
                 let line = format!(
                     "{:<16} {count:>12.0} {:>+8.2} %  {}",
@@ -217,7 +215,7 @@ impl Counts {
         }
         bar.finish_and_clear();
         let missed = self.check_counts(&found, &kernels)?;
-        if self.json {
+        if self.output.json {
             print_json(
                 &json!({ "build": BUILD, "kernels": kernels, "instructions_per_step": found, "missed": missed }),
             )?;

@@ -26,7 +26,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::memory;
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 use crate::quantities::parse_number;
 
 /// Time between kicks (s) and largest velocity component of a kick (m/s).
@@ -55,9 +55,8 @@ pub struct Day {
     /// Nodes along the strip, 3 to 1000; half as many across it.
     #[arg(long, default_value_t = 9)]
     masses: u32,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Statistics over a part of the time.
@@ -99,7 +98,7 @@ impl Day {
         let rest = world.energy().total;
         let parts = if self.hours < 10.0 { (self.hours * 3600.0 / CYCLE as f64) as u64 } else { self.hours as u64 };
         let cycles = (self.hours * 3600.0 / CYCLE as f64).round() as u64;
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(cycles) };
+        let bar = self.output.bar(cycles);
         let mut all: Vec<DayStatistics> = Vec::with_capacity(parts as usize + 1);
         let mut draw = SplitMix64::new(0, 0);
         let mut seen = DayStatistics::NOTHING;
@@ -120,7 +119,7 @@ impl Day {
     }
 
     fn print_progress(&self, bar: &ProgressBar, count: usize, all: &[DayStatistics]) -> Result<(), InputError> {
-        let (Some(last), false) = (all.last(), self.json) else { return Ok(()) };
+        let (Some(last), false) = (all.last(), self.output.json) else { return Ok(()) };
         bar.suspend(|| {
             print_line(&format!(
                 "{count:>4}  {:.4} mJ at most, a kick {:.4} mJ, {:.1e} mJ risen between kicks, tip {:.7} to {:.7} m, {:.1} °C, {} kB",
@@ -146,7 +145,7 @@ impl Day {
         let well =
             energy <= BOUND && rise <= RISE && drift <= DRIFT * LENGTH && grown <= memory::MEMORY_GROWTH_TOLERANCE;
         let simulated = world.time();
-        if self.json {
+        if self.output.json {
             print_json(&json!({
                 "simulated_s": simulated, "steps": world.steps(), "seconds": seconds, "energy_over_first": energy,
                 "rise_over_kick": rise, "tip_drift_m": drift, "memory_grown_bytes": grown, "well": well,

@@ -9,7 +9,6 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use glam::DVec3;
-use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::islands::event::EventKind;
@@ -23,7 +22,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_line, print_result};
+use crate::output::{OutputFlags, print_line};
 use crate::quantities::time;
 
 #[derive(Args)]
@@ -55,9 +54,8 @@ pub struct Scenes {
     /// Folder for the scenes that panicked, became unstable or were cut short.
     #[arg(long, default_value = "sheetwork-out/scenes")]
     out: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Recovery policies to draw from.
@@ -91,7 +89,7 @@ impl Scenes {
         check_range("--side", f64::from(self.side), 3.0, 101.0, "masses")?;
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
+        let bar = self.output.bar(mine.len() as u64);
         let mut counts = [0_u64; OUTCOMES.len()];
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
@@ -108,7 +106,7 @@ impl Scenes {
                 std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
                 let file = self.out.join(format!("{}-{index}.ron", self.seed));
                 std::fs::write(&file, scene.to_text()?).map_err(|e| InputError::io(&file, &e))?;
-                if !self.json {
+                if !self.output.json {
                     bar.suspend(|| print_line(&format!("{index}: {why}  ({})", file.display())))?;
                 }
             }
@@ -118,7 +116,7 @@ impl Scenes {
         bar.finish_and_clear();
         let mut summary = json!({ "scenes": count });
         OUTCOMES.iter().zip(counts).for_each(|(key, count)| summary[key] = count.into());
-        print_result(self.json.then_some(&summary), || summary.to_string())?;
+        self.output.print(|| &summary, || summary.to_string())?;
         let failed = counts[SceneOutcome::Broken as usize] + counts[SceneOutcome::Unstable as usize];
         Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }

@@ -19,7 +19,7 @@ use sheetwork_link::{Client, Link, LinkError};
 
 use crate::bench::link::BenchedGame;
 use crate::bench::memory;
-use crate::output::{print_line, print_result};
+use crate::output::{OutputFlags, print_line};
 
 /// Number of times that the visiting process is killed.
 const KILLS: u64 = 20;
@@ -33,9 +33,8 @@ pub struct Soak {
     /// Frames; 864000 are an hour at 240 Hz.
     #[arg(long, default_value_t = 864_000)]
     frames: u64,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
     /// Role of a reader process: one that stays, or one that attaches and detaches.
     #[arg(long, hide = true)]
     reader: Option<String>,
@@ -77,9 +76,10 @@ impl Soak {
         let (result, grown) = result?;
         let last = if grown { "it has grown" } else { "nothing has grown" };
         let (seconds, commands) = (&result["seconds"], &result["commands"]);
-        print_result(self.json.then_some(&result), || {
-            format!("{} frames in {seconds:.0} s, {commands} commands, {KILLS} kills; {last}", self.frames)
-        })?;
+        self.output.print(
+            || &result,
+            || format!("{} frames in {seconds:.0} s, {commands} commands, {KILLS} kills; {last}", self.frames),
+        )?;
         Ok(if grown { ExitCode::from(1) } else { ExitCode::SUCCESS })
     }
 
@@ -127,7 +127,7 @@ impl Soak {
     }
 
     fn print_progress(&self, what: &str, frame: u64, held: ResourceUsage) -> Result<(), InputError> {
-        if self.json {
+        if self.output.json {
             return Ok(());
         }
         let kb = held.memory as f64 / 1024.0;
