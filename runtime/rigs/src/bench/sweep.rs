@@ -55,7 +55,7 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
         let poisson = if structure == Shell { 0.0 } else { SPRINGS };
         for &engine in engines {
             for &side in sides {
-                all.extend(steps.iter().map(|&dt| (structure, engine, side, dt, poisson)));
+                all.extend(steps.iter().map(|&dt| Configuration { case: "", structure, engine, side, dt, poisson }));
             }
         }
     };
@@ -71,17 +71,7 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
         add(structure, explicit, if quick { &[6] } else { &[6, 11] }, &[None]);
     }
     let there = CASES.iter().filter(|case| TABLE.iter().any(|row| row.name == **case));
-    let with = |case| {
-        let every = all.iter();
-        every.map(move |&(structure, engine, side, dt, poisson)| Configuration {
-            case,
-            structure,
-            engine,
-            side,
-            dt,
-            poisson,
-        })
-    };
+    let with = |case| all.iter().map(move |one| Configuration { case, ..one.clone() });
     there.flat_map(|&case| with(case)).collect()
 }
 

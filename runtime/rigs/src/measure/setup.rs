@@ -53,13 +53,8 @@ pub struct Setup {
     #[command(flatten)]
     pub elastic: ElasticFlags,
     /// Length of the sheet, m (default 0.25), or of the bending part (fold, default 0.02).
-    #[arg(
-        long,
-        default_value = "0.25",
-        default_value_if("case", "fold", "0.02"),
-        hide_default_value = true,
-        value_parser = length
-    )]
+    #[arg(long, default_value = "0.25", default_value_if("case", "fold", "0.02"))]
+    #[arg(hide_default_value = true, value_parser = length)]
     pub length: f64,
     /// Width of the sheet, m.
     #[arg(long, default_value = "0.25", value_parser = length)]
@@ -73,34 +68,19 @@ pub struct Setup {
     pub damping_ratio: f64,
     /// Angle of the incline, of the landing sheet, or of the fold, degrees (default 20 for incline,
     /// 30 for edge-landing, 90 for fold).
-    #[arg(
-        long,
-        default_value = "20",
-        default_value_ifs([("case", "edge-landing", "30"), ("case", "fold", "90")]),
-        hide_default_value = true,
-        value_parser = angle
-    )]
+    #[arg(long, default_value = "20", default_value_ifs([("case", "edge-landing", "30"), ("case", "fold", "90")]))]
+    #[arg(hide_default_value = true, value_parser = angle)]
     pub angle: f64,
     /// Friction coefficient (rigs with bodies).
     #[arg(long, default_value = "0.3", value_parser = parse_number)]
     pub friction: f64,
     /// Restitution coefficient (rigs with bodies; default 0.5 for bounce, else 0).
-    #[arg(
-        long,
-        default_value = "0",
-        default_value_if("case", "bounce", "0.5"),
-        hide_default_value = true,
-        value_parser = parse_number
-    )]
+    #[arg(long, default_value = "0", default_value_if("case", "bounce", "0.5"))]
+    #[arg(hide_default_value = true, value_parser = parse_number)]
     pub restitution: f64,
     /// Drop height, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
-    #[arg(
-        long,
-        default_value = "0.2",
-        default_value_ifs([("case", "drop-box", "0.05"), ("case", "edge-landing", "1")]),
-        hide_default_value = true,
-        value_parser = length
-    )]
+    #[arg(long, default_value = "0.2", default_value_ifs([("case", "drop-box", "0.05"), ("case", "edge-landing", "1")]))]
+    #[arg(hide_default_value = true, value_parser = length)]
     pub height: f64,
     /// Initial speed, m/s (slide, impact).
     #[arg(long, default_value = "1", value_parser = speed)]

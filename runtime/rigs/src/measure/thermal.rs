@@ -17,13 +17,8 @@ use sheetwork::{InputError, ParameterId as Id, check_range};
 #[derive(Args, Clone, Debug, PartialEq)]
 pub struct Thermal {
     /// Corners of the polygon, m: "x,y,z;x,y,z;..." (view-factor).
-    #[arg(
-        long,
-        default_value = "-0.5,1,-0.5;0.5,1,-0.5;0.5,1,0.5;-0.5,1,0.5",
-        hide_default_value = true,
-        value_parser = polygon,
-        allow_hyphen_values = true
-    )]
+    #[arg(long, default_value = "-0.5,1,-0.5;0.5,1,-0.5;0.5,1,0.5;-0.5,1,0.5")]
+    #[arg(hide_default_value = true, value_parser = polygon, allow_hyphen_values = true)]
     pub polygon: Polygon,
     /// Position of the patch, m: x,y,z (view-factor).
     #[arg(long, default_value = "0,0,0", value_parser = vector, allow_hyphen_values = true)]
