@@ -150,7 +150,7 @@ impl Session {
         let turned = self.document.turn(turn, now);
         if let Some(then) = then {
             self.go_to(&then);
-            self.timeline.replace_present(&self.world);
+            self.run_state.timeline.replace_present(&self.world);
         }
         self.after_edit();
         turned
@@ -217,9 +217,9 @@ impl Session {
         self.generation += 1;
         self.link.look_again();
         if continued {
-            self.hand = None;
-            self.moved_item = None;
-            self.timeline.follow_rollback(&self.world);
+            self.run_state.hand = None;
+            self.run_state.moved_item = None;
+            self.run_state.timeline.follow_rollback(&self.world);
             self.show_present();
             self.find_largest_step();
         } else {
@@ -238,7 +238,7 @@ impl Session {
         if fresh.restore(&self.world.snapshot()).is_err() {
             return Ok(None);
         }
-        self.pinned_here = pinned;
+        self.run_state.pinned_here = pinned;
         Ok(Some(fresh))
     }
 
@@ -247,7 +247,7 @@ impl Session {
     /// # Errors
     /// When the scene cannot be built: one of its files is missing.
     pub fn world_again(&self) -> Result<World, InputError> {
-        let mut world = World::new(&with_pins(self.scene(), &self.pinned_here))?;
+        let mut world = World::new(&with_pins(self.scene(), &self.run_state.pinned_here))?;
         world.restore(&self.world.snapshot())?;
         Ok(world)
     }
@@ -264,7 +264,7 @@ impl Session {
             let before = self.scene().sheets.get(index).map(|s| single_masses(&s.pins)).unwrap_or_default();
             let built = Sheet::build(scene, index)?;
             for mass in now {
-                let (i, was) = (mass as usize, self.pinned_here.iter().find(|p| (p.0, p.1) == (index, mass)));
+                let (i, was) = (mass as usize, self.run_state.pinned_here.iter().find(|p| (p.0, p.1) == (index, mass)));
                 let offset = match was {
                     Some(was) if before.contains(&mass) => was.2,
                     _ if before.contains(&mass) => DVec3::ZERO,
