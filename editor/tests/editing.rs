@@ -1,8 +1,8 @@
 //! Editing a scene without a window: undo, saving, rollback, grabbing, pinning, moving.
 
-use bevy_sheetwork::inspector::ParameterAccess;
 use std::path::{Path, PathBuf};
 
+use bevy_sheetwork::inspector::ParameterAccess;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};

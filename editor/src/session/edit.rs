@@ -99,12 +99,6 @@ impl Session {
         preset.or_else(|| value::at(self.document.opened(), &field)).filter(|v| v != "none")
     }
 
-    /// Set the parameter at `path` to its default. Returns whether there is one and it was
-    /// accepted.
-    pub fn set_default(&mut self, path: &str) -> bool {
-        self.default_of(path).is_some_and(|value| self.set(path, &value))
-    }
-
     /// Fields changed since the scene was opened or saved: path and value.
     pub fn changes(&self) -> Vec<(String, String)> {
         value::changed(self.document.saved(), self.scene())

@@ -90,6 +90,8 @@ pub struct Session {
     /// Centre of each heater of the scene in its own axes, m.
     pub(super) heater_centres: Vec<DVec3>,
     pub(super) messages: Vec<Message>,
+    /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
+    /// their shape at the last change; `None` without limit.
     pub(super) largest_step: Option<f64>,
     pub(super) generation: u64,
     pub(super) revision: u64,
@@ -182,12 +184,6 @@ impl Session {
         if let Some(rigid) = self.world.rigid() {
             self.bodies_before.extend((0..rigid.bodies().len()).filter_map(|i| rigid.pose(i)));
         }
-    }
-
-    /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
-    /// their shape at the last change; `None` without limit.
-    pub fn largest_step(&self) -> Option<f64> {
-        self.largest_step
     }
 
     /// World of the session.

@@ -69,24 +69,11 @@ fn main() -> ExitCode {
     if let (ProgramCommand::Measure(measure), Some((_, given))) = (&arguments.command, matches.subcommand()) {
         unused_flags::report_unused_flags(measure.case(), given);
     }
-    let result = match arguments.command {
-        ProgramCommand::Run(run) => run.execute(),
-        ProgramCommand::Replay(replay) => replay.execute(),
-        ProgramCommand::Generate(generate) => generate.execute(),
-        ProgramCommand::Measure(measure) => measure.execute(),
-        ProgramCommand::Bench(bench) => bench.execute(),
-        ProgramCommand::Material(material) => material.execute(),
-        ProgramCommand::Study(study) => study.execute(),
-        ProgramCommand::List(list) => list.execute(),
-        ProgramCommand::Serve(serve) => serve.execute(),
-        ProgramCommand::Watch(watch) => watch.execute(),
-        ProgramCommand::Params(params) => params.execute(),
-        ProgramCommand::Get(get) => get.execute(),
-        ProgramCommand::Set(set) => set.execute(),
-        ProgramCommand::Tell(tell) => tell.execute(),
-        ProgramCommand::Record(record) => record.execute(),
-        ProgramCommand::Grab(grab) => grab.execute(),
-    };
+    let result = sheetwork_rigs::execute!(
+        arguments.command, ProgramCommand:
+        Run, Replay, Generate, Measure, Bench, Material, Study, List, Serve, Watch, Params, Get, Set, Tell,
+        Record, Grab
+    );
     match result {
         Ok(code) => code,
         Err(error) => {

@@ -23,6 +23,16 @@ pub fn print_line(text: &str) -> Result<(), InputError> {
     }
 }
 
+/// Executes the command that a variant of an enum holds.
+#[macro_export]
+macro_rules! execute {
+    ($command:expr, $commands:ident: $($name:ident),*) => {
+        match $command {
+            $($commands::$name(command) => command.execute(),)*
+        }
+    };
+}
+
 /// Form of the output.
 #[derive(Args, Clone, Copy)]
 pub struct OutputFlags {

@@ -62,17 +62,22 @@ fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
     Ok(world)
 }
 
-pub(crate) fn pack(setup: &Setup) -> RigResult {
-    let mut runner = Runner::new(world(setup, CardScene::Pack)?);
-    let mut watch = ContactObserver::new(&runner.world);
+/// Steps and observes the cards while they are stable and `goes_on`, given the time (s), holds.
+fn watched(runner: &mut Runner, goes_on: impl Fn(&ContactObserver, f64) -> bool) -> (ContactObserver, StepDurations) {
+    let (mut watch, mut frames) = (ContactObserver::new(&runner.world), StepDurations::default());
     // An overlap evaluation of 52 cards costs more than a step.
     watch.every = 30;
-    let mut frames = StepDurations::default();
-    let start = contact_observer::centres(&runner.world);
-    while runner.world.time() < REST_TIMEOUT && !watch.asleep() && runner.world.unstable().is_none() {
-        frames.step(&mut runner);
+    while goes_on(&watch, runner.world.time()) && runner.world.unstable().is_none() {
+        frames.step(runner);
         watch.observe_step(&runner.world);
     }
+    (watch, frames)
+}
+
+pub(crate) fn pack(setup: &Setup) -> RigResult {
+    let mut runner = Runner::new(world(setup, CardScene::Pack)?);
+    let start = contact_observer::centres(&runner.world);
+    let (watch, frames) = watched(&mut runner, |watch, time| time < REST_TIMEOUT && !watch.asleep());
     let overlap = between(runner.world.sheets());
     let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, DROP));
     keys.extend(frames.keys());
@@ -91,14 +96,8 @@ pub(crate) fn pack(setup: &Setup) -> RigResult {
 
 pub(crate) fn house(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::House)?);
-    let mut watch = ContactObserver::new(&runner.world);
-    watch.every = 30;
     let start = top(&runner.world);
-    let mut frames = StepDurations::default();
-    while runner.world.time() < STANDING && runner.world.unstable().is_none() {
-        frames.step(&mut runner);
-        watch.observe_step(&runner.world);
-    }
+    let (watch, frames) = watched(&mut runner, |_, time| time < STANDING);
     let stood = top(&runner.world);
     let stands = runner.world.unstable().is_none() && stood > 0.98 * start;
     let (overlap, asleep) = (between(runner.world.sheets()), watch.asleep());

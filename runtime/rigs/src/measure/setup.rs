@@ -269,9 +269,7 @@ impl Setup {
         Id::GridWidth.check("grid", self.grid.1.into())?;
         let (fewest, most) = self.structure.info().layers;
         check_range("layers", self.layer_count().into(), fewest.into(), most.into(), "layers")?;
-        if let Some(dt) = self.dt {
-            Id::TimeStep.check("dt", dt)?;
-        }
+        self.dt.map_or(Ok(()), |dt| Id::TimeStep.check("dt", dt))?;
         sheetwork::scene::validate::material("material", &self.material)?;
         check_range("length", self.length, 1e-4, 100.0, "m")?;
         check_range("width", self.width, 1e-4, 100.0, "m")?;
@@ -291,12 +289,8 @@ impl Setup {
         check_range("box", self.box_side, 1e-3, 100.0, "m")?;
         check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
         check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
-        if let Some(seconds) = self.thermal.seconds {
-            check_range("seconds", seconds, 1e-3, 1e9, "s")?;
-        }
-        if let Some(celsius) = self.thermal.celsius {
-            Id::Temperature.check("celsius", celsius)?;
-        }
+        self.thermal.seconds.map_or(Ok(()), |seconds| check_range("seconds", seconds, 1e-3, 1e9, "s"))?;
+        self.thermal.celsius.map_or(Ok(()), |celsius| Id::Temperature.check("celsius", celsius))?;
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.thermal.check()?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
