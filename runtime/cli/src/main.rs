@@ -42,21 +42,21 @@ enum ProgramCommand {
     /// Report on a material in a sheet: its stiffness, and the delivered stiffness of a structure.
     Material(material::MaterialCommand),
     /// Run a scene in real time, for clients to observe and control.
-    Serve(link::Serve),
+    Serve(link::serve::Serve),
     /// Show a running game: a live view, or CSV or JSON.
-    Watch(link::Watch),
+    Watch(link::watch::Watch),
     /// List the parameters of a running game, with unit and range.
-    Params(link::Parameters),
+    Params(link::parameters::Parameters),
     /// Show one parameter of a running game.
-    Get(link::Get),
+    Get(link::parameters::Get),
     /// Set a parameter of a running game, in effect from its next step.
-    Set(link::Set),
+    Set(link::parameters::Set),
     /// Play, pause, step, reset or load a running game, or store and restore a snapshot.
-    Tell(link::GameCommand),
+    Tell(link::parameters::GameCommand),
     /// Record a running game.
-    Record(link::Record),
+    Record(link::record::Record),
     /// Grab a running game's sheet, pull it, and report the force.
-    Grab(link::GrabArguments),
+    Grab(link::grab::GrabArguments),
     /// Evaluate the answers of a study: mean, deviation, median, Student's t.
     Study(study::StudyArguments),
     /// List structures, integrators, materials, rigs or scenes.

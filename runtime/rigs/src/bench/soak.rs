@@ -11,6 +11,7 @@ use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use serde::Serialize;
 use serde_json::{Value, json};
 use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
@@ -41,24 +42,20 @@ pub struct Soak {
 }
 
 /// Resources that must not grow.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize)]
 struct ResourceUsage {
-    memory: u64,
+    memory_bytes: u64,
     objects: usize,
 }
 
 impl ResourceUsage {
     /// Present memory of this process (bytes), and objects of the link in shared memory.
     fn now(place: &LinkPlace) -> Self {
-        let memory = memory::process_memory();
+        let memory_bytes = memory::process_memory();
         let prefix = place.prefix();
         let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
         let objects = all.filter(|e| e.file_name().to_string_lossy().starts_with(&prefix)).count();
-        Self { memory, objects }
-    }
-
-    fn json(self) -> Value {
-        json!({ "memory_bytes": self.memory, "objects": self.objects })
+        Self { memory_bytes, objects }
     }
 }
 
@@ -116,11 +113,11 @@ impl Soak {
         let seconds = start.elapsed().as_secs_f64();
         let (after, now) = (ResourceUsage::now(&place), link.statistics());
         drop((stays, visits));
-        let grown =
-            after.memory > warm.memory + memory::MEMORY_GROWTH_TOLERANCE || after.objects > warm.objects + OBJECTS;
+        let grown = after.memory_bytes > warm.memory_bytes + memory::MEMORY_GROWTH_TOLERANCE
+            || after.objects > warm.objects + OBJECTS;
         let result = json!({
             "frames": self.frames, "seconds": seconds, "written": now.frames, "bytes": now.bytes, "dropped": now.dropped,
-            "commands": now.accepted, "kills": KILLS, "before": before.json(), "warm": warm.json(), "after": after.json(),
+            "commands": now.accepted, "kills": KILLS, "before": before, "warm": warm, "after": after,
             "grown": grown,
         });
         Ok((result, grown))
@@ -130,7 +127,7 @@ impl Soak {
         if self.output.json {
             return Ok(());
         }
-        let kb = held.memory as f64 / 1024.0;
+        let kb = held.memory_bytes as f64 / 1024.0;
         print_line(&format!("{what:<7}{frame:>9} {kb:>8.0} kB {:>4} objects in shared memory", held.objects))
     }
 }

@@ -203,6 +203,7 @@ pub(crate) fn object(value: Value) -> Map<String, Value> {
 }
 
 /// Result of a rig.
+#[derive(Default)]
 pub struct RigOutcome {
     /// JSON keys specific to the rig.
     pub(crate) keys: Map<String, Value>,
