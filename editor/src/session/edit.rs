@@ -196,18 +196,13 @@ impl Session {
 
     /// Build a world of `scene`, which continues from the present state if possible and requested.
     pub(super) fn rebuild(&mut self, scene: &Scene, goes_on: bool) -> Result<(), InputError> {
-        let mut fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
+        let fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
         let continued = fresh.is_some();
         if goes_on && !continued && self.world.steps() > 0 {
             self.note("The run was restarted: its state does not fit the changed dynamic bodies.");
         }
-        if fresh.is_none() {
-            fresh = Some(World::new(scene)?);
-        }
-        if let Some(fresh) = fresh {
-            self.world = fresh;
-            self.watch_world();
-        }
+        self.world = fresh.map_or_else(|| World::new(scene), Ok)?;
+        self.watch_world();
         self.generation += 1;
         self.link.look_again();
         if continued {
