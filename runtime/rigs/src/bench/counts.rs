@@ -16,7 +16,7 @@ use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, StepObserver};
 use sheetwork::scene::{
-    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, WhenUnstable,
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Region, Scene, Shape, SheetSpec, WhenUnstable,
 };
 use sheetwork::{InputError, World};
 use sheetwork_link::Link;
@@ -24,6 +24,7 @@ use sheetwork_link::link_place::LinkPlace;
 
 use crate::bench::hot_box::{clamped_shell, hot_box};
 use crate::bench::link::BenchedGame;
+use crate::measure::body;
 use crate::output::{OutputFlags, print_json, print_line};
 
 /// Steps of the shorter run, and additional steps of the longer run.
@@ -107,7 +108,7 @@ const CASES: &[CountCase] = &[
     case("plastic_unused", "it may yield, and does not", || with(|s| s.plastic = true)),
     case("tearing_unused", "it may tear, and does not", || with(|s| s.tearing = true)),
     case("bodies_far", "two bodies stand far away", || Scene {
-        bodies: [5.0, 9.0].into_iter().map(|x| placed(BodySpec::new(Shape::Ball(0.1)), x, 0.0)).collect(),
+        bodies: [5.0, 9.0].map(|x| body("", Shape::Ball(0.1), DVec3::X * x)).to_vec(),
         ..plain()
     }),
     case("no_self_contact", "sheets are told not to meet: a flat one does not look anyway", || {
@@ -170,10 +171,6 @@ fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {
     let mut scene = plain();
     change(&mut scene.sheets[0]);
     scene
-}
-
-fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
-    BodySpec { placement: Placement { position: DVec3::new(x, y, 0.0), ..Placement::default() }, ..body }
 }
 
 impl Counts {

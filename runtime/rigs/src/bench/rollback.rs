@@ -20,6 +20,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::shell;
 use crate::bench::{files_of, shard};
+use crate::measure::body;
 use crate::output::{OutputFlags, print_json, print_line};
 
 /// Repetitions of a cost measurement, and of a rollback.
@@ -207,11 +208,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
     };
     let clamped = || raised(vec![PinSpec::clamped(Region::Left)]);
     let floor = || BodySpec::new(Shape::HalfSpace);
-    let ball = || BodySpec {
-        mass: Some(0.02),
-        placement: Placement { position: glam::DVec3::new(0.0, 0.12, 0.0), ..Placement::default() },
-        ..BodySpec::new(Shape::Ball(0.02))
-    };
+    let ball = || BodySpec { mass: Some(0.02), ..body("", Shape::Ball(0.02), glam::DVec3::Y * 0.12) };
     let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..raised(Vec::new()) };
     let soft = SheetSpec {
         springs: SpringLaw::Uniform,

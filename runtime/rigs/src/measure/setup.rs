@@ -23,8 +23,8 @@ const MINIMUM_GRAVITY: f64 = 0.01;
 /// Minimum step, s.
 const MINIMUM_STEP: f64 = 1e-7;
 
-/// The sheet and its situation, as given by the flags of `sheetwork measure`. Each rig uses a part of
-/// the fields; [`Setup::check`] has their ranges.
+/// The sheet and its situation, as given by the flags of `sheetwork measure`. Each rig uses a part
+/// of the fields; [`Setup::check`] has their ranges.
 #[derive(Args, Clone, Debug, PartialEq)]
 pub struct Setup {
     /// Structure.
