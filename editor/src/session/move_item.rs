@@ -119,7 +119,7 @@ impl Session {
         if !self.world.place_body(body, position, rotation) {
             return false;
         }
-        for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+        for other in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
             // A variant without this body is unchanged.
             other.world.body_id(&name).map(|body| other.world.place_body(body, position, rotation));
             other.show_present();

@@ -58,7 +58,7 @@ impl Session {
         let done = self.world.heat_spots(stroke.sheet, &[spot]);
         if done.is_ok() {
             stroke.spots.push(spot);
-            for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+            for other in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
                 // A variant without this sheet is unchanged.
                 let _ = other.world.heat_spots(stroke.sheet, &[spot]);
                 other.revision += 1;

@@ -44,13 +44,6 @@ pub(super) struct VariantSession {
     pub(super) session: Result<Box<Session>, String>,
 }
 
-impl VariantSession {
-    /// Session of the variant, if valid.
-    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
-        self.session.as_deref_mut().ok()
-    }
-}
-
 /// State of a session that a restart of the scene discards.
 #[derive(Default)]
 pub(super) struct RunState {

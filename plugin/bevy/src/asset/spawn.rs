@@ -110,7 +110,8 @@ fn apply_settings(sheets: &mut SheetWorld, scene: &Scene, outer: Pose) -> Result
     sheets.add_pairs(&scene.contact.pairs)
 }
 
-/// Add heaters, bodies and sheets from the description itself: an entity's transform has single precision.
+/// Add heaters, bodies and sheets from the description itself: an entity's transform has single
+/// precision.
 fn spawn(
     world: &mut World,
     sheets: &mut SheetWorld,
