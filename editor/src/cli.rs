@@ -4,13 +4,12 @@ mod run;
 
 use std::path::PathBuf;
 
-use bevy_sheetwork::SheetColour;
-use clap::builder::PossibleValue;
+use bevy_sheetwork::{SheetColour, SheetLayer};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 
 use crate::panels::{Display, EditorState, Section, Tool, blind};
-use crate::picture::Layer;
 use crate::scenes;
 use crate::session::{Session, Variant};
 use crate::study::Study;
@@ -67,8 +66,8 @@ pub struct Arguments {
     #[arg(long, value_name = "PATH=VALUE")]
     pub compare: Vec<String>,
     /// Open sections of the controls, in window and screenshot; `all` for all of them.
-    #[arg(long, value_name = "SECTION", value_delimiter = ',')]
-    pub open: Vec<Open>,
+    #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = sections())]
+    pub open: Vec<Sections>,
     /// Start a study: blind trials of sheets in the order of this seed (1 by default), with a
     /// questionnaire; a screenshot shows the first with its questions. `sheetwork study` evaluates
     /// the answers.
@@ -90,8 +89,8 @@ pub struct Arguments {
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub show: Vec<Show>,
     /// Field that colours the sheets; by default the heat of a scene that has any.
-    #[arg(long, value_name = "BY")]
-    pub colour: Option<Colour>,
+    #[arg(long, value_name = "BY", value_parser = colour())]
+    pub colour: Option<SheetColour>,
     /// Temperatures of the darkest and the brightest colour, °C, -273.15 to 5000; by default from
     /// the scene.
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
@@ -124,53 +123,29 @@ pub enum Show {
 }
 
 /// Sections of the controls: one, or all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Open {
-    /// One section.
-    One(Section),
-    /// All sections.
-    All,
+type Sections = Vec<Section>;
+
+fn sections() -> impl TypedValueParser<Value = Sections> {
+    let all = || Section::ALL.into_iter().map(|(section, _)| section);
+    let names = all().filter_map(|section| section.to_possible_value());
+    let parser = PossibleValuesParser::new(names.chain([PossibleValue::new("all").help("Every one")]));
+    parser.map(move |name| Section::from_str(&name, false).map_or_else(|_| all().collect(), |one| vec![one]))
 }
 
-impl ValueEnum for Open {
-    fn value_variants<'a>() -> &'a [Self] {
-        const EACH: [Open; Section::ALL.len() + 1] = {
-            let mut each = [Open::All; Section::ALL.len() + 1];
-            let mut i = 0;
-            while i < Section::ALL.len() {
-                each[i] = Open::One(Section::ALL[i].0);
-                i += 1;
-            }
-            each
-        };
-        &EACH
-    }
+/// Fields that can colour the sheets, with their names and descriptions.
+const COLOURS: [(&str, &str, SheetColour); 7] = [
+    ("plain", "None: one colour", SheetColour::Plain),
+    ("temperature", "Temperature", SheetColour::Temperature),
+    ("stiffness", "Remaining stiffness", SheetColour::Stiffness),
+    ("stretch", "Strain", SheetColour::Stretch),
+    ("bending", "Curvature", SheetColour::Bending),
+    ("speed", "Speed", SheetColour::Speed),
+    ("contact", "Contact force", SheetColour::Contact),
+];
 
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        match self {
-            Self::One(section) => section.to_possible_value(),
-            Self::All => Some(PossibleValue::new("all").help("Every one")),
-        }
-    }
-}
-
-/// Field that can colour the sheets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Colour {
-    /// None: one colour.
-    Plain,
-    /// Temperature.
-    Temperature,
-    /// Remaining stiffness.
-    Stiffness,
-    /// Strain.
-    Stretch,
-    /// Curvature.
-    Bending,
-    /// Speed.
-    Speed,
-    /// Contact force.
-    Contact,
+fn colour() -> impl TypedValueParser<Value = SheetColour> {
+    let parser = PossibleValuesParser::new(COLOURS.map(|(name, about, _)| PossibleValue::new(name).help(about)));
+    parser.map(|name| COLOURS.into_iter().find(|row| row.0 == name).map_or(SheetColour::Plain, |row| row.2))
 }
 
 /// Parse `20,120`.
@@ -190,16 +165,6 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     Ok((side(width)?, side(height)?))
 }
 
-impl Open {
-    /// Sections named by the argument.
-    fn sections(self) -> Vec<Section> {
-        match self {
-            Self::One(section) => vec![section],
-            Self::All => Section::ALL.iter().map(|s| s.0).collect(),
-        }
-    }
-}
-
 impl Arguments {
     /// Path of the scene file.
     pub fn scene_file(&self) -> PathBuf {
@@ -212,7 +177,7 @@ impl Arguments {
         let asked = |what| self.show.contains(&what);
         Display {
             surface: !asked(Show::Bare),
-            layer: if asked(Show::Bottom) { Layer::Bottom } else { Layer::Top },
+            layer: if asked(Show::Bottom) { SheetLayer::Bottom } else { SheetLayer::Top },
             smooth: !asked(Show::Flat),
             colour: self.sheet_colour(),
             springs: asked(Show::Springs),
@@ -237,7 +202,7 @@ impl Arguments {
             state.display = blind();
         }
         if !self.open.is_empty() {
-            state.open_sections = self.open.iter().flat_map(|open| open.sections()).collect();
+            state.open_sections = self.open.concat().into_iter().collect();
         }
         state.tool = self.tool.unwrap_or_default();
         if state.tool == Tool::Move {
@@ -249,15 +214,10 @@ impl Arguments {
     /// Requested field that colours the sheets.
     pub fn sheet_colour(&self) -> Option<SheetColour> {
         match (self.colour, self.celsius) {
-            (Some(Colour::Plain), _) => Some(SheetColour::Plain),
-            (Some(Colour::Stiffness), _) => Some(SheetColour::Stiffness),
-            (Some(Colour::Stretch), _) => Some(SheetColour::Stretch),
-            (Some(Colour::Bending), _) => Some(SheetColour::Bending),
-            (Some(Colour::Speed), _) => Some(SheetColour::Speed),
-            (Some(Colour::Contact), _) => Some(SheetColour::Contact),
-            (_, Some((low, high))) => Some(SheetColour::TemperatureBetween { low, high }),
-            (Some(Colour::Temperature), None) => Some(SheetColour::Temperature),
-            (None, None) => None,
+            (None | Some(SheetColour::Temperature), Some((low, high))) => {
+                Some(SheetColour::TemperatureBetween { low, high })
+            }
+            (colour, _) => colour,
         }
     }
 

@@ -1,8 +1,8 @@
 //! Editing a scene without a window: undo, saving, rollback, grabbing, pinning, moving.
 
-use bevy_sheetwork::inspector::ParameterAccess;
 use std::path::{Path, PathBuf};
 
+use bevy_sheetwork::inspector::ParameterAccess;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};
@@ -145,7 +145,7 @@ fn saved_work_is_marked_and_opened_again() {
     let steps = session.world().steps();
     assert!(session.undo() && session.document().is_unsaved(), "undo goes back beyond the save");
     assert_eq!((session.world().steps(), session.timeline().len() > 2), (steps, true), "and leaves the run as it is");
-    assert!(session.redo() && session.world().steps() == steps && session.save());
+    assert!(session.redo() && session.world().steps() == steps && session.save_as(&file));
     let opened = Session::open(&folder.join("mine.ron")).expect("valid");
     assert_eq!(opened.world().sheets()[0].material().young, 300.0);
     assert!(!session.save_as(Path::new("/proc/no/such/folder/a.ron")));

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use bevy_egui::egui::accesskit::Role;
 use bevy_egui::egui::{self, Event, Key, Modifiers, MouseWheelUnit, Pos2, TouchPhase, Ui, Vec2};
+use bevy_sheetwork::SheetLayer;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use sheetwork::scene::{Air, PinSpec, Region, Scene, SheetSpec};
 use sheetwork_editor::panels::{self, EditorState};
-use sheetwork_editor::picture::Layer;
 use sheetwork_editor::session::Session;
 
 type Both = (Session, EditorState);
@@ -111,7 +111,7 @@ fn the_display_panel_chooses_what_is_drawn() {
     }
     let display = harness.state().1.display;
     assert!(display.surface && display.springs && display.nodes && !display.smooth && !display.room);
-    assert_eq!(display.layer, Layer::Bottom);
+    assert_eq!(display.layer, SheetLayer::Bottom);
     harness.state_mut().1.camera.zoom(5.0);
     harness.get_by_label("Look at the scene").click();
     harness.run_steps(2);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bevy_sheetwork::inspector::ParameterAccess;
 use sheetwork::scene::Scene;
 use sheetwork_editor::session::Session;
 

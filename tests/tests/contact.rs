@@ -32,7 +32,7 @@ fn setup((engine, structure, layers): (IntegratorKind, StructureKind, u32)) -> S
     Setup {
         engine,
         structure,
-        layers,
+        layers: Some(layers),
         springs: SpringLaw::Length,
         grid: (7, 6),
         material,
@@ -44,7 +44,7 @@ fn setup((engine, structure, layers): (IntegratorKind, StructureKind, u32)) -> S
 }
 
 fn what(setup: &Setup) -> String {
-    format!("{} on {} of {} layers", setup.engine, setup.structure, setup.layers)
+    format!("{} on {} of {} layers", setup.engine, setup.structure, setup.layer_count())
 }
 
 #[test]

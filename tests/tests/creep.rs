@@ -12,17 +12,17 @@ use sheetwork::scene::{
     BurgersCreep, CreaseSpec, IntegratorKind, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw,
 };
-use sheetwork_rigs::measure::Setup;
+use sheetwork_rigs::measure::{Setup, Thermal};
 use sheetwork_tests::card::{card, rejection};
 use sheetwork_tests::rig::{measured, number};
 use sheetwork_tests::{body, excite_randomly, state_hash, world};
 
 #[test]
 fn creep_follows_burgers_compliance_on_every_structure() {
-    let base = Setup { grid: (11, 7), seconds: 10.0, ..Setup::default() };
-    let lattice = Setup { structure: StructureKind::DoubleDiagonal, layers: 2, ..base.clone() };
+    let base = Setup { grid: (11, 7), ..Setup::default() };
+    let lattice = Setup { structure: StructureKind::DoubleDiagonal, ..base.clone() };
     let triangles = Setup { outlined: true, ..base.clone() };
-    let soft = Setup { structure: StructureKind::Trimm, layers: 2, ..base.clone() };
+    let soft = Setup { structure: StructureKind::Trimm, ..base.clone() };
     for setup in [base.clone(), triangles, lattice, soft] {
         let found = measured("creep", &setup);
         println!("{}: {}", found["structure"], found["largest_error"]);
@@ -38,7 +38,8 @@ fn creep_follows_burgers_compliance_on_every_structure() {
 
 #[test]
 fn dynamic_creep_equals_quasi_static_creep_up_to_inertia() {
-    let setup = Setup { grid: (11, 7), seconds: 4.0, dynamic: true, damping_ratio: 0.1, ..Setup::default() };
+    let thermal = Thermal { seconds: Some(4.0), ..Thermal::default() };
+    let setup = Setup { grid: (11, 7), thermal, dynamic: true, damping_ratio: 0.1, ..Setup::default() };
     let found = measured("creep", &setup);
     println!("dynamic creep: {} {}", found["compliance_error"], found["largest_error"]);
     assert!(number(&found, "compliance_error").abs() < 5e-3, "{found}");
@@ -48,7 +49,8 @@ fn dynamic_creep_equals_quasi_static_creep_up_to_inertia() {
 fn temperature_shifts_creep() {
     let setup = |celsius: f64| {
         let material = sheetwork::scene::material::by_name("hips").expect("there");
-        Setup { grid: (11, 5), seconds: 60.0, celsius: Some(celsius), material, ..Setup::default() }
+        let thermal = Thermal { seconds: Some(60.0), celsius: Some(celsius), ..Thermal::default() };
+        Setup { grid: (11, 5), thermal, material, ..Setup::default() }
     };
     // log10 a_T = -17.44 · 40/91.6; 1e9 s become 24.23 s and 1e8 s 2.423 s: 1 + 60/24.23 + 0.5.
     let hot = measured("creep", &setup(140.0));

@@ -128,7 +128,7 @@ fn a_heated_sheet_reaches_its_radiative_balance() {
             let half = wanted + 0.5 * h * rate(wanted);
             wanted += h * rate(half);
         }
-        let thermal = Thermal { heater, view, seconds, ambient, ..Thermal::default() };
+        let thermal = Thermal { heater, view, seconds: Some(seconds), ambient, ..Thermal::default() };
         let setup = Setup { material: m.clone(), grid: (5, 5), thermal, ..Setup::default() };
         let found = measure("radiate", &setup).expect("valid")["temperature_c"].as_f64().expect("a number");
         assert!((found - wanted).abs() < 1e-3 * (wanted - ambient), "{found}, not {wanted}");
@@ -141,7 +141,8 @@ fn the_droop_of_a_warm_sheet_follows_its_modulus() {
     for celsius in [20.0, 60.0, 95.0, 103.0] {
         let young = hips.young * Softening::of(&hips).fraction(celsius);
         let cold = Setup { material: Material { young, ..hips.clone() }, length: 0.1, width: 0.1, ..Setup::default() };
-        let warm = Setup { material: hips.clone(), thermal: Thermal { celsius, ..Thermal::default() }, ..cold.clone() };
+        let thermal = Thermal { celsius: Some(celsius), ..Thermal::default() };
+        let warm = Setup { material: hips.clone(), thermal, ..cold.clone() };
         let wanted = measure("cantilever", &cold).expect("valid")["drop_m"].as_f64().expect("a number");
         let found = measure("softening", &warm).expect("valid");
         assert!((found["young_pa"].as_f64().expect("a number") / young - 1.0).abs() < 1e-12);

@@ -8,10 +8,8 @@ use sheetwork::scene::CameraSpec;
 use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
-use crate::units::{DisplayUnit, Quantity};
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, number};
-
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
+use crate::units::DisplayUnit;
+use bevy_sheetwork::inspector::controls::{ControlOptions, DEGREES, MM, number};
 
 /// Standard views: name, yaw, pitch, radians.
 const VIEWS: [(&str, f32, f32); 6] = [

@@ -1,13 +1,12 @@
 //! Display settings of the sheets: items, smoothing, colours.
 
 use bevy_egui::egui::{DragValue, RichText, Ui};
-use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::inspector::controls::choice;
+use bevy_sheetwork::{SheetColour, SheetLayer};
 
 use super::EditorState;
 use super::style::quiet;
 use crate::camera::Camera;
-use crate::picture::Layer;
 use crate::session::Session;
 use crate::units::format_si;
 
@@ -21,8 +20,8 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
     ui.add_enabled_ui(display.surface, |ui| {
         ui.horizontal(|ui| {
-            ui.radio_value(&mut display.layer, Layer::Top, "Top layer");
-            ui.radio_value(&mut display.layer, Layer::Bottom, "Bottom layer");
+            ui.radio_value(&mut display.layer, SheetLayer::Top, "Top layer");
+            ui.radio_value(&mut display.layer, SheetLayer::Bottom, "Bottom layer");
         });
         ui.horizontal(|ui| {
             ui.radio_value(&mut display.smooth, true, "Smoothed")
@@ -55,9 +54,9 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 
 /// Largest distance between the displayed surface and the contact triangles, m, recomputed after a
 /// change.
-fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
+fn gap(ui: &Ui, session: &Session, layer: SheetLayer) -> Option<f64> {
     type Known = ((u64, u64, u64, bool), Option<f64>);
-    let now = (session.generation(), session.revision(), session.world().steps(), layer == Layer::Top);
+    let now = (session.generation(), session.revision(), session.world().steps(), layer == SheetLayer::Top);
     let id = ui.id().with("gap");
     if let Some((_, gap)) = ui.data(|d| d.get_temp::<Known>(id)).filter(|known| known.0 == now) {
         return gap;

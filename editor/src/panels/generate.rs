@@ -10,10 +10,7 @@ use super::EditorState;
 use super::draft::{Draft, one};
 use super::style::ACCENT;
 use crate::session::Session;
-use crate::units::{DisplayUnit, Quantity};
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, choice, name, number};
-
-const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, PLAIN, choice, name, number};
 
 /// The dialog, while it is open.
 pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -78,7 +75,7 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     let (low, high) = spec.structure.info().layers;
     let mut count = |ui: &mut Ui, title: &str, now: u32, (low, high): (u32, u32)| {
         let how = ControlOptions::speed(0.1);
-        let done = number(ui, session, (title, "Nodes", title), f64::from(now), COUNT, &how);
+        let done = number(ui, session, (title, "Nodes", title), f64::from(now), PLAIN, &how);
         ui.end_row();
         (done.value.unwrap_or(f64::from(now)).round().clamp(0.0, 1e6) as u32).clamp(low, high)
     };

@@ -11,10 +11,9 @@ use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{DisplayUnit, Quantity};
 use bevy_sheetwork::inspector::controls::{
-    CELSIUS, ControlOptions, MM, PLAIN, name, number, parameter_control, usual_row, vector,
+    CELSIUS, ControlOptions, DEGREES, MM, PLAIN, name, number, parameter_control, usual_row, vector,
 };
 
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 const CONVECTION: DisplayUnit = DisplayUnit::fixed(Quantity::Convection, "W/(m² K)", 1.0);
 /// Faces of a box, in the order of the scene description.
 const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];

@@ -108,16 +108,8 @@ fn tools(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     if pressed(Key::F) {
         state.camera = Camera::from_session(session);
     }
-    let keys = [
-        (Key::Q, Tool::Look),
-        (Key::G, Tool::Grab),
-        (Key::P, Tool::Pin),
-        (Key::W, Tool::Move),
-        (Key::C, Tool::Crease),
-        (Key::H, Tool::Heat),
-        (Key::X, Tool::Cut),
-    ];
-    for (key, tool) in keys {
+    let keys = [Key::Q, Key::G, Key::P, Key::W, Key::C, Key::H, Key::X];
+    for (key, (tool, ..)) in keys.into_iter().zip(Tool::ALL) {
         if pressed(key) {
             state.tool = tool;
         }

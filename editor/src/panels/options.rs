@@ -1,11 +1,11 @@
 //! Display options: of the scene, of the plots, of the controls.
 
-use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::ColourScale;
+use bevy_sheetwork::{SheetColour, SheetLayer};
 use clap::ValueEnum;
 use sheetwork::World;
 
-use crate::picture::{Layer, Look};
+use crate::picture::Look;
 use crate::session::Session;
 
 /// Displayed items of the scene.
@@ -14,7 +14,7 @@ pub struct Display {
     /// Surfaces of the sheets.
     pub surface: bool,
     /// Layer of the surface.
-    pub layer: Layer,
+    pub layer: SheetLayer,
     /// Whether the surface is smoothed by splines or flat between the nodes.
     pub smooth: bool,
     /// Field of the colours; `None` for the one that displays the scene's heat.
@@ -37,7 +37,7 @@ pub struct Display {
 
 impl Default for Display {
     fn default() -> Self {
-        let (layer, colour) = (Layer::Top, None);
+        let (layer, colour) = (SheetLayer::Top, None);
         let (pins, contacts, room, bodies) = (true, false, true, true);
         Self {
             surface: true,

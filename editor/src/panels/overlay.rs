@@ -5,7 +5,8 @@ use bevy_egui::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Strok
 use glam::{Vec2, Vec3};
 use sheetwork::sheet::Sheet;
 
-use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, number};
+use bevy_sheetwork::SheetLayer;
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, DEGREES, MM, number};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
@@ -13,11 +14,8 @@ use super::tool::handle_of;
 use super::{EditorState, Held, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
-use crate::picture::Layer;
 use crate::session::{Item, Session};
-use crate::units::{DisplayUnit, Quantity, format_si};
-
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
+use crate::units::format_si;
 
 /// Colours of the axes.
 const AXES: [Color32; 3] =
@@ -219,7 +217,7 @@ fn on_sheet(
     state: &EditorState,
     seen: &dyn Fn(Vec3) -> Option<Pos2>,
 ) -> Vec<Pos2> {
-    let upper = state.display.layer == Layer::Top;
+    let upper = state.display.layer == SheetLayer::Top;
     let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
     (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3())).collect()
 }
@@ -230,7 +228,7 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     let Some(pointer) = pointer else { return };
     let size = Vec2::new(rect.width(), rect.height());
     let ray = state.camera.ray(Vec2::new(pointer.x - rect.left(), pointer.y - rect.top()), size);
-    let upper = state.display.layer == Layer::Top;
+    let upper = state.display.layer == SheetLayer::Top;
     let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
     let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
     let (radius, extent) = (state.brush_radius(session, hit.sheet), sheet.rest_size());

@@ -3,17 +3,16 @@
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
-use bevy_sheetwork::inspector::controls::{ControlOptions, MM, choice, input, name, number, tell, vector};
+use bevy_sheetwork::inspector::controls::{
+    ControlOptions, DEGREES, MM, PLAIN, choice, input, name, number, tell, vector,
+};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;
 use super::style::quiet;
 use crate::session::Session;
-use crate::units::{DisplayUnit, Quantity, format_si};
-
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
-const COUNT: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
+use crate::units::format_si;
 
 /// Structure, size, grid, springs, placement, damping, contact and pins of the selected sheet.
 pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -122,7 +121,7 @@ fn count(
     first: u32,
 ) -> Option<u32> {
     let label = ui.weak(title).on_hover_text(about);
-    let done = input(ui, &label, f64::from(now), COUNT, &ControlOptions::speed(0.1).on_release());
+    let done = input(ui, &label, f64::from(now), PLAIN, &ControlOptions::speed(0.1).on_release());
     let whole = |v: f64| (v.round().clamp(0.0, 1e6) as u32).clamp(low, high);
     tell(session, title, done.error);
     let new = done.value.map(whole).or(done.reset.then_some(first));

@@ -1,19 +1,19 @@
 //! Study: a bar during a trial, and windows with questions.
 
 use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
+use bevy_sheetwork::SheetLayer;
 use sheetwork_rigs::study::{LAST_QUESTIONS, QUESTIONS, Question};
 
 use super::style::{self, quiet};
 use super::{Display, EditorState};
 use crate::camera::Camera;
-use crate::picture::Layer;
 use crate::session::Session;
 use crate::study::{Stage, Study};
 
 /// Display of a trial: the smoothed surface of the sheet and the room, without bodies, springs and
 /// nodes.
 pub fn blind() -> Display {
-    Display { layer: Layer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
+    Display { layer: SheetLayer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
 }
 
 /// Open the dialog of the study.
@@ -44,11 +44,7 @@ pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         Stage::Asking | Stage::Last => {}
         Stage::Over => over(ui, &study, &mut stays),
     }
-    if stays {
-        state.study = Some(study);
-    } else {
-        end(session, state);
-    }
+    keep_or_end(session, state, study, stays);
 }
 
 /// Bar during a trial; it does not identify the sheet.
@@ -78,15 +74,15 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         });
     });
     ui.add_space(4.0);
-    if stays {
-        state.study = Some(study);
-    } else {
-        end(session, state);
-    }
+    keep_or_end(session, state, study, stays);
 }
 
-/// End the study and restore the session before it.
-fn end(session: &mut Session, state: &mut EditorState) {
+/// Keep the study, or end it and restore the session before it.
+fn keep_or_end(session: &mut Session, state: &mut EditorState, study: Study, stays: bool) {
+    if stays {
+        state.study = Some(study);
+        return;
+    }
     session.pause();
     state.display = Display::default();
     if let Some((old, camera)) = state.aside.take() {

@@ -15,7 +15,7 @@ use sheetwork::World;
 use crate::camera::Camera;
 use image::encode;
 pub use image::{LARGEST, Picture};
-pub use model::{Layer, Look};
+pub use model::Look;
 
 /// Samples along each edge of a pixel.
 const SAMPLES: usize = 2;

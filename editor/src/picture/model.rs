@@ -1,8 +1,8 @@
 //! World as triangles with materials: surfaces of sheets, bodies, heaters, floor and back wall.
 //! Metres, world coordinates.
 
-use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::{ColourScale, clear_of_bodies, display_clearance, glow};
+use bevy_sheetwork::{SheetColour, SheetLayer};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::rigid::RigidBodyInfo;
@@ -10,29 +10,11 @@ use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::sheet::surface::DrawingSurface;
 
-/// Displayed layer of a sheet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layer {
-    /// Uppermost layer.
-    #[default]
-    Top,
-    /// Lowest layer.
-    Bottom,
-}
-
-impl Layer {
-    /// Number of the layer in `sheet`; `None` for a sheet without layers.
-    pub fn index(self, sheet: &Sheet) -> Option<usize> {
-        let last = sheet.model.layers.len().checked_sub(1)?;
-        Some(if self == Self::Top { last } else { 0 })
-    }
-}
-
 /// Display settings of the sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// Layer of the surface.
-    pub layer: Layer,
+    pub layer: SheetLayer,
     /// Spline segments per cell: 1 (flat) to 16.
     pub parts: u32,
     /// Field that colours the sheets; `None` for the one that displays the scene's heat.
@@ -41,7 +23,7 @@ pub struct Look {
 
 impl Default for Look {
     fn default() -> Self {
-        Self { layer: Layer::Top, parts: 4, colour: None }
+        Self { layer: SheetLayer::Top, parts: 4, colour: None }
     }
 }
 

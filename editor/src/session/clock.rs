@@ -31,7 +31,7 @@ pub(crate) const ROUNDING: f64 = 1e-6;
 impl Session {
     /// Advance by `real` s of wall-clock time. Does nothing while paused.
     pub fn frame(&mut self, real: f64) {
-        self.timing.steps = 0;
+        self.run_state.timing.steps = 0;
         if !self.playing || !real.is_finite() || real <= 0.0 {
             return;
         }
@@ -44,9 +44,9 @@ impl Session {
             self.restart_run();
         }
         let dt = self.world.dt();
-        self.unstepped += real.min(MAX_FRAME) * self.speed;
+        self.run_state.unstepped += real.min(MAX_FRAME) * self.speed;
         // The slack of 1e-9 steps absorbs the rounding of a frame of whole steps.
-        let due = (self.unstepped / dt + 1e-9).floor();
+        let due = (self.run_state.unstepped / dt + 1e-9).floor();
         if due >= 1.0 {
             self.discard_future();
         }
@@ -64,11 +64,11 @@ impl Session {
                 break;
             }
         }
-        self.unstepped = (self.unstepped - taken * dt).max(0.0);
+        self.run_state.unstepped = (self.run_state.unstepped - taken * dt).max(0.0);
         if taken < due {
             let lost = (due - taken) * dt;
-            self.unstepped = (self.unstepped - lost).max(0.0);
-            self.timing.lost_s += lost / self.speed;
+            self.run_state.unstepped = (self.run_state.unstepped - lost).max(0.0);
+            self.run_state.timing.lost_s += lost / self.speed;
         }
         if taken > 0.0 {
             self.after_steps(taken, start.elapsed());
@@ -78,7 +78,7 @@ impl Session {
     /// Take one step, pause, and show the result.
     pub fn step(&mut self) {
         self.playing = false;
-        self.unstepped = 0.0;
+        self.run_state.unstepped = 0.0;
         if let Some(recording) = &mut self.playback {
             recording.step(&mut self.world);
             self.show_present();
@@ -88,7 +88,7 @@ impl Session {
         let start = Instant::now();
         self.world.step();
         self.show_present();
-        self.timing.steps = 1;
+        self.run_state.timing.steps = 1;
         self.after_steps(1.0, start.elapsed());
     }
 
@@ -151,29 +151,33 @@ impl Session {
         if late <= ROUNDING * dt {
             self.show_present();
         } else {
-            self.unstepped = (dt - late).max(0.0);
+            self.run_state.unstepped = (dt - late).max(0.0);
         }
     }
 
     fn after_steps(&mut self, steps: f64, elapsed: Duration) {
         let elapsed = elapsed.as_secs_f64();
         let each = elapsed / steps;
-        self.timing.steps = steps as u32;
-        self.timing.spent_s += elapsed;
-        self.timing.step_s = if self.timing.step_s > 0.0 { 0.9 * self.timing.step_s + 0.1 * each } else { each };
+        self.run_state.timing.steps = steps as u32;
+        self.run_state.timing.spent_s += elapsed;
+        self.run_state.timing.step_s =
+            if self.run_state.timing.step_s > 0.0 { 0.9 * self.run_state.timing.step_s + 0.1 * each } else { each };
         if let Some(clock) = &self.stages {
             let now = clock.take().map(|spent| spent / steps);
-            let before = self.timing.stages.unwrap_or(now);
-            self.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
+            let before = self.run_state.timing.stages.unwrap_or(now);
+            self.run_state.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
         }
-        self.world.update_max_penetration(&mut self.penetration);
-        self.samples.push(Sample { stages: self.timing.stages, ..Sample::from_world(&self.world, self.timing.step_s) });
-        self.timeline.record(&self.world);
+        self.world.update_max_penetration(&mut self.run_state.penetration);
+        self.run_state.samples.push(Sample {
+            stages: self.run_state.timing.stages,
+            ..Sample::from_world(&self.world, self.run_state.timing.step_s)
+        });
+        self.run_state.timeline.record(&self.world);
         self.advance_variants();
-        if let Some(sheet) = self.world.unstable().filter(|_| !self.instability_reported)
+        if let Some(sheet) = self.world.unstable().filter(|_| !self.run_state.instability_reported)
             && let Status::Unstable { time, speed, .. } = sheet.state.status
         {
-            self.instability_reported = true;
+            self.run_state.instability_reported = true;
             let text = format!(
                 "{} became unstable at {time:.4} s (a node at {speed:.2e} m/s) and was stopped. \
                  A shorter step, a softer sheet or another integrator may be stable; Reset restarts.",
@@ -188,8 +192,8 @@ impl Session {
         if self.playback.as_ref().is_some_and(Playback::is_over) {
             self.seek(0.0);
         }
-        if !self.playing && self.before_play.is_none() && self.playback.is_none() {
-            self.before_play = Some(self.world.snapshot());
+        if !self.playing && self.run_state.before_play.is_none() && self.playback.is_none() {
+            self.run_state.before_play = Some(self.world.snapshot());
         }
         self.playing = true;
     }

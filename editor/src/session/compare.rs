@@ -120,6 +120,6 @@ impl Session {
         if (time - self.world.time()).abs() <= ROUNDING * self.world.dt() {
             return heights(&self.world).next();
         }
-        self.samples.height_at(time)
+        self.run_state.samples.height_at(time)
     }
 }

@@ -99,12 +99,6 @@ impl Session {
         preset.or_else(|| value::at(self.document.opened(), &field)).filter(|v| v != "none")
     }
 
-    /// Set the parameter at `path` to its default. Returns whether there is one and it was
-    /// accepted.
-    pub fn set_default(&mut self, path: &str) -> bool {
-        self.default_of(path).is_some_and(|value| self.set(path, &value))
-    }
-
     /// Fields changed since the scene was opened or saved: path and value.
     pub fn changes(&self) -> Vec<(String, String)> {
         value::changed(self.document.saved(), self.scene())
@@ -150,7 +144,7 @@ impl Session {
         let turned = self.document.turn(turn, now);
         if let Some(then) = then {
             self.go_to(&then);
-            self.timeline.replace_present(&self.world);
+            self.run_state.timeline.replace_present(&self.world);
         }
         self.after_edit();
         turned
@@ -202,24 +196,19 @@ impl Session {
 
     /// Build a world of `scene`, which continues from the present state if possible and requested.
     pub(super) fn rebuild(&mut self, scene: &Scene, goes_on: bool) -> Result<(), InputError> {
-        let mut fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
+        let fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
         let continued = fresh.is_some();
         if goes_on && !continued && self.world.steps() > 0 {
             self.note("The run was restarted: its state does not fit the changed dynamic bodies.");
         }
-        if fresh.is_none() {
-            fresh = Some(World::new(scene)?);
-        }
-        if let Some(fresh) = fresh {
-            self.world = fresh;
-            self.watch_world();
-        }
+        self.world = fresh.map_or_else(|| World::new(scene), Ok)?;
+        self.watch_world();
         self.generation += 1;
         self.link.look_again();
         if continued {
-            self.hand = None;
-            self.moved_item = None;
-            self.timeline.follow_rollback(&self.world);
+            self.run_state.hand = None;
+            self.run_state.moved_item = None;
+            self.run_state.timeline.follow_rollback(&self.world);
             self.show_present();
             self.find_largest_step();
         } else {
@@ -238,7 +227,7 @@ impl Session {
         if fresh.restore(&self.world.snapshot()).is_err() {
             return Ok(None);
         }
-        self.pinned_here = pinned;
+        self.run_state.pinned_here = pinned;
         Ok(Some(fresh))
     }
 
@@ -247,7 +236,7 @@ impl Session {
     /// # Errors
     /// When the scene cannot be built: one of its files is missing.
     pub fn world_again(&self) -> Result<World, InputError> {
-        let mut world = World::new(&with_pins(self.scene(), &self.pinned_here))?;
+        let mut world = World::new(&with_pins(self.scene(), &self.run_state.pinned_here))?;
         world.restore(&self.world.snapshot())?;
         Ok(world)
     }
@@ -264,7 +253,7 @@ impl Session {
             let before = self.scene().sheets.get(index).map(|s| single_masses(&s.pins)).unwrap_or_default();
             let built = Sheet::build(scene, index)?;
             for mass in now {
-                let (i, was) = (mass as usize, self.pinned_here.iter().find(|p| (p.0, p.1) == (index, mass)));
+                let (i, was) = (mass as usize, self.run_state.pinned_here.iter().find(|p| (p.0, p.1) == (index, mass)));
                 let offset = match was {
                     Some(was) if before.contains(&mass) => was.2,
                     _ if before.contains(&mass) => DVec3::ZERO,

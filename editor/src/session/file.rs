@@ -131,12 +131,6 @@ impl Session {
         true
     }
 
-    /// Write the scene to its own file. Returns false without a file or after an error.
-    pub fn save(&mut self) -> bool {
-        let own = self.file.clone().filter(|f| kind_of(f) == Some(Kind::Ron));
-        own.is_some_and(|file| self.save_as(&file))
-    }
-
     /// Add the contents of a sheet, polyhedra or heater file to the scene as one edit; a material
     /// file sets the material of sheet `sheet`. The object is placed as its file has it, or where
     /// there is room: on the floor, above bodies, beside sheets. An error becomes a message.

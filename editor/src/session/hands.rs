@@ -53,23 +53,23 @@ impl Session {
         let Some(held) = self.world.sheets_mut().get_mut(sheet) else { return false };
         let grabbed = held.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), stiffness);
         let grabbed = grabbed.map(|index| GrabHandle { sheet: held.name.clone(), index });
-        self.hand = self.accept(grabbed);
-        self.hand.is_some()
+        self.run_state.hand = self.accept(grabbed);
+        self.run_state.hand.is_some()
     }
 
     /// Move the target of the grab, m.
     pub fn pull(&mut self, target: DVec3) {
-        let Some(hand) = &self.hand else { return };
+        let Some(hand) = &self.run_state.hand else { return };
         let held = self.world.sheet_mut(&hand.sheet).is_some_and(|sheet| sheet.pull(hand.index, target).is_ok());
         if !held {
             // Other grabs were released, and the indices changed.
-            self.hand = None;
+            self.run_state.hand = None;
         }
     }
 
     /// Release the grab.
     pub fn release(&mut self) {
-        if let Some(hand) = self.hand.take()
+        if let Some(hand) = self.run_state.hand.take()
             && let Some(sheet) = self.world.sheet_mut(&hand.sheet)
         {
             sheet.release_grab(hand.index);
@@ -78,7 +78,7 @@ impl Session {
 
     /// Present grab, if any.
     pub fn hand(&self) -> Option<Hand> {
-        let holding = self.hand.as_ref()?;
+        let holding = self.run_state.hand.as_ref()?;
         let sheet = self.world.sheet(&holding.sheet)?;
         let pull = sheet.pulls().get(holding.index)?;
         let (point, target) = (pull.point(&sheet.state.x), pull.target);

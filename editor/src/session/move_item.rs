@@ -63,9 +63,9 @@ impl Session {
         if self.playback.is_some() {
             return;
         }
-        let taken = self.moved_item.filter(|c| c.item == item).map(|c| c.from);
+        let taken = self.run_state.moved_item.filter(|c| c.item == item).map(|c| c.from);
         let Some(from) = taken.or_else(|| self.displayed_position(item)) else { return };
-        self.moved_item = Some(MovedItem { item, from, by });
+        self.run_state.moved_item = Some(MovedItem { item, from, by });
         self.revision += 1;
         let Item::Body(index) = item else { return };
         let Some(spec) = self.scene().bodies.get(index) else { return };
@@ -80,18 +80,18 @@ impl Session {
 
     /// Item that is being moved, and its displacement, m.
     pub fn moved_item(&self) -> Option<(Item, DVec3)> {
-        self.moved_item.map(|c| (c.item, c.by))
+        self.run_state.moved_item.map(|c| (c.item, c.by))
     }
 
     /// Displayed position of `item` while it is being moved, m.
     pub(super) fn moved_position(&self, item: Item) -> Option<DVec3> {
-        self.moved_item.filter(|c| c.item == item).map(|c| c.from + c.by)
+        self.run_state.moved_item.filter(|c| c.item == item).map(|c| c.from + c.by)
     }
 
     /// Release the moved item: at its start, or in the run for a dynamic body that has left its
     /// start. Returns whether an item was moved.
     pub fn release_item(&mut self) -> bool {
-        let Some(MovedItem { item, from, by }) = self.moved_item.take() else { return false };
+        let Some(MovedItem { item, from, by }) = self.run_state.moved_item.take() else { return false };
         self.revision += 1;
         let Some(placement) = self.placement_of(item).filter(|_| by != DVec3::ZERO) else { return false };
         match item {
@@ -119,7 +119,7 @@ impl Session {
         if !self.world.place_body(body, position, rotation) {
             return false;
         }
-        for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+        for other in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
             // A variant without this body is unchanged.
             other.world.body_id(&name).map(|body| other.world.place_body(body, position, rotation));
             other.show_present();
@@ -128,7 +128,7 @@ impl Session {
         self.document.commit_with(format!("move of {name}"), "carry", self.scene().clone(), before);
         self.document.seal();
         self.discard_future();
-        self.timeline.replace_present(&self.world);
+        self.run_state.timeline.replace_present(&self.world);
         self.show_present();
         true
     }
@@ -155,7 +155,7 @@ impl Session {
         let origin = self.displayed_position(item)?;
         Some(match item {
             Item::Sheet(i) => {
-                let by = self.moved_item.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
+                let by = self.run_state.moved_item.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
                 let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.state.x.bounds()?;
                 0.5 * (low + high) + by
             }

@@ -46,7 +46,7 @@ impl Session {
         let heated = self.world.heat_spots(sheet, &[]);
         let is_possible = self.accept(heated).unwrap_or(false);
         if is_possible {
-            self.stroke = Some(HeatStroke { sheet, before: self.world.snapshot(), spots: Vec::new() });
+            self.run_state.stroke = Some(HeatStroke { sheet, before: self.world.snapshot(), spots: Vec::new() });
         }
         is_possible
     }
@@ -54,31 +54,31 @@ impl Session {
     /// Heat a spot of the sheet of the present stroke. A rejection becomes a message. Returns
     /// whether the spot was accepted.
     pub fn dab(&mut self, spot: SpotSpec) -> bool {
-        let Some(mut stroke) = self.stroke.take() else { return false };
+        let Some(mut stroke) = self.run_state.stroke.take() else { return false };
         let done = self.world.heat_spots(stroke.sheet, &[spot]);
         if done.is_ok() {
             stroke.spots.push(spot);
-            for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
+            for other in self.variants.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
                 // A variant without this sheet is unchanged.
                 let _ = other.world.heat_spots(stroke.sheet, &[spot]);
                 other.revision += 1;
             }
         }
-        self.stroke = Some(stroke);
+        self.run_state.stroke = Some(stroke);
         self.revision += 1;
         self.accept(done).is_some()
     }
 
     /// End the stroke, as one undo step.
     pub fn end_stroke(&mut self) {
-        let Some(stroke) = self.stroke.take().filter(|s| !s.spots.is_empty()) else { return };
+        let Some(stroke) = self.run_state.stroke.take().filter(|s| !s.spots.is_empty()) else { return };
         let mut scene = self.scene().clone();
         let Some(spec) = scene.sheets.get_mut(stroke.sheet) else { return };
         spec.spots.extend(stroke.spots);
         self.document.seal();
         self.document.commit_with("painted heat", "paint", scene, stroke.before);
         self.document.seal();
-        self.timeline.replace_present(&self.world);
+        self.run_state.timeline.replace_present(&self.world);
     }
 }
 

@@ -15,7 +15,7 @@ impl ParameterAccess for Session {
     }
 
     fn set_default(&mut self, path: &str) -> bool {
-        Session::set_default(self, path)
+        self.default_of(path).is_some_and(|value| self.set(path, &value))
     }
 
     fn fail(&mut self, text: String) {
@@ -31,6 +31,6 @@ impl ParameterAccess for Session {
     }
 
     fn largest_step(&self) -> Option<f64> {
-        Session::largest_step(self)
+        self.largest_step
     }
 }

@@ -16,13 +16,13 @@ impl Session {
             self.seek(0.0);
             return true;
         }
-        let Some(before) = self.before_play.take() else { return false };
+        let Some(before) = self.run_state.before_play.take() else { return false };
         self.go_to(&before)
     }
 
     /// Whether there is a state before playing.
     pub fn can_stop(&self) -> bool {
-        self.before_play.is_some() || (self.playback.is_some() && self.playing)
+        self.run_state.before_play.is_some() || (self.playback.is_some() && self.playing)
     }
 
     /// Go back by one time step and pause: the last earlier snapshot is restored and stepped.
@@ -34,7 +34,7 @@ impl Session {
             return true;
         }
         let Some(wanted) = self.world.steps().checked_sub(1) else { return false };
-        let Some(moment) = self.timeline.at_steps(wanted) else { return false };
+        let Some(moment) = self.run_state.timeline.at_steps(wanted) else { return false };
         let (from, snapshot) = (moment.steps, moment.snapshot.clone());
         if !self.go_to(&snapshot) {
             return false;
@@ -42,7 +42,7 @@ impl Session {
         for _ in from..wanted {
             self.world.step();
         }
-        self.timeline.follow_rollback(&self.world);
+        self.run_state.timeline.follow_rollback(&self.world);
         self.show_present();
         self.advance_variants();
         true
@@ -56,7 +56,7 @@ impl Session {
             self.seek(time);
             return true;
         }
-        let Some(moment) = self.timeline.nearest(time) else { return false };
+        let Some(moment) = self.run_state.timeline.nearest(time) else { return false };
         if moment.steps == self.world.steps() {
             return true;
         }
@@ -70,14 +70,14 @@ impl Session {
             self.fail("a recording needs no snapshots");
             return;
         }
-        if let Some(slot) = number.checked_sub(1).and_then(|i| self.slots.get_mut(i)) {
+        if let Some(slot) = number.checked_sub(1).and_then(|i| self.run_state.slots.get_mut(i)) {
             *slot = Some(self.world.snapshot());
         }
     }
 
     /// Restore the snapshot of a number. Returns whether there was one.
     pub fn restore_snapshot(&mut self, number: usize) -> bool {
-        let slot = number.checked_sub(1).and_then(|i| self.slots.get(i));
+        let slot = number.checked_sub(1).and_then(|i| self.run_state.slots.get(i));
         let Some(snapshot) = slot.cloned().flatten() else { return false };
         self.playing = false;
         // A snapshot that is not on the timeline starts a new one.
@@ -86,17 +86,17 @@ impl Session {
 
     /// Times of the snapshots 1 to 9, s.
     pub fn snapshot_times(&self) -> [Option<f64>; 9] {
-        std::array::from_fn(|i| self.slots[i].as_ref().map(Snapshot::time))
+        std::array::from_fn(|i| self.run_state.slots[i].as_ref().map(Snapshot::time))
     }
 
     /// Timeline of the run.
     pub fn timeline(&self) -> &Timeline {
-        &self.timeline
+        &self.run_state.timeline
     }
 
     /// Restart from the first moment while playing.
     pub(super) fn restart_run(&mut self) {
-        let first = self.timeline.at_steps(0).map(|m| m.snapshot.clone());
+        let first = self.run_state.timeline.at_steps(0).map(|m| m.snapshot.clone());
         match first {
             Some(snapshot) => _ = self.go_to(&snapshot),
             None => _ = self.reset(),
@@ -108,9 +108,9 @@ impl Session {
         if self.accept(restored).is_none() {
             return false;
         }
-        self.unstepped = 0.0;
-        self.instability_reported = self.world.unstable().is_some();
-        self.timeline.follow_rollback(&self.world);
+        self.run_state.unstepped = 0.0;
+        self.run_state.instability_reported = self.world.unstable().is_some();
+        self.run_state.timeline.follow_rollback(&self.world);
         self.show_present();
         self.advance_variants();
         true
@@ -119,9 +119,9 @@ impl Session {
     /// Before time advances: discard the moments after the present one.
     pub(super) fn discard_future(&mut self) {
         let later = |(_, last): (f64, f64)| last > self.world.time() + 1e-12;
-        if self.timeline.span().is_some_and(later) {
-            self.timeline.discard_after(&self.world);
-            self.samples.discard_after(self.world.time());
+        if self.run_state.timeline.span().is_some_and(later) {
+            self.run_state.timeline.discard_after(&self.world);
+            self.run_state.samples.discard_after(self.world.time());
         }
     }
 }

@@ -44,29 +44,11 @@ pub(super) struct VariantSession {
     pub(super) session: Result<Box<Session>, String>,
 }
 
-impl VariantSession {
-    /// Session of the variant, if valid.
-    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
-        self.session.as_deref_mut().ok()
-    }
-}
-
-/// World with its edited scene, clock and history.
-pub struct Session {
-    pub(super) world: World,
-    pub(super) document: Document,
-    pub(super) file: Option<PathBuf>,
-    pub(super) playing: bool,
-    pub(super) looped: bool,
-    pub(super) speed: f64,
+/// State of a session that a restart of the scene discards.
+#[derive(Default)]
+pub(super) struct RunState {
     pub(super) unstepped: f64,
-    pub(super) before: Vec<Vectors>,
-    /// Time of the states `before` and `bodies_before`, s.
-    pub(super) shown_from: f64,
-    pub(super) bodies_before: Vec<(DVec3, DQuat)>,
     pub(super) timing: Timing,
-    /// Profiler of the phases of a step, while requested.
-    pub(super) stages: Option<Arc<StageClock>>,
     pub(super) penetration: Vec<f64>,
     pub(super) samples: Samples,
     pub(super) timeline: Timeline,
@@ -79,12 +61,30 @@ pub struct Session {
     pub(super) pinned_here: Vec<(usize, u32, DVec3)>,
     /// Item that is being moved.
     pub(super) moved_item: Option<MovedItem>,
-    /// Centre of each heater of the scene in its own axes, m.
-    pub(super) heater_centres: Vec<DVec3>,
     /// Stroke of heat that is being painted.
     pub(super) stroke: Option<HeatStroke>,
-    pub(super) messages: Vec<Message>,
     pub(super) instability_reported: bool,
+}
+
+/// World with its edited scene, clock and history.
+pub struct Session {
+    pub(super) world: World,
+    pub(super) document: Document,
+    pub(super) file: Option<PathBuf>,
+    pub(super) playing: bool,
+    pub(super) looped: bool,
+    pub(super) speed: f64,
+    pub(super) before: Vec<Vectors>,
+    /// Time of the states `before` and `bodies_before`, s.
+    pub(super) shown_from: f64,
+    pub(super) bodies_before: Vec<(DVec3, DQuat)>,
+    /// Profiler of the phases of a step, while requested.
+    pub(super) stages: Option<Arc<StageClock>>,
+    /// Centre of each heater of the scene in its own axes, m.
+    pub(super) heater_centres: Vec<DVec3>,
+    pub(super) messages: Vec<Message>,
+    /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
+    /// their shape at the last change; `None` without limit.
     pub(super) largest_step: Option<f64>,
     pub(super) generation: u64,
     pub(super) revision: u64,
@@ -92,6 +92,7 @@ pub struct Session {
     pub(super) playback: Option<Playback>,
     /// Variants of the comparison.
     pub(super) variants: Vec<VariantSession>,
+    pub(super) run_state: RunState,
 }
 
 impl Session {
@@ -108,30 +109,19 @@ impl Session {
             playing: false,
             looped: false,
             speed: 1.0,
-            unstepped: 0.0,
             before: Vec::new(),
             shown_from: 0.0,
             bodies_before: Vec::new(),
-            timing: Timing::default(),
             stages: None,
-            penetration: Vec::new(),
-            samples: Samples::default(),
-            timeline: Timeline::default(),
-            before_play: None,
-            slots: Default::default(),
-            hand: None,
-            pinned_here: Vec::new(),
-            moved_item: None,
             heater_centres: Vec::new(),
-            stroke: None,
             messages: Vec::new(),
-            instability_reported: false,
             largest_step: None,
             generation: 0,
             revision: 0,
             link: LiveLink::default(),
             playback: None,
             variants: Vec::new(),
+            run_state: RunState::default(),
         };
         session.begin();
         Ok(session)
@@ -139,22 +129,11 @@ impl Session {
 
     /// Reset everything that belongs to a run and not to the scene.
     pub(super) fn begin(&mut self) {
-        self.unstepped = 0.0;
-        self.timing = Timing::default();
-        self.penetration.clear();
-        self.samples.clear();
-        self.timeline.clear();
-        self.before_play = None;
-        self.slots = Default::default();
-        self.hand = None;
-        self.pinned_here.clear();
-        self.moved_item = None;
-        self.stroke = None;
-        self.instability_reported = false;
+        self.run_state = RunState::default();
         self.messages.retain(|m| !m.of_run);
         self.show_present();
-        self.samples.push(Sample::from_world(&self.world, 0.0));
-        self.timeline.record(&self.world);
+        self.run_state.samples.push(Sample::from_world(&self.world, 0.0));
+        self.run_state.timeline.record(&self.world);
         self.find_largest_step();
         self.update_heater_centres();
         self.rebuild_variants();
@@ -200,12 +179,6 @@ impl Session {
         }
     }
 
-    /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
-    /// their shape at the last change; `None` without limit.
-    pub fn largest_step(&self) -> Option<f64> {
-        self.largest_step
-    }
-
     /// World of the session.
     pub fn world(&self) -> &World {
         &self.world
@@ -228,22 +201,18 @@ impl Session {
 
     /// Open or close the live link; an error becomes its status.
     pub fn set_link(&mut self, on: bool) {
-        let mut link = std::mem::take(&mut self.link);
-        link.switch(on, &self.world);
-        self.link = link;
+        self.link.switch(on, &self.world);
     }
 
     /// Open the live link at a place.
     pub fn open_link(&mut self, place: &LinkPlace) {
-        let mut link = std::mem::take(&mut self.link);
-        link.open(place, &self.world);
-        self.link = link;
+        self.link.open(place, &self.world);
     }
 
     /// Answer the requests of other processes, and publish the world.
     pub fn exchange(&mut self) {
         let mut link = std::mem::take(&mut self.link);
-        let step_s = self.timing.step_s;
+        let step_s = self.run_state.timing.step_s;
         link.exchange(self, step_s);
         self.link = link;
     }
@@ -260,7 +229,7 @@ impl Session {
 
     /// Interpolation parameter of the display between the last two states, 0 to 1.
     pub fn alpha(&self) -> f64 {
-        (self.unstepped / self.world.dt()).clamp(0.0, 1.0)
+        (self.run_state.unstepped / self.world.dt()).clamp(0.0, 1.0)
     }
 
     /// Node positions of each sheet one step ago, m; the display interpolates between these and the
@@ -286,7 +255,7 @@ impl Session {
     pub fn time_stages(&mut self, on: bool) {
         if on != self.stages.is_some() {
             self.stages = on.then(Arc::default);
-            self.timing.stages = None;
+            self.run_state.timing.stages = None;
             self.watch_world();
         }
     }
@@ -299,28 +268,28 @@ impl Session {
 
     /// Wall-clock times of steps.
     pub fn timing(&self) -> Timing {
-        self.timing
+        self.run_state.timing
     }
 
     /// Largest penetration of a node of each sheet at the end of a frame, m.
     pub fn penetration(&self) -> &[f64] {
-        &self.penetration
+        &self.run_state.penetration
     }
 
     /// Samples of the run, oldest first.
     pub fn history(&self) -> &[Sample] {
-        self.samples.all()
+        self.run_state.samples.all()
     }
 
     /// Samples as CSV.
     pub fn csv(&self) -> String {
-        self.samples.csv(&crate::samples::height_names(&self.world))
+        self.run_state.samples.csv(&crate::samples::height_names(&self.world))
     }
 
     /// Events of the run up to the present time.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
         let now = self.world.time() + 0.5 * self.world.dt();
-        self.timeline.events().iter().filter(move |e| e.time_s <= now)
+        self.run_state.timeline.events().iter().filter(move |e| e.time_s <= now)
     }
 
     /// Number of nodes of all sheets that touched a body in the last step.

@@ -27,8 +27,11 @@ pub struct Editor {
 }
 
 impl Editor {
-    /// Lay out the panels over the whole of an egui context.
-    fn draw_panels(&mut self, ctx: &egui::Context) {
+    /// Lay out the panels over the whole of an egui context, which gets its style the first time.
+    fn draw_panels(&mut self, ctx: &egui::Context, styled: &mut bool) {
+        if !std::mem::replace(styled, true) {
+            panels::apply_style(ctx);
+        }
         let Self { session, state } = self;
         let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
         let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);

@@ -368,10 +368,7 @@ fn show_panels(
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
-    if !std::mem::replace(&mut *styled, true) {
-        panels::apply_style(context);
-    }
-    editor.draw_panels(context);
+    editor.draw_panels(context, &mut styled);
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (context.pixels_per_point(), whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);

@@ -6,20 +6,15 @@ use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 use bevy_sheetwork::render::{
-    ColourScale, SheetRoom, clear_of_bodies, display_clearance, glow, grid_picture, heater_meshes, polyhedra_mesh,
-    room_mesh, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
+    ColourScale, MeshedSurface, SheetRoom, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
 };
-use sheetwork::math::Vectors;
 use sheetwork::scene::Shape;
-use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::DrawingSurface;
 
 use super::stage::{self, Quality, Scale};
 use super::{Editor, shapes};
 use crate::camera::Camera as View;
 use crate::gap::PARTS;
 use crate::panels::Display;
-use crate::picture::Layer;
 use crate::session::{Item, Session};
 
 /// Colours of sheets, sRGB.
@@ -77,17 +72,8 @@ pub struct GunPart(usize);
 pub struct SheetPart {
     world: usize,
     index: usize,
-    surface: DrawingSurface,
-    /// Triangles, for depenetration from bodies with largest penetration and distance.
-    triangles: Vec<[u32; 3]>,
-    display_clearance: (f32, f32),
-    layer: Layer,
+    surface: MeshedSurface,
     smooth: bool,
-    /// Revision of the open cells in the mesh.
-    opening: u64,
-    /// Whether the mesh has vertex colours.
-    coloured: bool,
-    values: Vec<f32>,
 }
 
 /// Dot of node `node` of sheet `sheet`.
@@ -183,7 +169,7 @@ pub fn rebuild(
         furnish(&mut commands, (session, which, root), &paints, assets);
         for index in 0..session.world().sheets().len() {
             let Some((part, mesh)) = sheet_part(&editor, (which, index), editor.state.display) else { continue };
-            let paint = paint_of(&paints, session, index, part.coloured);
+            let paint = paint_of(&paints, session, index, part.surface.is_coloured());
             let look = (Mesh3d(assets.0.add(mesh)), MeshMaterial3d(paint), Transform::default());
             commands.spawn((part, NoFrustumCulling, look, stage::layer(which), ChildOf(root)));
         }
@@ -197,76 +183,58 @@ fn furnish(
     paints: &Paints,
     (meshes, materials): &mut (&mut Assets<Mesh>, &mut Assets<StandardMaterial>),
 ) {
-    let mut add = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
-        let look = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default());
-        commands.spawn((look, stage::layer(world), ChildOf(root))).id()
+    let mut look = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
+        (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), stage::layer(world), ChildOf(root))
     };
-    let room = session.scene().room.as_ref();
-    let room = room.map(|room| add(room_mesh(&SheetRoom::from(room)), &paints.room));
-    let mut bodies = Vec::new();
+    if let Some(room) = &session.scene().room {
+        commands.spawn((look(room_mesh(&SheetRoom::from(room)), &paints.room), RoomPart, NotShadowCaster));
+    }
     for (index, body) in session.world().rigid().iter().flat_map(|r| r.bodies()).enumerate() {
         let mesh = match &body.shape {
             Shape::Ball(radius) => Sphere::new(*radius as f32).mesh().uv(64, 40),
             Shape::HalfSpace => continue,
             _ => polyhedra_mesh(&body.polyhedra),
         };
-        bodies.push((add(mesh, &paints.body), index));
+        commands.spawn((look(mesh, &paints.body), BodyPart { world, index }));
     }
-    let mut hot = Vec::new();
     for (index, spec) in session.scene().heaters.iter().enumerate() {
         // The files were validated when the world was built.
         let heaters = spec.resolve(&session.scene().base).unwrap_or_default();
         let (cold, faces) = heater_meshes(&heaters);
         let at = Transform::from_translation(spec.placement.position.as_vec3())
             .with_rotation(spec.placement.quaternion().as_quat());
-        hot.extend(cold.map(|mesh| (add(mesh, &paints.heater), at, index)));
+        // A shadow would hide the heated sheet.
+        let part = || (at, HeaterPart { world, index }, NotShadowCaster);
+        if let Some(mesh) = cold {
+            commands.spawn((look(mesh, &paints.heater), part()));
+        }
         for (mesh, celsius) in faces {
             let colour = if spec.on { glow(celsius) } else { LinearRgba::gray(0.15) };
             let material = materials.add(StandardMaterial { base_color: colour.into(), unlit: spec.on, ..default() });
-            hot.push((add(mesh, &material), at, index));
+            commands.spawn((look(mesh, &material), part()));
         }
     }
-    let gun = session.scene().heat_gun.as_ref().map(|spec| {
-        let of_gun = |mesh: Mesh| mesh.scaled_by(Vec3::splat(spec.reach as f32));
-        let barrel = add(of_gun(shapes::barrel()), &paints.heater);
-        let jet = spec.on.then(|| {
+    if let Some(spec) = &session.scene().heat_gun {
+        let mut part = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
+            let look = look(mesh.scaled_by(Vec3::splat(spec.reach as f32)), paint);
+            commands.spawn((look, GunPart(world), NotShadowCaster));
+        };
+        part(shapes::barrel(), &paints.heater);
+        if spec.on {
             let base_color = Color::from(glow(spec.temperature)).with_alpha(0.22);
             let alpha_mode = AlphaMode::Blend;
             let air = StandardMaterial { base_color, alpha_mode, unlit: true, cull_mode: None, ..default() };
-            add(of_gun(shapes::jet(spec.half_angle.to_radians() as f32)), &materials.add(air))
-        });
-        [Some(barrel), jet]
-    });
-    for entity in gun.into_iter().flatten().flatten() {
-        commands.entity(entity).insert((GunPart(world), NotShadowCaster));
-    }
-    for (entity, at, index) in hot {
-        // A shadow would hide the heated sheet.
-        commands.entity(entity).insert((at, HeaterPart { world, index }, NotShadowCaster));
-    }
-    if let Some(entity) = room {
-        commands.entity(entity).insert((RoomPart, NotShadowCaster));
-    }
-    for (entity, index) in bodies {
-        commands.entity(entity).insert(BodyPart { world, index });
+            part(shapes::jet(spec.half_angle.to_radians() as f32), &materials.add(air));
+        }
     }
 }
 
 fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.shown(world)?.world().sheets().get(index)?;
     let parts = if display.smooth && sheet.model.triangles.is_none() { PARTS } else { 1 };
-    let surface = sheet.surface(display.layer.index(sheet)?, parts)?;
-    let mut mesh = sheet_mesh(&surface, &sheet.state.x);
-    let (triangles, display_clearance) = (triangles_of(&mesh), display_clearance(sheet, parts));
-    let coloured = is_coloured(editor, world, index);
-    if coloured {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
-    }
-    let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
-    Some((
-        SheetPart { world, index, surface, triangles, display_clearance, layer, smooth, opening, coloured, values },
-        mesh,
-    ))
+    let layer = (display.layer, parts);
+    let (mesh, surface) = MeshedSurface::new(sheet, &sheet.state.x, layer, is_coloured(editor, world, index))?;
+    Some((SheetPart { world, index, surface, smooth: display.smooth }, mesh))
 }
 
 /// Material of sheet `index`: white for vertex colours, otherwise a colour per material of the
@@ -315,15 +283,13 @@ pub fn choose(
     }
     for (mut visibility, mut part, mut mesh, mut material) in &mut sheets {
         visibility.set_if_neq(seen(display.surface));
-        let session = editor.session.shown(part.world);
-        let opening = session.and_then(|s| s.world().sheets().get(part.index)).map_or(0, |s| s.opening_revision());
-        let wanted = (display.layer, display.smooth, opening, is_coloured(&editor, part.world, part.index));
-        if (part.layer, part.smooth, part.opening, part.coloured) != wanted
+        let Some(session) = editor.session.shown(part.world) else { continue };
+        let Some(sheet) = session.world().sheets().get(part.index) else { continue };
+        let coloured = is_coloured(&editor, part.world, part.index);
+        if (part.smooth != display.smooth || !part.surface.fits(sheet, display.layer, coloured))
             && let Some((new, fresh)) = sheet_part(&editor, (part.world, part.index), display)
         {
-            if let Some(session) = session {
-                material.0 = paint_of(&paints, session, new.index, new.coloured);
-            }
+            material.0 = paint_of(&paints, session, new.index, coloured);
             *part = new;
             mesh.0 = meshes.add(fresh);
             shown.moment = None;
@@ -375,37 +341,19 @@ pub fn animate(
             continue;
         };
         let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
-        update_sheet_mesh(&mut mesh, |positions, normals| {
-            update_surface(session, &mut part, (before, sheet), positions, normals);
+        let moved = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)).map(|c| c.1.as_vec3());
+        // A sleeping sheet keeps its contacts of the last step.
+        let met = session.world().rigid().filter(|_| moved.is_none() && sheet.touching().contains(&true));
+        let bodies = met.map(|rigid| rigid.view());
+        let between = (before, &sheet.state.x, session.alpha() as f32);
+        part.surface.write(&mut mesh, between, bodies.as_ref(), |positions, _| {
+            if let Some(by) = moved {
+                positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
+            }
         });
-        if let Some(scale) = scale.filter(|_| part.coloured) {
-            let SheetPart { surface, values, layer, .. } = &mut *part;
-            let of = (sheet, *layer == Layer::Top);
-            update_sheet_colours(&mut mesh, |colours| scale.paint(of, surface, values, colours));
+        if let Some(scale) = scale.filter(|_| part.surface.is_coloured()) {
+            part.surface.paint(&mut mesh, sheet, &scale);
         }
-    }
-}
-
-/// Write the vertices of a sheet: interpolated between its positions `before` and after the step,
-/// moved by the user's drag, or else clear of the bodies that it touches.
-fn update_surface(
-    session: &Session,
-    part: &mut SheetPart,
-    (before, sheet): (&Vectors, &Sheet),
-    positions: &mut [[f32; 3]],
-    normals: &mut [[f32; 3]],
-) {
-    part.surface.update(before, &sheet.state.x, session.alpha() as f32, positions, normals);
-    if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
-        let by = by.as_vec3();
-        positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
-        return;
-    }
-    // A sleeping sheet keeps its contacts of the last step.
-    let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
-    if let Some(view) = bodies.map(|rigid| rigid.view()) {
-        let (reach, clearance) = part.display_clearance;
-        clear_of_bodies(&view, &part.triangles, reach, clearance, positions, normals);
     }
 }
 

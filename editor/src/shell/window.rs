@@ -19,7 +19,6 @@ use sheetwork::scene::Scene;
 use super::stage::{self, Quality, SceneCamera};
 use super::{Editor, keyboard, probe, scenery};
 use crate::cli::Arguments;
-use crate::panels;
 use crate::persistence::{self, Persistence};
 use crate::playback::is_recording;
 use crate::session::Session;
@@ -111,7 +110,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     scenery::add(&mut app, quality);
     app.add_systems(Startup, cameras);
     app.add_systems(Update, (pass_time, title, pace, rest).chain());
-    app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
+    app.add_systems(EguiPrimaryContextPass, show_panels);
     app.add_systems(Last, (count_frames, keep_work).chain());
     let ready = Ready::default();
     app.insert_resource(ready.clone());
@@ -134,23 +133,16 @@ fn pass_time(mut editor: ResMut<Editor>, time: Res<Time<Real>>) {
     editor.session.exchange();
 }
 
-fn style(mut contexts: EguiContexts, mut done: Local<bool>) -> Result {
-    if !*done {
-        panels::apply_style(contexts.ctx_mut()?);
-        *done = true;
-    }
-    Ok(())
-}
-
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
+    mut styled: Local<bool>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut exit: MessageWriter<AppExit>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
-    editor.draw_panels(ctx);
+    editor.draw_panels(ctx, &mut styled);
     if editor.state.quit {
         exit.write(AppExit::Success);
     }

@@ -1,10 +1,10 @@
 //! Smoothed surface of a sheet on bodies: neither vertices nor sides penetrate a body, and the
 //! displayed gap equals that over all triangles.
 
+use bevy_sheetwork::SheetLayer;
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::scene::{Scene, Shape};
-use sheetwork_editor::picture::Layer;
 use sheetwork_editor::{gap, scenes};
 
 /// Largest penetration of the displayed surface, m.
@@ -57,7 +57,7 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
     world.advance(seconds);
     let sheet = &world.sheets()[0];
     assert!(sheet.touching().contains(&true), "it lies on something");
-    let mesh = gap::drawn(&world, sheet, Layer::Top).expect("a layer");
+    let mesh = gap::drawn(&world, sheet, SheetLayer::Top).expect("a layer");
     let (layer, last) = (sheet.model.layers.last().expect("a layer"), sheet.model.layers.len() - 1);
     // Triangles sampled at corners, along sides and inside.
     let deepest = |places: &[[f32; 3]]| {
@@ -78,7 +78,7 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
         triangles.iter().map(|t| away(p, t.map(|m| sheet.state.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
     };
     let brute = mesh.positions.iter().map(nearest).fold(0.0, f64::max);
-    let shown = gap::largest(&world, Layer::Top).expect("smoothed");
+    let shown = gap::largest(&world, SheetLayer::Top).expect("smoothed");
     (deepest(&mesh.positions), deepest(&unkept.positions), shown, brute)
 }
 

@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::card_scenes::CardScene;
 use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 use sheetwork::{InputError, ParameterId};
+use sheetwork_rigs::card_scenes::CardScene;
 
 use sheetwork_rigs::output::{parse_counts, print_json, print_line};
 use sheetwork_rigs::quantities::{length, mass};

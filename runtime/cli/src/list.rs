@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 use sheetwork::mesh::structure;
 use sheetwork::scene::{Scene, material};
 use sheetwork::{InputError, ParameterRow, ParameterScope, integrators};
+use sheetwork_rigs::bench::files_of;
 use sheetwork_rigs::measure;
 
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, print_json, print_line};
 
 #[derive(Args)]
 pub struct List {
@@ -19,9 +20,8 @@ pub struct List {
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
     folder: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -44,7 +44,7 @@ impl List {
             ListKind::Scenes => scenes(&self.folder)?,
             ListKind::Parameters => ParameterRow::all().iter().map(parameter).collect(),
         };
-        if self.json {
+        if self.output.json {
             print_json(&rows)?;
             return Ok(ExitCode::SUCCESS);
         }
@@ -139,10 +139,7 @@ fn materials() -> Vec<Value> {
 
 /// Scenes of a folder, by file name; an invalid scene is listed with its error.
 fn scenes(folder: &Path) -> Result<Vec<Value>, InputError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
-    let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
-    files.retain(|f| f.extension().is_some_and(|e| e == "ron"));
-    files.sort();
+    let files = files_of(folder, "ron")?;
     let row = |file: &PathBuf| match Scene::load(file) {
         Ok(scene) => json!({ "name": file.display().to_string(), "about": scene.description }),
         Err(error) => json!({ "name": file.display().to_string(), "about": format!("not valid: {error}") }),

@@ -4,7 +4,6 @@
 //! Exit status: 0 success; 1 a sheet became unstable or a limit was exceeded; 2 invalid input.
 
 pub(crate) mod generate;
-pub(crate) mod heat_flags;
 pub(crate) mod link;
 pub(crate) mod list;
 pub(crate) mod material;
@@ -43,21 +42,21 @@ enum ProgramCommand {
     /// Report on a material in a sheet: its stiffness, and the delivered stiffness of a structure.
     Material(material::MaterialCommand),
     /// Run a scene in real time, for clients to observe and control.
-    Serve(link::Serve),
+    Serve(link::serve::Serve),
     /// Show a running game: a live view, or CSV or JSON.
-    Watch(link::Watch),
+    Watch(link::watch::Watch),
     /// List the parameters of a running game, with unit and range.
-    Params(link::Parameters),
+    Params(link::parameters::Parameters),
     /// Show one parameter of a running game.
-    Get(link::Get),
+    Get(link::parameters::Get),
     /// Set a parameter of a running game, in effect from its next step.
-    Set(link::Set),
+    Set(link::parameters::Set),
     /// Play, pause, step, reset or load a running game, or store and restore a snapshot.
-    Tell(link::GameCommand),
+    Tell(link::parameters::GameCommand),
     /// Record a running game.
-    Record(link::Record),
+    Record(link::record::Record),
     /// Grab a running game's sheet, pull it, and report the force.
-    Grab(link::GrabArguments),
+    Grab(link::grab::GrabArguments),
     /// Evaluate the answers of a study: mean, deviation, median, Student's t.
     Study(study::StudyArguments),
     /// List structures, integrators, materials, rigs or scenes.
@@ -70,24 +69,11 @@ fn main() -> ExitCode {
     if let (ProgramCommand::Measure(measure), Some((_, given))) = (&arguments.command, matches.subcommand()) {
         unused_flags::report_unused_flags(measure.case(), given);
     }
-    let result = match arguments.command {
-        ProgramCommand::Run(run) => run.execute(),
-        ProgramCommand::Replay(replay) => replay.execute(),
-        ProgramCommand::Generate(generate) => generate.execute(),
-        ProgramCommand::Measure(measure) => measure.execute(),
-        ProgramCommand::Bench(bench) => bench.execute(),
-        ProgramCommand::Material(material) => material.execute(),
-        ProgramCommand::Study(study) => study.execute(),
-        ProgramCommand::List(list) => list.execute(),
-        ProgramCommand::Serve(serve) => serve.execute(),
-        ProgramCommand::Watch(watch) => watch.execute(),
-        ProgramCommand::Params(params) => params.execute(),
-        ProgramCommand::Get(get) => get.execute(),
-        ProgramCommand::Set(set) => set.execute(),
-        ProgramCommand::Tell(tell) => tell.execute(),
-        ProgramCommand::Record(record) => record.execute(),
-        ProgramCommand::Grab(grab) => grab.execute(),
-    };
+    let result = sheetwork_rigs::execute!(
+        arguments.command, ProgramCommand:
+        Run, Replay, Generate, Measure, Bench, Material, Study, List, Serve, Watch, Params, Get, Set, Tell,
+        Record, Grab
+    );
     match result {
         Ok(code) => code,
         Err(error) => {

@@ -12,7 +12,7 @@ use sheetwork::scene::{Material, MaterialChoice};
 use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork_rigs::measure::Setup;
 
-use sheetwork_rigs::output::{parse_counts, print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, parse_counts, print_json, print_line};
 use sheetwork_rigs::quantities::{acceleration, density, length, parse_number, pressure};
 
 #[derive(Args)]
@@ -54,16 +54,15 @@ pub struct MaterialCommand {
     /// Gravity, m/s².
     #[arg(long, default_value = "9.81", value_parser = acceleration)]
     gravity: f64,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl MaterialCommand {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let request = self.request()?;
         let report = material_report(&request)?;
-        if self.json {
+        if self.output.json {
             let mut object = json!({ "material": self.material });
             let fields = serde_json::to_value(&report).map_err(|e| InputError::new("", e.to_string()))?;
             if let (Value::Object(all), Value::Object(fields)) = (&mut object, fields) {
@@ -85,11 +84,10 @@ impl MaterialCommand {
             thickness: self.thickness.unwrap_or(base.thickness),
             ..base
         };
-        let (fewest, most) = self.structure.info().layers;
         let setup = Setup {
             structure: self.structure,
             grid: (self.grid[0], self.grid[1]),
-            layers: self.layers.unwrap_or_else(|| 2.clamp(fewest, most)),
+            layers: self.layers,
             material,
             length: self.length,
             width: self.width,
@@ -99,7 +97,7 @@ impl MaterialCommand {
         let ((nx, nz), width) = setup.as_built();
         Ok(ReportRequest {
             structure: setup.structure,
-            grid: (nx, setup.layers, nz),
+            grid: (nx, setup.layer_count(), nz),
             size: (setup.length, width),
             gap: self.gap,
             gravity: self.gravity,

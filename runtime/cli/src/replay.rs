@@ -8,7 +8,7 @@ use serde_json::json;
 use sheetwork::world::journal::Journal;
 use sheetwork::{InputError, check_range};
 
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, print_json};
 
 #[derive(Args)]
 pub struct Replay {
@@ -23,9 +23,8 @@ pub struct Replay {
     /// Number of threads that step sheets, 1 by default; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Replay {
@@ -40,18 +39,12 @@ impl Replay {
             return Ok(ExitCode::SUCCESS);
         }
         let found = journal.check(&mut world)?;
-        if self.json {
-            print_json(&json!({
-                "scene": journal.header.scene, "steps": journal.len(), "same": found.is_none(), "first_difference": found,
-            }))?;
-        } else {
-            print_line(&match &found {
-                None => format!("{}: {} steps, each the same to the bit", journal.header.scene, journal.len()),
-                Some(d) => {
-                    format!("{}: {} differs after step {}, at {} s", journal.header.scene, d.what, d.step, d.time_s)
-                }
-            })?;
-        }
+        let (scene, steps) = (&journal.header.scene, journal.len());
+        let result = || json!({ "scene": scene, "steps": steps, "same": found.is_none(), "first_difference": found });
+        self.output.print(result, || match &found {
+            None => format!("{scene}: {steps} steps, each the same to the bit"),
+            Some(d) => format!("{scene}: {} differs after step {}, at {} s", d.what, d.step, d.time_s),
+        })?;
         Ok(if found.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 }

@@ -8,7 +8,7 @@ use clap::builder::PossibleValuesParser;
 use sheetwork::InputError;
 use sheetwork_rigs::study::{AGAINST, Answers, Findings, LAST_QUESTIONS, QUESTIONS, QuestionFindings, SHEETS};
 
-use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::output::{OutputFlags, print_json, print_line};
 
 #[derive(Args)]
 pub struct StudyArguments {
@@ -18,9 +18,8 @@ pub struct StudyArguments {
     /// Sheet of comparison.
     #[arg(long, value_name = "SHEET", default_value = AGAINST, value_parser = PossibleValuesParser::new(SHEETS))]
     against: String,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl StudyArguments {
@@ -33,7 +32,7 @@ impl StudyArguments {
             return Err(InputError::new("", "has no answers").in_file(&self.files[0]));
         }
         let findings = all.findings(&self.against);
-        if self.json {
+        if self.output.json {
             print_json(&findings)?;
         } else {
             tables(&findings)?;

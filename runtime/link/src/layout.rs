@@ -131,6 +131,15 @@ impl SheetHeader {
     }
 }
 
+/// Checks the first bytes and the layout of a sample.
+pub(crate) fn check_origin(what: &str, is_magic: bool, layout: u32) -> Result<(), String> {
+    match layout {
+        _ if !is_magic => Err(format!("the sample is no {what} of Sheetwork")),
+        LAYOUT => Ok(()),
+        _ => Err(format!("the game writes layout {layout}, and this reader knows {LAYOUT}")),
+    }
+}
+
 /// `bytes` rounded up to [`ALIGNMENT`].
 pub(crate) const fn aligned(bytes: usize) -> usize {
     bytes.div_ceil(ALIGNMENT) * ALIGNMENT
@@ -158,12 +167,7 @@ impl<'a> FrameView<'a> {
     /// sentence.
     pub fn new(bytes: &'a [u8]) -> Result<Self, String> {
         let header: FrameHeader = read(bytes, 0).ok_or_else(|| format!("{} bytes are no frame", bytes.len()))?;
-        if header.magic != MAGIC {
-            return Err("the sample is no frame of Sheetwork".into());
-        }
-        if header.layout != LAYOUT {
-            return Err(format!("the game writes layout {}, and this reader knows {LAYOUT}", header.layout));
-        }
+        check_origin("frame", header.magic == MAGIC, header.layout)?;
         let (own, each) = (header.header_bytes as usize, header.sheet_bytes as usize);
         let long_enough = own >= size_of::<FrameHeader>() && each >= size_of::<SheetHeader>();
         let sheets = header.sheets as usize;

@@ -93,9 +93,8 @@ pub struct Link {
     calls_since_count: u32,
     /// Calls since the last count of readers while there are none.
     calls_since_poll: u32,
-    unread_frames: u64,
-    accepted: u64,
-    refused: u64,
+    /// Unread frames, and accepted and rejected commands.
+    counted: LinkStatistics,
     /// Ends the housekeeping when dropped.
     housekeeping: (Option<Sender<()>>, Option<JoinHandle<()>>),
     /// Last field, so that the ports are dropped before it.
@@ -161,9 +160,7 @@ impl Link {
             detects_buckling: false,
             calls_since_count: READER_COUNT_INTERVAL,
             calls_since_poll: 0,
-            unread_frames: 0,
-            accepted: 0,
-            refused: 0,
+            counted: LinkStatistics::default(),
             housekeeping: spawn_housekeeping(node, place),
             node: Arc::clone(node),
         })
@@ -218,12 +215,12 @@ impl Link {
                     done
                 });
             match &result {
-                Ok(_) => self.accepted += 1,
-                Err(_) => self.refused += 1,
+                Ok(_) => self.counted.accepted += 1,
+                Err(_) => self.counted.refused += 1,
             }
             let bytes = self.reply(host.world(), result);
             if free_shared_memory() < FREE_MEMORY_MARGIN {
-                self.refused += 1;
+                self.counted.refused += 1;
                 continue;
             }
             if let Ok(sample) = request.loan_slice_uninit(bytes.len()) {
@@ -264,7 +261,7 @@ impl Link {
         let readers = self.count_readers();
         let before = std::mem::replace(&mut self.readers, readers);
         if readers == [0; 3] {
-            self.unread_frames += u64::from(self.steps != Some(now));
+            self.counted.unread_frames += u64::from(self.steps != Some(now));
             self.steps = Some(now);
             return;
         }
@@ -415,12 +412,10 @@ impl Link {
             readers: [self.frames.readers(), self.fields.readers(), self.events.readers(), self.topology.readers()],
             clients: self.control.dynamic_config().number_of_clients(),
             frames: self.frames.written + self.fields.written,
-            unread_frames: self.unread_frames,
             dropped: self.frames.dropped + self.fields.dropped + self.events.dropped + self.topology.dropped,
             events: self.events.written,
             bytes: self.frames.bytes + self.fields.bytes + self.events.bytes + self.topology.bytes,
-            accepted: self.accepted,
-            refused: self.refused,
+            ..self.counted
         }
     }
 }

@@ -6,7 +6,8 @@
 //! fractured sheet has fewer triangles and the same nodes.
 
 use crate::layout::{
-    ALIGNMENT, LAYOUT, MAXIMUM_SHEETS, PlainData, aligned, array, name_field, name_of, read, slice_mut, write_header,
+    ALIGNMENT, LAYOUT, MAXIMUM_SHEETS, PlainData, aligned, array, check_origin, name_field, name_of, read, slice_mut,
+    write_header,
 };
 use crate::plan::FramePlan;
 use sheetwork::World;
@@ -151,12 +152,7 @@ impl Meshes {
     /// as a sentence.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let header: TopologyHeader = read(bytes, 0).ok_or_else(|| format!("{} bytes are no topology", bytes.len()))?;
-        if header.magic != TOPOLOGY_MAGIC {
-            return Err("the sample is no topology of Sheetwork".into());
-        }
-        if header.layout != LAYOUT {
-            return Err(format!("the game writes layout {}, and this reader knows {LAYOUT}", header.layout));
-        }
+        check_origin("topology", header.magic == TOPOLOGY_MAGIC, header.layout)?;
         let (own, each) = (header.header_bytes as usize, header.sheet_bytes as usize);
         let sheets = header.sheets as usize;
         let long_enough = own >= size_of::<TopologyHeader>() && each >= size_of::<SheetTopology>();

@@ -5,6 +5,7 @@
 //! their tables and plots. [`study`] evaluates the answers of a user study.
 
 pub mod bench;
+pub mod card_scenes;
 pub mod measure;
 pub mod output;
 pub mod quantities;

@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
+use clap::Args;
+use indicatif::ProgressBar;
+use serde::Serialize;
+
 use sheetwork::InputError;
 
 /// Prints a JSON value as the only content of standard output.
-pub fn print_json(value: &impl serde::Serialize) -> Result<(), InputError> {
+pub fn print_json(value: &impl Serialize) -> Result<(), InputError> {
     let text = serde_json::to_string_pretty(value).map_err(|e| InputError::new("", e.to_string()))?;
     print_line(&text)
 }
@@ -19,11 +23,37 @@ pub fn print_line(text: &str) -> Result<(), InputError> {
     }
 }
 
-/// Prints a result as JSON, or as a line of text.
-pub fn print_result(json: Option<impl serde::Serialize>, text: impl FnOnce() -> String) -> Result<(), InputError> {
-    match json {
-        Some(value) => print_json(&value),
-        None => print_line(&text()),
+/// Executes the command that a variant of an enum holds.
+#[macro_export]
+macro_rules! execute {
+    ($command:expr, $commands:ident: $($name:ident),*) => {
+        match $command {
+            $($commands::$name(command) => command.execute(),)*
+        }
+    };
+}
+
+/// Form of the output.
+#[derive(Args, Clone, Copy)]
+pub struct OutputFlags {
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl OutputFlags {
+    /// Prints a result as JSON, or as a line of text.
+    pub fn print<T: Serialize>(
+        self,
+        json: impl FnOnce() -> T,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), InputError> {
+        if self.json { print_json(&json()) } else { print_line(&text()) }
+    }
+
+    /// A progress bar of `count` steps, hidden with JSON.
+    pub fn bar(self, count: u64) -> ProgressBar {
+        if self.json { ProgressBar::hidden() } else { ProgressBar::new(count) }
     }
 }
 

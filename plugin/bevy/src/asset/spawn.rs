@@ -110,7 +110,8 @@ fn apply_settings(sheets: &mut SheetWorld, scene: &Scene, outer: Pose) -> Result
     sheets.add_pairs(&scene.contact.pairs)
 }
 
-/// Add sheets and bodies from the description itself: an entity's transform has single precision.
+/// Add heaters, bodies and sheets from the description itself: an entity's transform has single
+/// precision.
 fn spawn(
     world: &mut World,
     sheets: &mut SheetWorld,
@@ -120,7 +121,18 @@ fn spawn(
     children: &mut Vec<Entity>,
 ) -> Result<(), InputError> {
     let defaults = &scene.contact;
-    spawn_heaters(world, sheets, root, outer, scene, children)?;
+    for spec in &scene.heaters {
+        let mut spec = spec.clone();
+        let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
+        spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
+        spec.placement = placed(&spec.placement, outer);
+        // The entity's transform holds the placement.
+        let component = SheetHeater::from(HeaterSpec { placement: Placement::default(), ..spec.clone() });
+        let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
+        let put = heater::insert(sheets, &spec, &component, there)?;
+        let name = Name::new(put.name().to_owned());
+        children.push(world.spawn((component, put, local, name, ChildOf(root))).id());
+    }
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
@@ -167,30 +179,6 @@ fn spawn(
         let (motion, state) = sync::insert_sheet(sheets, &spec, &component)?;
         let name = Name::new(motion.name().to_owned());
         children.push(world.spawn((component, motion, state, local, name, ChildOf(root))).id());
-    }
-    Ok(())
-}
-
-/// Add the heaters of a scene from the description itself.
-fn spawn_heaters(
-    world: &mut World,
-    sheets: &mut SheetWorld,
-    root: Entity,
-    outer: Pose,
-    scene: &Scene,
-    children: &mut Vec<Entity>,
-) -> Result<(), InputError> {
-    for spec in &scene.heaters {
-        let mut spec = spec.clone();
-        let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
-        spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
-        spec.placement = placed(&spec.placement, outer);
-        // The entity's transform holds the placement.
-        let component = SheetHeater::from(HeaterSpec { placement: Placement::default(), ..spec.clone() });
-        let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
-        let put = heater::insert(sheets, &spec, &component, there)?;
-        let name = Name::new(put.name().to_owned());
-        children.push(world.spawn((component, put, local, name, ChildOf(root))).id());
     }
     Ok(())
 }

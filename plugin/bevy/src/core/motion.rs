@@ -17,8 +17,8 @@ use super::{Sheet, SheetBody, SheetWorld};
 pub struct SheetMotion {
     id: SheetId,
     name: String,
-    generation: u32,
-    built_from: Sheet,
+    pub(super) generation: u32,
+    pub(super) built_from: Sheet,
     /// Node positions, m, oldest first.
     states: [Vectors; 3],
     /// Simulated times of the states, s.
@@ -85,18 +85,6 @@ impl SheetMotion {
     /// Revision of the displayed shape. It changes with every change of the states.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
-    }
-
-    pub(super) fn generation(&self) -> u32 {
-        self.generation
-    }
-
-    pub(super) fn built_from(&self) -> &Sheet {
-        &self.built_from
-    }
-
-    pub(super) fn set_built_from(&mut self, sheet: &Sheet) {
-        self.built_from = sheet.clone();
     }
 
     /// Store node positions `x` and velocities `v` at `time`, s. Returns whether the displayed

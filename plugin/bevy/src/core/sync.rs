@@ -45,15 +45,15 @@ pub(super) fn sync_sheets(
         let stale = match &motion {
             None => !refused || sheet.is_changed(),
             Some(motion) => {
-                motion.generation() != world.generation() || (sheet.is_changed() && *motion.built_from() != *sheet)
+                motion.generation != world.generation() || (sheet.is_changed() && motion.built_from != *sheet)
             }
         };
         if !stale {
             continue;
         }
-        if let Some(mut motion) = motion.filter(|m| m.generation() == world.generation()) {
+        if let Some(mut motion) = motion.filter(|m| m.generation == world.generation()) {
             if change_in_place(&mut world, &motion, &sheet) {
-                motion.set_built_from(&sheet);
+                motion.built_from = Sheet::clone(&sheet);
                 continue;
             }
             world.remove_sheet(motion.id());
@@ -132,7 +132,7 @@ fn shorten_step(world: &mut SheetWorld, id: SheetId) {
 /// Apply the changes of a description to the running sheet. Returns false, without a change, when
 /// the sheet must be rebuilt.
 fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) -> bool {
-    let (old, new) = (&motion.built_from().spec, &sheet.spec);
+    let (old, new) = (&motion.built_from.spec, &sheet.spec);
     let alike = SheetSpec {
         material: old.material.clone(),
         damping: old.damping,
@@ -361,7 +361,7 @@ pub(super) fn sheet_removed(
     motions: Query<&SheetMotion>,
 ) {
     if let Ok(motion) = motions.get(removed.entity) {
-        if motion.generation() == world.generation() {
+        if motion.generation == world.generation() {
             world.remove_sheet(motion.id());
         }
         commands.entity(removed.entity).try_remove::<SheetMotion>();

@@ -19,6 +19,8 @@ use super::units::{DisplayUnit, Quantity, UnitError};
 pub const PLAIN: DisplayUnit = DisplayUnit::fixed(Quantity::Number, "", 1.0);
 /// Lengths in millimetres.
 pub const MM: DisplayUnit = DisplayUnit::fixed(Quantity::Length, "mm", 1e-3);
+/// Angles in degrees.
+pub const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 /// Temperatures in °C.
 pub const CELSIUS: DisplayUnit = DisplayUnit::fixed(Quantity::Temperature, "°C", 1.0);
 /// Moduli and stresses.

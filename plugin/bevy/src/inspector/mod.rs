@@ -210,16 +210,23 @@ fn changed(ui: &mut Ui, game: &mut InspectedGame<'_>) {
 
 /// Messages about rejected values, until dismissed.
 fn messages(ui: &mut Ui, all: &mut Vec<String>) {
+    let colour = ui.visuals().error_fg_color;
+    if let Some(index) = dismissible(ui, all.iter().map(|text| (text.as_str(), colour))) {
+        all.remove(index);
+    }
+}
+
+/// Texts in their colours, each with a button that dismisses it. Returns the index of a dismissed
+/// one.
+pub fn dismissible<'a>(ui: &mut Ui, all: impl Iterator<Item = (&'a str, egui::Color32)>) -> Option<usize> {
     let mut dismissed = None;
-    for (index, text) in all.iter().enumerate() {
+    for (index, (text, colour)) in all.enumerate() {
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("✖").on_hover_text("Dismiss").clicked() {
                 dismissed = Some(index);
             }
-            ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
+            ui.label(RichText::new(text).color(colour));
         });
     }
-    if let Some(index) = dismissed {
-        all.remove(index);
-    }
+    dismissed
 }

@@ -4,10 +4,8 @@ use bevy_egui::egui::Ui;
 use sheetwork::ParameterId as Id;
 
 use super::ParameterAccess;
-use super::controls::{ControlOptions, PLAIN, parameter_control, parameter_row, usual_row};
+use super::controls::{ControlOptions, DEGREES, PLAIN, parameter_control, parameter_row, usual_row};
 use super::units::{DisplayUnit, Quantity};
-
-const DEGREES: DisplayUnit = DisplayUnit::fixed(Quantity::Angle, "°", 1.0);
 
 /// Rows of the parameters of sheet `index` that can change at run time, material aside, in a grid
 /// of two columns.

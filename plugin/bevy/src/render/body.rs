@@ -3,12 +3,11 @@
 //! Faces of a polyhedron at an angle below 30° are shaded as one smooth surface: a dome looks
 //! round, a wedge sharp.
 
-use bevy::asset::RenderAssetUsages;
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
 
 use super::materials::Materials;
+use super::triangle_mesh;
 use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
 /// Cosine of the largest angle between smoothly shaded faces, 30°.
@@ -77,11 +76,7 @@ pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
         }
     }
     let uvs = vec![[0.0_f32, 0.0]; positions.len()];
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
-        .with_inserted_indices(Indices::U32(indices))
+    triangle_mesh(positions, normals, uvs, indices)
 }
 
 /// Faces at each vertex.

@@ -62,44 +62,9 @@ pub struct ColourScale {
     pub title: &'static str,
     /// Unit of the values.
     pub unit: &'static str,
-    quantity: Quantity,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Quantity {
-    Temperature,
-    Stiffness,
-    Stretch,
-    Bending,
-    Speed,
-    /// Contact force under this gravity, m/s².
-    Contact(bevy::math::DVec3),
-}
-
-impl Quantity {
-    /// Compute the field at each node; returns false for a quantity with a scale of its own.
-    fn measure(self, sheet: &SheetInWorld, out: &mut Vec<f64>) -> bool {
-        match self {
-            Self::Stretch => measure::stretch(sheet, out),
-            Self::Bending => measure::bending(sheet, out),
-            Self::Speed => measure::speed(sheet, out),
-            Self::Contact(gravity) => measure::contact(sheet, gravity, out),
-            Self::Temperature | Self::Stiffness => return false,
-        }
-        true
-    }
-
-    /// Title, unit, and the least value of the brightest colour, above the noise.
-    fn legend(self) -> (&'static str, &'static str, f32) {
-        match self {
-            Self::Temperature => ("Temperature", "°C", 25.0),
-            Self::Stiffness => ("Remaining stiffness", "%", 100.0),
-            Self::Stretch => ("Strain", "%", 1e-3),
-            Self::Bending => ("Curvature", "1/m", 0.1),
-            Self::Speed => ("Speed", "m/s", 1e-3),
-            Self::Contact(_) => ("Contact force", "mN", 1e-3),
-        }
-    }
+    field: SheetColour,
+    /// Gravity (m/s²) of contact forces.
+    gravity: bevy::math::DVec3,
 }
 
 /// Spans of a temperature scale, K: fixed steps, so that the scale does not change in every frame.
@@ -115,25 +80,28 @@ impl SheetColour {
 
     /// Scale of the field in `world`; `None` where no sheet has it.
     pub fn scale(self, world: &World) -> Option<ColourScale> {
+        let (title, unit, least) = self.legend()?;
+        let blank = ColourScale { low: 0.0, high: 0.0, title, unit, field: self, gravity: world.gravity() };
         let (low, high) = match self {
-            Self::Plain => return None,
-            Self::Stiffness => {
-                world.sheets().iter().find(|s| s.heat().is_some())?;
-                let quantity = Quantity::Stiffness;
-                let (title, unit, _) = quantity.legend();
-                return Some(ColourScale { low: 100.0, high: 0.0, title, unit, quantity });
-            }
-            Self::Stretch => return ColourScale::measured(Quantity::Stretch, world),
-            Self::Bending => return ColourScale::measured(Quantity::Bending, world),
-            Self::Speed => return ColourScale::measured(Quantity::Speed, world),
-            Self::Contact => return ColourScale::measured(Quantity::Contact(world.gravity()), world),
+            Self::Stiffness => world.sheets().iter().any(|s| s.heat().is_some()).then_some((100.0, 0.0))?,
             Self::Temperature => temperatures_of(world)?,
-            Self::TemperatureBetween { low, high } => {
-                temperatures_of(world)?;
-                (low, high)
-            }
+            Self::TemperatureBetween { low, high } => temperatures_of(world).map(|_| (low, high))?,
+            _ => (0.0, round_up(blank.largest(world)?).max(least)),
         };
-        Some(ColourScale { low, high, title: "Temperature", unit: "°C", quantity: Quantity::Temperature })
+        Some(ColourScale { low, high, ..blank })
+    }
+
+    /// Title, unit, and the least value of the brightest colour, above the noise.
+    fn legend(self) -> Option<(&'static str, &'static str, f32)> {
+        Some(match self {
+            Self::Plain => return None,
+            Self::Temperature | Self::TemperatureBetween { .. } => ("Temperature", "°C", 25.0),
+            Self::Stiffness => ("Remaining stiffness", "%", 100.0),
+            Self::Stretch => ("Strain", "%", 1e-3),
+            Self::Bending => ("Curvature", "1/m", 0.1),
+            Self::Speed => ("Speed", "m/s", 1e-3),
+            Self::Contact => ("Contact force", "mN", 1e-3),
+        })
     }
 }
 
@@ -157,22 +125,34 @@ fn round_up(value: f32) -> f32 {
 }
 
 impl ColourScale {
-    /// Scale from zero to the largest value, rounded up; `None` without sheets.
-    fn measured(quantity: Quantity, world: &World) -> Option<Self> {
+    /// Compute the field at each node; returns false for heat, which has its own values.
+    fn measure(&self, sheet: &SheetInWorld, out: &mut Vec<f64>) -> bool {
+        match self.field {
+            SheetColour::Stretch => measure::stretch(sheet, out),
+            SheetColour::Bending => measure::bending(sheet, out),
+            SheetColour::Speed => measure::speed(sheet, out),
+            SheetColour::Contact => measure::contact(sheet, self.gravity, out),
+            _ => return false,
+        }
+        true
+    }
+
+    /// Largest value of the field; `None` without sheets.
+    fn largest(&self, world: &World) -> Option<f32> {
         let mut values = Vec::new();
         let mut most = 0.0_f64;
         world.sheets().first()?;
         for sheet in world.sheets() {
-            quantity.measure(sheet, &mut values);
+            self.measure(sheet, &mut values);
             most = values.iter().copied().filter(|v| v.is_finite()).fold(most, f64::max);
         }
-        let (title, unit, least) = quantity.legend();
-        Some(Self { low: 0.0, high: round_up(most as f32).max(least), title, unit, quantity })
+        Some(most as f32)
     }
 
     /// Whether `sheet` has the field.
     pub fn applies_to(&self, sheet: &SheetInWorld) -> bool {
-        !matches!(self.quantity, Quantity::Temperature | Quantity::Stiffness) || sheet.heat().is_some()
+        use SheetColour::{Bending, Contact, Speed, Stretch};
+        matches!(self.field, Stretch | Bending | Speed | Contact) || sheet.heat().is_some()
     }
 
     /// Colour of a value.
@@ -192,7 +172,7 @@ impl ColourScale {
         values.resize(surface.len(), 0.0);
         out.resize(surface.len(), [1.0; 4]);
         let mut measured = Vec::new();
-        if self.quantity.measure(sheet, &mut measured) {
+        if self.measure(sheet, &mut measured) {
             surface.interpolate(&measured, values);
             self.write(values, out);
             return;
@@ -201,8 +181,8 @@ impl ColourScale {
             out.fill([1.0; 4]);
             return;
         };
-        match (self.quantity, sheet.heat()) {
-            (Quantity::Stiffness, Some(heat)) => {
+        match (self.field, sheet.heat()) {
+            (SheetColour::Stiffness, Some(heat)) => {
                 let left: Vec<f64> = (0..sheet.node_count()).map(|i| 100.0 / heat.compliance(i)).collect();
                 surface.interpolate(&left, values);
             }

@@ -36,23 +36,15 @@ impl Materials {
 
     /// Dark metal.
     pub fn heater(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
-        let make = || StandardMaterial {
-            base_color: Color::srgb(0.42, 0.43, 0.45),
-            perceptual_roughness: 0.7,
-            reflectance: 0.35,
-            ..default()
-        };
-        self.heater.get_or_insert_with(|| assets.add(make())).clone()
+        self.heater.get_or_insert_with(|| assets.add(rough(Color::srgb(0.42, 0.43, 0.45), 0.7))).clone()
     }
 
     /// Cool light grey.
     pub fn body(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
-        let make = || StandardMaterial {
-            base_color: Color::srgb(0.60, 0.68, 0.78),
-            perceptual_roughness: 0.62,
-            reflectance: 0.35,
-            ..default()
-        };
-        self.body.get_or_insert_with(|| assets.add(make())).clone()
+        self.body.get_or_insert_with(|| assets.add(rough(Color::srgb(0.60, 0.68, 0.78), 0.62))).clone()
     }
+}
+
+fn rough(base_color: Color, perceptual_roughness: f32) -> StandardMaterial {
+    StandardMaterial { base_color, perceptual_roughness, reflectance: 0.35, ..default() }
 }

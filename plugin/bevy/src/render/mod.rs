@@ -14,8 +14,9 @@ mod measure;
 mod room;
 mod sheet;
 
-use bevy::asset::AssetEventSystems;
+use bevy::asset::{AssetEventSystems, RenderAssetUsages};
 use bevy::camera::visibility::VisibilitySystems;
+use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
 
@@ -25,12 +26,18 @@ pub use colour::{ColourScale, SheetColour, heat_colour};
 pub use grid::grid_picture;
 pub use heater::{glow, heater_meshes};
 pub use room::{SheetRoom, room_mesh};
-pub use sheet::{
-    SheetDisplay, SheetLayer, display_clearance, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
-};
+pub use sheet::{MeshedSurface, SheetDisplay, SheetLayer, display_clearance};
 
 use crate::core::Sheet;
 use materials::Materials;
+
+fn triangle_mesh(positions: Vec<[f32; 3]>, normals: Vec<[f32; 3]>, uvs: Vec<[f32; 2]>, indices: Vec<u32>) -> Mesh {
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
+        .with_inserted_indices(Indices::U32(indices))
+}
 
 /// Plugin that displays sheets, bodies, heaters and rooms.
 ///

@@ -1,12 +1,10 @@
 //! Room of a scene: floor and back wall with a square grid, visible from inside only.
 
-use bevy::asset::RenderAssetUsages;
 use bevy::light::NotShadowCaster;
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use sheetwork::scene::Room;
 
-use super::grid;
+use super::{grid, triangle_mesh};
 
 /// Displayed floor and back wall. Contact needs separate [`SheetBody`](crate::SheetBody)s.
 ///
@@ -93,11 +91,7 @@ pub fn room_mesh(room: &SheetRoom) -> Mesh {
         let wall = [low, at(high.x, low.y, low.z), at(high.x, high.y, low.z), at(low.x, high.y, low.z)];
         quad(wall, Vec3::Z, |p| Vec2::new(p.x, p.y));
     }
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
-        .with_inserted_indices(Indices::U32(indices))
+    triangle_mesh(positions, normals, uvs, indices)
 }
 
 #[cfg(test)]

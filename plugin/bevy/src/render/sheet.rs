@@ -5,19 +5,19 @@
 //! has moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist
 //! only where they are requested.
 
-use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
-use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
+use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::LatticeLayer;
+use sheetwork::rigid::RigidView;
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::DrawingSurface;
 
-use super::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
 use super::materials::Materials;
+use super::{clear_of_bodies, triangle_mesh};
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
 /// Number of vertices above which smoothing is reduced: all vertices are computed and uploaded in
@@ -62,24 +62,94 @@ impl Default for SheetDisplay {
     }
 }
 
-/// Surface and settings of an entity's mesh, and the state that it displays.
-#[derive(Component)]
-pub(super) struct DisplayedSheet {
+impl SheetLayer {
+    /// Number of the layer in `sheet`; `None` for a sheet without layers.
+    pub fn index(self, sheet: &SheetInWorld) -> Option<usize> {
+        let last = sheet.model.layers.len().checked_sub(1)?;
+        Some(if self == Self::Top { last } else { 0 })
+    }
+}
+
+/// Surface of a sheet that a mesh displays, with the settings that the mesh was made with.
+pub struct MeshedSurface {
     surface: DrawingSurface,
     triangles: Vec<[u32; 3]>,
     layer: SheetLayer,
+    /// Revision of the open cells.
+    opening: u64,
+    /// Largest penetration of the surface into a body, and its distance from bodies, m.
+    clearance: (f32, f32),
+    coloured: bool,
+    values: Vec<f32>,
+}
+
+impl MeshedSurface {
+    /// Mesh of a layer of `sheet` with its nodes at `x`, in `parts` spline segments per cell, and
+    /// its surface; `coloured` meshes have vertex colours. `None` for a sheet without this layer.
+    pub fn new(
+        sheet: &SheetInWorld,
+        x: &Vectors,
+        (layer, parts): (SheetLayer, u32),
+        coloured: bool,
+    ) -> Option<(Mesh, Self)> {
+        let surface = sheet.surface(layer.index(sheet)?, parts)?;
+        let made = surface.mesh(x);
+        let indices = made.indices.iter().flatten().copied().collect();
+        let mut mesh = triangle_mesh(made.positions, made.normals, made.uvs, indices);
+        if coloured {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
+        }
+        let (opening, clearance) = (sheet.opening_revision(), display_clearance(sheet, parts));
+        let (triangles, values) = (made.indices, Vec::new());
+        Some((mesh, Self { surface, triangles, layer, opening, clearance, coloured, values }))
+    }
+
+    /// Whether the mesh has vertex colours.
+    pub fn is_coloured(&self) -> bool {
+        self.coloured
+    }
+
+    /// Whether the mesh was made with these settings, and for the present open cells of `sheet`.
+    pub fn fits(&self, sheet: &SheetInWorld, layer: SheetLayer, coloured: bool) -> bool {
+        (self.layer, self.coloured, self.opening) == (layer, coloured, sheet.opening_revision())
+    }
+
+    /// Writes the shape at the fraction `s` of the way between two states of the nodes into the
+    /// mesh, outside of `bodies`, and lets `change` the positions and normals. Returns false for a
+    /// mesh without positions.
+    pub fn write(
+        &self,
+        mesh: &mut Mesh,
+        (before, after, s): (&Vectors, &Vectors, f32),
+        bodies: Option<&RigidView>,
+        change: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]]),
+    ) -> bool {
+        let Some((mut positions, mut normals)) = take_arrays(mesh) else { return false };
+        self.surface.update(before, after, s, &mut positions, &mut normals);
+        if let Some(bodies) = bodies {
+            let (reach, clearance) = self.clearance;
+            clear_of_bodies(bodies, &self.triangles, reach, clearance, &mut positions, &mut normals);
+        }
+        change(&mut positions, &mut normals);
+        put_arrays(mesh, positions, normals);
+        true
+    }
+
+    /// Colours the vertices of the mesh, if it has colours, by a field of `sheet`.
+    pub fn paint(&mut self, mesh: &mut Mesh, sheet: &SheetInWorld, scale: &ColourScale) {
+        if let Ok(VertexAttributeValues::Float32x4(colours)) = mesh.try_attribute_mut(Mesh::ATTRIBUTE_COLOR) {
+            scale.paint((sheet, self.layer == SheetLayer::Top), &self.surface, &mut self.values, colours);
+        }
+    }
+}
+
+/// Surface and settings of an entity's mesh, and the state that it displays.
+#[derive(Component)]
+pub(super) struct DisplayedSheet {
+    surface: MeshedSurface,
     smoothing: u32,
     masses: usize,
     grid: (u32, u32, u32),
-    /// Revision of the open cells.
-    opening: u64,
-    /// Largest penetration of the displayed surface into a body, m.
-    reach: f32,
-    /// Distance of the displayed surface from bodies, m.
-    clearance: f32,
-    /// Whether the mesh has vertex colours.
-    coloured: bool,
-    values: Vec<f32>,
     /// State displayed by the mesh.
     at: Option<DisplayedState>,
 }
@@ -90,34 +160,16 @@ type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 impl DisplayedSheet {
     /// Mesh and component of a sheet; `None` if it has no surface.
     fn new(sheet: &SheetInWorld, motion: &SheetMotion, display: &SheetDisplay, coloured: bool) -> Option<(Mesh, Self)> {
-        let (surface, parts) = surface_of(sheet, display)?;
-        let (reach, clearance) = display_clearance(sheet, parts);
-        let mut mesh = sheet_mesh(&surface, motion.positions());
-        let triangles = triangles_of(&mesh);
-        if coloured {
-            mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
-        }
-        let displayed = Self {
-            surface,
-            triangles,
-            layer: display.layer,
-            smoothing: display.smoothing,
-            masses: motion.positions().len(),
-            grid: sheet.model.grid,
-            opening: sheet.opening_revision(),
-            reach,
-            clearance,
-            coloured,
-            values: Vec::new(),
-            at: None,
-        };
-        Some((mesh, displayed))
+        let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?));
+        let (mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
+        let (smoothing, grid) = (display.smoothing, sheet.model.grid);
+        Some((mesh, Self { surface, smoothing, masses: x.len(), grid, at: None }))
     }
 
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
     fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
-        (self.layer, self.smoothing, self.masses, self.grid, self.coloured, self.opening)
-            == (display.layer, display.smoothing, nodes, sheet.model.grid, coloured, sheet.opening_revision())
+        self.surface.fits(sheet, display.layer, coloured)
+            && (self.smoothing, self.masses, self.grid) == (display.smoothing, nodes, sheet.model.grid)
     }
 }
 
@@ -159,19 +211,15 @@ pub(super) fn insert_meshes(
     }
 }
 
-/// Displayed surface of a sheet and its spline segments per cell.
-fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(DrawingSurface, u32)> {
-    let index = match display.layer {
-        SheetLayer::Top => sheet.model.layers.len().checked_sub(1)?,
-        SheetLayer::Bottom => 0,
-    };
+/// Spline segments per cell of the displayed layer of a sheet; `None` without this layer.
+fn segments(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<u32> {
+    let index = display.layer.index(sheet)?;
     // A sheet with open cells is displayed by its own triangles.
-    let parts = match &sheet.model.triangles {
+    Some(match &sheet.model.triangles {
         _ if sheet.open_count() > 0 => 1,
         Some(triangles) => subdivisions(triangles.len(), display.smoothing),
         None => segments_per_cell(sheet.model.layers.get(index)?, display.smoothing),
-    };
-    Some((sheet.surface(index, parts)?, parts))
+    })
 }
 
 /// Spline segments per cell of a layer: `wanted`, or as many as the vertex limit permits.
@@ -188,16 +236,6 @@ fn subdivisions(triangles: usize, wanted: u32) -> u32 {
     [4, 2].into_iter().filter(|parts| *parts <= wanted).find(light).unwrap_or(1)
 }
 
-/// Mesh of the surface with node positions `x`, world space, m.
-pub fn sheet_mesh(surface: &DrawingSurface, x: &Vectors) -> Mesh {
-    let made = surface.mesh(x);
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, made.positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, made.normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, made.uvs)
-        .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
-}
-
 /// Largest penetration of the displayed surface of `sheet` into a body, and its distance above
 /// bodies, m, for [`clear_of_bodies`]; `smoothing` is the number of spline segments per cell.
 pub fn display_clearance(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
@@ -207,12 +245,6 @@ pub fn display_clearance(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
     // Enough to clear a square edge, at most the thickness of the sheet.
     let clearance = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
     (reach, clearance)
-}
-
-/// Triangles of a mesh from [`sheet_mesh`].
-pub fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
-    let Some(Indices::U32(indices)) = mesh.indices() else { return Vec::new() };
-    indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()
 }
 
 /// Write the present shape into the mesh of every visible sheet that has moved.
@@ -227,7 +259,7 @@ pub(super) fn update(
     let time = world.shown_time();
     let bodies = world.rigid().map(|rigid| rigid.view());
     for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds)) in &mut sheets {
-        let scale = if drawn.coloured { display.colour.scale(&world) } else { None };
+        let scale = if drawn.surface.is_coloured() { display.colour.scale(&world) } else { None };
         // The mesh of a resting sheet depends on time only through its temperature.
         let warmth = scale.map(|scale| (world.steps(), scale));
         let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there, warmth);
@@ -235,41 +267,19 @@ pub(super) fn update(
             continue;
         }
         let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
-        let (before, after, s) = motion.around(time);
-        let written = update_sheet_mesh(&mut mesh, |positions, normals| {
-            drawn.surface.update(before, after, s, positions, normals);
-            if let Some(bodies) = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0) {
-                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.clearance, positions, normals);
-            }
+        let bodies = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0);
+        let written = drawn.surface.write(&mut mesh, motion.around(time), bodies, |positions, normals| {
             to_local(there, positions, normals);
             if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
                 *bounds = new;
             }
         });
         if let (Some(scale), Some(sheet)) = (scale, motion.sheet(&world)) {
-            let DisplayedSheet { surface, values, .. } = &mut *drawn;
-            let upper = display.layer == SheetLayer::Top;
-            update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));
+            drawn.surface.paint(&mut mesh, sheet, &scale);
         }
         if written {
             drawn.at = Some(now);
         }
-    }
-}
-
-/// Change the positions and normals of a mesh in place, without a copy. Returns false for a mesh
-/// without positions.
-pub fn update_sheet_mesh(mesh: &mut Mesh, write: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> bool {
-    let Some((mut positions, mut normals)) = take_arrays(mesh) else { return false };
-    write(&mut positions, &mut normals);
-    put_arrays(mesh, positions, normals);
-    true
-}
-
-/// Change the vertex colours of a mesh, if it has any, in place, without a copy.
-pub fn update_sheet_colours(mesh: &mut Mesh, write: impl FnOnce(&mut Vec<[f32; 4]>)) {
-    if let Ok(VertexAttributeValues::Float32x4(colours)) = mesh.try_attribute_mut(Mesh::ATTRIBUTE_COLOR) {
-        write(colours);
     }
 }
 

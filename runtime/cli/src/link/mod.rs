@@ -11,12 +11,6 @@ use sheetwork_link::link_place::LinkPlace;
 use sheetwork_link::{Client, LinkError};
 use sheetwork_rigs::quantities::time;
 
-pub use crate::link::grab::GrabArguments;
-pub use crate::link::parameters::{GameCommand, Get, Parameters, Set};
-pub use crate::link::record::Record;
-pub use crate::link::serve::Serve;
-pub use crate::link::watch::Watch;
-
 /// Prints to standard error the sheets that an answer lists as unstable.
 fn print_unstable_sheets(answer: &serde_json::Map<String, serde_json::Value>) {
     let names = answer.get("stopped").and_then(serde_json::Value::as_array);

@@ -9,7 +9,7 @@ use sheetwork::InputError;
 use sheetwork_link::{Command, RemoteParameter};
 
 use crate::link::{GameSelection, print_unstable_sheets};
-use sheetwork_rigs::output::{print_json, print_line, print_result};
+use sheetwork_rigs::output::{OutputFlags, print_json, print_line};
 
 /// Lists all parameters of a running game.
 #[derive(Args)]
@@ -18,9 +18,8 @@ pub struct Parameters {
     target: GameSelection,
     /// Show only parameters whose path contains this text.
     filter: Option<String>,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Parameters {
@@ -33,7 +32,7 @@ impl Parameters {
             let problem = format!("no parameter has \"{filter}\" in its path; `sheetwork params` lists all {count}");
             return Err(InputError::new("params", problem));
         }
-        if self.json {
+        if self.output.json {
             print_json(&all.iter().map(row).collect::<Vec<_>>())?;
             return Ok(ExitCode::SUCCESS);
         }
@@ -69,16 +68,15 @@ pub struct Get {
     target: GameSelection,
     /// Path of the parameter, as listed by `sheetwork params`.
     path: String,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Get {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let found = self.target.attach()?.get(&self.path)?;
         let text = || format!("{} {}", found.value, found.unit).trim_end().to_owned();
-        print_result(self.json.then(|| row(&found)), text)?;
+        self.output.print(|| row(&found), text)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -93,9 +91,8 @@ pub struct Set {
     path: String,
     /// Value, as in a scene file.
     value: String,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Set {
@@ -103,8 +100,8 @@ impl Set {
         let command = Command::Set { path: self.path.clone(), value: self.value.clone() };
         let answer = self.target.attach()?.send(&command)?;
         let old = answer.get("old").and_then(|old| old.as_str()).unwrap_or_default();
-        let found = self.json.then(|| json!({ "path": self.path, "old": old, "value": self.value }));
-        print_result(found, || format!("{}: {old} -> {}", self.path, self.value))?;
+        let found = || json!({ "path": self.path, "old": old, "value": self.value });
+        self.output.print(found, || format!("{}: {old} -> {}", self.path, self.value))?;
         print_unstable_sheets(&answer);
         Ok(ExitCode::SUCCESS)
     }

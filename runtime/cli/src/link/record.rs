@@ -15,7 +15,7 @@ use sheetwork_link::Topology;
 use sheetwork_link::layout::FrameView;
 
 use crate::link::GameSelection;
-use sheetwork_rigs::output::print_result;
+use sheetwork_rigs::output::OutputFlags;
 use sheetwork_rigs::quantities::{parse_number, time};
 
 /// Time limit of the wait for a frame.
@@ -34,9 +34,8 @@ pub struct Record {
     /// Frames per simulated second; additional frames are skipped.
     #[arg(long, default_value = "60", value_parser = parse_number)]
     rate: f64,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Record {
@@ -83,7 +82,7 @@ impl Record {
         let (written, missed) = (recorder.finish()?, frames.missed());
         let found = || json!({ "file": self.file, "frames": written, "missed": missed, "ended": ended });
         let text = || format!("{}: {written} frames, {missed} missed; {ended}", self.file.display());
-        print_result(self.json.then(found), text)?;
+        self.output.print(found, text)?;
         Ok(ExitCode::SUCCESS)
     }
 }

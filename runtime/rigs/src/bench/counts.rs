@@ -11,13 +11,12 @@ use std::sync::Arc;
 
 use clap::Args;
 use glam::DVec3;
-use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use sheetwork::linear::InstructionSet;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, StepObserver};
 use sheetwork::scene::{
-    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, WhenUnstable,
+    BodySpec, IntegratorKind, MaterialChoice, PinSpec, Region, Scene, Shape, SheetSpec, WhenUnstable,
 };
 use sheetwork::{InputError, World};
 use sheetwork_link::Link;
@@ -25,7 +24,8 @@ use sheetwork_link::link_place::LinkPlace;
 
 use crate::bench::hot_box::{clamped_shell, hot_box};
 use crate::bench::link::BenchedGame;
-use crate::output::{print_json, print_line};
+use crate::measure::body;
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Steps of the shorter run, and additional steps of the longer run.
 const SHORT_RUN_STEPS: u32 = 4;
@@ -51,9 +51,8 @@ pub struct Counts {
     /// Write the counts to the file of --check in place of the comparison.
     #[arg(long)]
     renew: bool,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
     /// Take this many steps of the case only: the run under callgrind.
     #[arg(long, hide = true)]
     steps: Option<u32>,
@@ -109,7 +108,7 @@ const CASES: &[CountCase] = &[
     case("plastic_unused", "it may yield, and does not", || with(|s| s.plastic = true)),
     case("tearing_unused", "it may tear, and does not", || with(|s| s.tearing = true)),
     case("bodies_far", "two bodies stand far away", || Scene {
-        bodies: [5.0, 9.0].into_iter().map(|x| placed(BodySpec::new(Shape::Ball(0.1)), x, 0.0)).collect(),
+        bodies: [5.0, 9.0].map(|x| body("", Shape::Ball(0.1), DVec3::X * x)).to_vec(),
         ..plain()
     }),
     case("no_self_contact", "sheets are told not to meet: a flat one does not look anyway", || {
@@ -174,10 +173,6 @@ fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {
     scene
 }
 
-fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
-    BodySpec { placement: Placement { position: DVec3::new(x, y, 0.0), ..Placement::default() }, ..body }
-}
-
 impl Counts {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let unknown = self.cases.iter().find(|n| CASES.iter().all(|c| c.name != n.as_str()));
@@ -196,14 +191,14 @@ impl Counts {
         }
         let mut found = Map::new();
         let mut kernels = String::new();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
+        let bar = self.output.bar(chosen.len() as u64);
         for case in &chosen {
             let (less, with) = count_instructions(case.name, SHORT_RUN_STEPS)?;
             let more = if case.sleep { EXTRA_STEPS_ASLEEP } else { EXTRA_STEPS };
             let count = (count_instructions(case.name, SHORT_RUN_STEPS + more)?.0 - less) / f64::from(more);
             kernels = with;
             found.insert(case.name.to_owned(), json!(count));
-            if !self.json {
+            if !self.output.json {
                 let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
                 let line = format!(
                     "{:<16} {count:>12.0} {:>+8.2} %  {}",
@@ -217,7 +212,7 @@ impl Counts {
         }
         bar.finish_and_clear();
         let missed = self.check_counts(&found, &kernels)?;
-        if self.json {
+        if self.output.json {
             print_json(
                 &json!({ "build": BUILD, "kernels": kernels, "instructions_per_step": found, "missed": missed }),
             )?;

@@ -17,7 +17,8 @@ use std::time::Instant;
 use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::json;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     IntegratorKind, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw,
@@ -26,7 +27,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::memory;
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 use crate::quantities::parse_number;
 
 /// Time between kicks (s) and largest velocity component of a kick (m/s).
@@ -55,37 +56,35 @@ pub struct Day {
     /// Nodes along the strip, 3 to 1000; half as many across it.
     #[arg(long, default_value_t = 9)]
     masses: u32,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Statistics over a part of the time.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize)]
 struct DayStatistics {
     /// Largest mechanical energy above that of the first equilibrium, J.
-    most: f64,
+    most_j: f64,
     /// Energy of the largest kick, J, and largest energy rise between two kicks, J.
-    kick: f64,
-    rise: f64,
+    kick_j: f64,
+    rise_j: f64,
     /// Lowest and highest position of the tip before a heating phase, m.
-    tip: (f64, f64),
+    tip_m: (f64, f64),
     /// Largest node temperature, °C.
-    warmest: f64,
+    warmest_c: f64,
     /// Memory at the end of the part, bytes.
-    memory: u64,
+    memory_bytes: u64,
 }
 
 impl DayStatistics {
-    const NOTHING: Self =
-        Self { most: 0.0, kick: 0.0, rise: 0.0, tip: (f64::INFINITY, f64::NEG_INFINITY), warmest: -273.15, memory: 0 };
-
-    fn json(&self) -> Value {
-        json!({
-            "most_j": self.most, "kick_j": self.kick, "rise_j": self.rise, "tip_m": [self.tip.0, self.tip.1],
-            "warmest_c": self.warmest, "memory_bytes": self.memory,
-        })
-    }
+    const NOTHING: Self = Self {
+        most_j: 0.0,
+        kick_j: 0.0,
+        rise_j: 0.0,
+        tip_m: (f64::INFINITY, f64::NEG_INFINITY),
+        warmest_c: -273.15,
+        memory_bytes: 0,
+    };
 }
 
 impl Day {
@@ -99,7 +98,7 @@ impl Day {
         let rest = world.energy().total;
         let parts = if self.hours < 10.0 { (self.hours * 3600.0 / CYCLE as f64) as u64 } else { self.hours as u64 };
         let cycles = (self.hours * 3600.0 / CYCLE as f64).round() as u64;
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(cycles) };
+        let bar = self.output.bar(cycles);
         let mut all: Vec<DayStatistics> = Vec::with_capacity(parts as usize + 1);
         let mut draw = SplitMix64::new(0, 0);
         let mut seen = DayStatistics::NOTHING;
@@ -110,7 +109,7 @@ impl Day {
             }
             bar.inc(1);
             if (cycle + 1) * parts / cycles > cycle * parts / cycles {
-                seen.memory = memory::process_memory();
+                seen.memory_bytes = memory::process_memory();
                 all.push(std::mem::replace(&mut seen, DayStatistics::NOTHING));
                 self.print_progress(&bar, all.len(), &all)?;
             }
@@ -120,17 +119,17 @@ impl Day {
     }
 
     fn print_progress(&self, bar: &ProgressBar, count: usize, all: &[DayStatistics]) -> Result<(), InputError> {
-        let (Some(last), false) = (all.last(), self.json) else { return Ok(()) };
+        let (Some(last), false) = (all.last(), self.output.json) else { return Ok(()) };
         bar.suspend(|| {
             print_line(&format!(
                 "{count:>4}  {:.4} mJ at most, a kick {:.4} mJ, {:.1e} mJ risen between kicks, tip {:.7} to {:.7} m, {:.1} °C, {} kB",
-                1e3 * last.most,
-                1e3 * last.kick,
-                1e3 * last.rise,
-                last.tip.0,
-                last.tip.1,
-                last.warmest,
-                last.memory >> 10
+                1e3 * last.most_j,
+                1e3 * last.kick_j,
+                1e3 * last.rise_j,
+                last.tip_m.0,
+                last.tip_m.1,
+                last.warmest_c,
+                last.memory_bytes >> 10
             ))
         })
     }
@@ -138,19 +137,19 @@ impl Day {
     /// Result of the day. The first part is the reference of the others.
     fn judge(&self, world: &World, all: &[DayStatistics], seconds: f64) -> Result<ExitCode, InputError> {
         let Some((first, later)) = all.split_first() else { return Ok(ExitCode::SUCCESS) };
-        let energy = later.iter().map(|s| s.most / first.most).fold(1.0, f64::max);
-        let rise = all.iter().map(|s| s.rise / s.kick).fold(0.0, f64::max);
-        let drift = later.iter().map(|s| (s.tip.0 - first.tip.0).abs().max((s.tip.1 - first.tip.1).abs()));
+        let energy = later.iter().map(|s| s.most_j / first.most_j).fold(1.0, f64::max);
+        let rise = all.iter().map(|s| s.rise_j / s.kick_j).fold(0.0, f64::max);
+        let drift = later.iter().map(|s| (s.tip_m.0 - first.tip_m.0).abs().max((s.tip_m.1 - first.tip_m.1).abs()));
         let drift = drift.fold(0.0, f64::max);
-        let grown = all.last().map_or(0, |s| s.memory.saturating_sub(first.memory));
+        let grown = all.last().map_or(0, |s| s.memory_bytes.saturating_sub(first.memory_bytes));
         let well =
             energy <= BOUND && rise <= RISE && drift <= DRIFT * LENGTH && grown <= memory::MEMORY_GROWTH_TOLERANCE;
         let simulated = world.time();
-        if self.json {
+        if self.output.json {
             print_json(&json!({
                 "simulated_s": simulated, "steps": world.steps(), "seconds": seconds, "energy_over_first": energy,
                 "rise_over_kick": rise, "tip_drift_m": drift, "memory_grown_bytes": grown, "well": well,
-                "parts": all.iter().map(DayStatistics::json).collect::<Vec<_>>(),
+                "parts": all,
             }))?;
         } else {
             print_line(&format!(
@@ -203,7 +202,7 @@ fn cycle_of(
         if second == 0 || second == CYCLE / 2 {
             if second == 0 {
                 let tip = world.sheets()[0].state.x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
-                seen.tip = (seen.tip.0.min(tip), seen.tip.1.max(tip));
+                seen.tip_m = (seen.tip_m.0.min(tip), seen.tip_m.1.max(tip));
             }
             world.set_oven(Some(OvenSpec { temperature: WARM, on: second == 0, ..OvenSpec::default() }))?;
         }
@@ -211,22 +210,22 @@ fn cycle_of(
         if second % KICK_EVERY == 0 && second + 6 * KICK_EVERY < CYCLE {
             kick(world, draw);
             let after = world.energy().total;
-            seen.kick = seen.kick.max(after - before);
-            seen.most = seen.most.max(after - rest);
+            seen.kick_j = seen.kick_j.max(after - before);
+            seen.most_j = seen.most_j.max(after - rest);
             before = after;
         }
         for _ in 0..20 {
             (0..3).for_each(|_| _ = world.step());
             let now = world.energy().total;
-            seen.rise = seen.rise.max(now - before);
-            seen.most = seen.most.max(now - rest);
+            seen.rise_j = seen.rise_j.max(now - before);
+            seen.most_j = seen.most_j.max(now - rest);
             before = now;
         }
         if let Some(sheet) = world.unstable() {
             return Ok(Some(sheet.name.clone()));
         }
         let celsius = world.sheets()[0].temperatures().unwrap_or_default();
-        seen.warmest = celsius.iter().copied().fold(seen.warmest, f64::max);
+        seen.warmest_c = celsius.iter().copied().fold(seen.warmest_c, f64::max);
     }
     Ok(None)
 }

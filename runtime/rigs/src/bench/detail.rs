@@ -18,7 +18,7 @@ use sheetwork::scene::{DetailSpec, IntegratorKind, MaterialChoice, Placement, Sc
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::{clamped_shell, polystyrene};
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Duration of a frame, s.
 const FRAME: f64 = 1.0 / 60.0;
@@ -46,9 +46,8 @@ pub struct Detail {
     /// Measure the cost of a solve only.
     #[arg(long)]
     calibrate: bool,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Step times of a world, ms.
@@ -138,7 +137,7 @@ impl Detail {
         for sheet in kept.sheets() {
             *grids.entry(sheet.model.grid.0).or_insert(0_u32) += 1;
         }
-        if self.json {
+        if self.output.json {
             return print_json(&json!({
                 "sheets": self.sheets, "grid": self.grid, "budget_ms": budget,
                 "without_ms": without.mean(), "without_p99_ms": without.percentile(0.99),
@@ -197,13 +196,13 @@ impl Detail {
                     least = least.min(taken / solves.max(1) as f64);
                 }
                 let model = sheetwork::world::lod_cost::cost_of(n as usize * n as usize, engine.info().implicit);
-                if !self.json {
+                if !self.output.json {
                     print_line(&format!("{engine} {n}x{n}: {least:.0} ns a solve; the model {model:.0} ns"))?;
                 }
                 rows.push(json!({ "engine": engine.name(), "grid": n, "ns": least, "model_ns": model }));
             }
         }
-        if self.json {
+        if self.output.json {
             print_json(&json!({ "solves": rows }))?;
         }
         Ok(ExitCode::SUCCESS)

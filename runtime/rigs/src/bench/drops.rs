@@ -7,13 +7,12 @@ use std::process::ExitCode;
 use crate::measure::drops::{Drop, throw};
 use crate::measure::object;
 use clap::Args;
-use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::InputError;
 use sheetwork::scene::IntegratorKind;
 
 use crate::bench::shard;
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 #[derive(Args)]
 pub struct Drops {
@@ -35,16 +34,15 @@ pub struct Drops {
     /// Folder for drops.csv, or drops-I-of-N.csv.
     #[arg(long, default_value = "sheetwork-out/drops")]
     out: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Drops {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
+        let bar = self.output.bar(mine.len() as u64);
         let mut drops = Vec::with_capacity(mine.len());
         for index in mine {
             drops.push(throw(self.seed, index, self.engine)?);
@@ -56,7 +54,7 @@ impl Drops {
         let file = self.out.join(name);
         write_csv(&file, &drops)?;
         let failed = |d: &&Drop| d.unstable.is_some() || d.through.is_some();
-        if self.json {
+        if self.output.json {
             print_json(&summary(&drops))?;
         } else {
             for drop in drops.iter().filter(failed) {

@@ -14,7 +14,7 @@ use sheetwork::scene::{IntegratorKind, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::{clamped_shell, hot_box, polystyrene};
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Steps of a round.
 const STEPS: u32 = 10;
@@ -29,9 +29,8 @@ pub struct HeatBench {
     /// Rounds of ten steps of each world.
     #[arg(long, default_value_t = 240)]
     rounds: u32,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl HeatBench {
@@ -51,7 +50,7 @@ impl HeatBench {
             let (off, on) = self.step_time(change)?;
             all[name] = json!({ "off_us": off, "on_us": on, "added": on / off - 1.0 });
         }
-        if self.json {
+        if self.output.json {
             print_json(&all)?;
             return Ok(ExitCode::SUCCESS);
         }

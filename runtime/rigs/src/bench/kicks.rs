@@ -9,7 +9,7 @@ use serde_json::json;
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 use crate::quantities::time;
 
 #[derive(Args)]
@@ -26,9 +26,8 @@ pub struct Kicks {
     /// Simulated time of each sheet, s.
     #[arg(long, default_value = "2", value_parser = time)]
     seconds: f64,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Kicks {
@@ -47,7 +46,7 @@ impl Kicks {
             }
         }
         let per_stage = solves as f64 / stages.max(1) as f64;
-        if self.json {
+        if self.output.json {
             print_json(&json!({
                 "runs": self.runs,
                 "unstable": unstable,

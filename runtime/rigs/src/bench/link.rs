@@ -18,7 +18,7 @@ use sheetwork::{InputError, World, check_range};
 use sheetwork_link::link_place::{LinkPlace, ROOT_VARIABLE};
 use sheetwork_link::{Client, Host, Link, monotonic_ns};
 
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 use crate::quantities::{parse_number, time};
 
 #[derive(Args)]
@@ -35,9 +35,8 @@ pub struct LinkBench {
     /// Let the reader poll continuously.
     #[arg(long)]
     spin: bool,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
     /// Role of a reader process, of frames or of fields.
     #[arg(long, hide = true)]
     reader: Option<String>,
@@ -80,7 +79,7 @@ impl LinkBench {
         let result = self.measure(&root);
         let _ = std::fs::remove_dir_all(&root);
         let result = result?;
-        if self.json {
+        if self.output.json {
             print_json(&result)?;
             return Ok(ExitCode::SUCCESS);
         }

@@ -19,7 +19,7 @@ use sheetwork::scene::{BodySpec, IntegratorKind, Placement, Scene, Shape, SheetS
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::{clamped_shell, polystyrene, shell};
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Duration of a frame, s.
 const FRAME: f64 = 1.0 / 60.0;
@@ -43,9 +43,8 @@ pub struct Many {
     /// Number of rounds.
     #[arg(long, default_value_t = 200)]
     rounds: u32,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Many {
@@ -109,7 +108,7 @@ impl Many {
         (one, several): (f64, f64),
         (free, broad): (f64, f64),
     ) -> Result<(), InputError> {
-        if self.json {
+        if self.output.json {
             return print_json(&json!({
                 "resting": self.resting, "resting_frame_ms": rest, "resting_and_one_ms": with, "one_alone_ms": without,
                 "moving": self.moving, "threads": self.threads, "one_thread_ms": one, "threads_ms": several,

@@ -35,20 +35,11 @@ impl MarkerShape {
             Self::Hexagon => ring(6, &|_| 1.1 * r, 0.5),
             Self::Cross => {
                 let (a, b) = (0.42 * r, 1.2 * r);
-                vec![
-                    (-a, -b),
-                    (a, -b),
-                    (a, -a),
-                    (b, -a),
-                    (b, a),
-                    (a, a),
-                    (a, b),
-                    (-a, b),
-                    (-a, a),
-                    (-b, a),
-                    (-b, -a),
-                    (-a, -a),
-                ]
+                let quarter = [(-a, -b), (a, -b), (a, -a)];
+                [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+                    .into_iter()
+                    .flat_map(|(cos, sin)| quarter.map(|(x, y)| (cos * x - sin * y, sin * x + cos * y)))
+                    .collect()
             }
             Self::TriangleUp => ring(3, &|_| 1.55 * r, 0.0),
             Self::TriangleDown => ring(3, &|_| 1.55 * r, 0.5),

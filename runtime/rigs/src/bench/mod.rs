@@ -87,28 +87,19 @@ impl Bench {
     /// # Errors
     /// Invalid flags, and files that cannot be written.
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        match self.campaign {
-            Campaign::Pareto(pareto) => pareto.execute(),
-            Campaign::Kicks(kicks) => kicks.execute(),
-            Campaign::Drops(drops) => drops.execute(),
-            Campaign::Many(many) => many.execute(),
-            Campaign::Detail(detail) => detail.execute(),
-            Campaign::Stability(stability) => stability.execute(),
-            Campaign::Rollback(rollback) => rollback.execute(),
-            Campaign::Fuzz(fuzz) => fuzz.execute(),
-            Campaign::Hashes(hashes) => hashes.execute(),
-            Campaign::Counts(counts) => counts.execute(),
-            Campaign::Day(day) => day.execute(),
-            Campaign::Scenes(scenes) => scenes.execute(),
-            Campaign::Heat(heat) => heat.execute(),
-            Campaign::Link(link) => link.execute(),
-            Campaign::Soak(soak) => soak.execute(),
-        }
+        crate::execute!(
+            self.campaign, Campaign:
+            Pareto, Kicks, Drops, Many, Detail, Stability, Rollback, Fuzz, Hashes, Counts, Day, Scenes, Heat,
+            Link, Soak
+        )
     }
 }
 
 /// Files of a folder with this extension, by name.
-pub(crate) fn files_of(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, InputError> {
+///
+/// # Errors
+/// An unreadable folder.
+pub fn files_of(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, InputError> {
     let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
     let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
     let mut paths = paths.map_err(|e| InputError::io(folder, &e))?;

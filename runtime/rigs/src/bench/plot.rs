@@ -37,37 +37,30 @@ pub struct Plot<'a>(pub &'a [ParetoPoint]);
 
 impl Drawing for Plot<'_> {
     fn size(&self) -> (u32, u32) {
-        size(self.0)
+        let rows = cases(self.0).len().div_ceil(2).max(1);
+        ((2.0 * PANEL.0) as u32, (PANEL.1 * rows as f64 + LEGEND) as u32)
     }
 
     fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> DrawResult<B> {
-        draw(canvas, self.0)
+        let points = self.0;
+        canvas.area.fill(&WHITE)?;
+        let looks = MarkerStyles::new(points);
+        let cases = cases(points);
+        for (k, case) in cases.iter().enumerate() {
+            let origin = (PANEL.0 * (k % 2) as f64, PANEL.1 * (k / 2) as f64);
+            let mine: Vec<&ParetoPoint> = points.iter().filter(|p| p.case == *case && p.error.is_some()).collect();
+            let panel = Panel::new(origin, &mine);
+            panel.axes(canvas, &format!("({}) {}", char::from(b'a' + (k % 26) as u8), title(case)))?;
+            panel.points(canvas, &mine, &looks)?;
+        }
+        legend(canvas, PANEL.1 * cases.len().div_ceil(2) as f64, &looks)?;
+        canvas.area.present()
     }
 }
 
 /// Rigs with points, in their order.
 fn cases(points: &[ParetoPoint]) -> Vec<&'static str> {
     CASES.iter().copied().filter(|case| points.iter().any(|p| p.case == *case)).collect()
-}
-
-fn size(points: &[ParetoPoint]) -> (u32, u32) {
-    let rows = cases(points).len().div_ceil(2).max(1);
-    ((2.0 * PANEL.0) as u32, (PANEL.1 * rows as f64 + LEGEND) as u32)
-}
-
-fn draw<B: DrawingBackend>(canvas: &Canvas<B>, points: &[ParetoPoint]) -> DrawResult<B> {
-    canvas.area.fill(&WHITE)?;
-    let looks = MarkerStyles::new(points);
-    let cases = cases(points);
-    for (k, case) in cases.iter().enumerate() {
-        let origin = (PANEL.0 * (k % 2) as f64, PANEL.1 * (k / 2) as f64);
-        let mine: Vec<&ParetoPoint> = points.iter().filter(|p| p.case == *case && p.error.is_some()).collect();
-        let panel = Panel::new(origin, &mine);
-        panel.axes(canvas, &format!("({}) {}", char::from(b'a' + (k % 26) as u8), title(case)))?;
-        panel.points(canvas, &mine, &looks)?;
-    }
-    legend(canvas, PANEL.1 * cases.len().div_ceil(2) as f64, &looks)?;
-    canvas.area.present()
 }
 
 fn title(case: &str) -> &str {

@@ -11,7 +11,6 @@ use std::process::ExitCode;
 
 use clap::Args;
 use cpu_time::ProcessTime;
-use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
@@ -21,7 +20,8 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::hot_box::shell;
 use crate::bench::{files_of, shard};
-use crate::output::{print_json, print_line, print_result};
+use crate::measure::body;
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// Repetitions of a cost measurement, and of a rollback.
 const COST_REPETITIONS: usize = 201;
@@ -48,9 +48,8 @@ pub struct Rollback {
     /// Measure the cost of snapshots only.
     #[arg(long)]
     cost: bool,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 impl Rollback {
@@ -62,12 +61,12 @@ impl Rollback {
         let names = if self.scenes.is_empty() { scenes_of(&self.folder)? } else { self.scenes.clone() };
         let (which, of) = self.shard.unwrap_or((1, 1));
         let names: Vec<&String> = names.iter().skip(which - 1).step_by(of).collect();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(names.len() as u64) };
+        let bar = self.output.bar(names.len() as u64);
         let (mut rows, mut passed) = (Vec::new(), 0);
         for name in names {
             let row = self.scene(name)?;
             passed += usize::from(row["equal"] == true);
-            if !self.json {
+            if !self.output.json {
                 bar.suspend(|| {
                     print_line(&format!(
                         "{name:<20} {:>8} masses  {:>9} bytes  {}",
@@ -84,7 +83,7 @@ impl Rollback {
         let all = rows.len();
         let found = || json!({ "steps": self.steps, "scenes": rows, "equal": passed, "of": all });
         let text = || format!("{passed} of {all} scenes go on from a snapshot to the bit for {} steps", self.steps);
-        print_result(self.json.then(found), text)?;
+        self.output.print(found, text)?;
         Ok(if passed == all { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
@@ -158,7 +157,7 @@ impl Rollback {
                 "save_us": save, "load_us": load, "step_us": step, "again_ms": 1e-3 * again,
             }));
         }
-        if self.json {
+        if self.output.json {
             print_json(&rows)?;
             return Ok(ExitCode::SUCCESS);
         }
@@ -209,11 +208,7 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
     };
     let clamped = || raised(vec![PinSpec::clamped(Region::Left)]);
     let floor = || BodySpec::new(Shape::HalfSpace);
-    let ball = || BodySpec {
-        mass: Some(0.02),
-        placement: Placement { position: glam::DVec3::new(0.0, 0.12, 0.0), ..Placement::default() },
-        ..BodySpec::new(Shape::Ball(0.02))
-    };
+    let ball = || BodySpec { mass: Some(0.02), ..body("", Shape::Ball(0.02), glam::DVec3::Y * 0.12) };
     let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..raised(Vec::new()) };
     let soft = SheetSpec {
         springs: SpringLaw::Uniform,

@@ -9,7 +9,6 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use glam::DVec3;
-use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::islands::event::EventKind;
@@ -23,7 +22,7 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_line, print_result};
+use crate::output::{OutputFlags, print_line};
 use crate::quantities::time;
 
 #[derive(Args)]
@@ -55,9 +54,8 @@ pub struct Scenes {
     /// Folder for the scenes that panicked, became unstable or were cut short.
     #[arg(long, default_value = "sheetwork-out/scenes")]
     out: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Recovery policies to draw from.
@@ -69,16 +67,21 @@ const POLICIES: [WhenUnstable; 4] = [
 ];
 
 /// Outcome of a scene.
+#[derive(Clone, Copy)]
 enum SceneOutcome {
     Well,
     Contained,
     Frozen,
-    Short(String),
-    Refused(String),
-    Gained(String),
-    Unstable(String),
-    Broken(String),
+    Gained,
+    Short,
+    Refused,
+    Unstable,
+    Broken,
 }
+
+/// JSON keys of the outcomes.
+const OUTCOMES: [&str; 8] =
+    ["well", "contained", "frozen", "gained_energy", "cut_short", "refused", "unstable", "broken"];
 
 impl Scenes {
     pub fn execute(self) -> Result<ExitCode, InputError> {
@@ -86,9 +89,8 @@ impl Scenes {
         check_range("--side", f64::from(self.side), 3.0, 101.0, "masses")?;
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
-        let (mut well, mut contained, mut frozen, mut gained) = (0, 0, 0, 0);
-        let (mut short, mut refused, mut unstable, mut broken) = (0, 0, 0, 0);
+        let bar = self.output.bar(mine.len() as u64);
+        let mut counts = [0_u64; OUTCOMES.len()];
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
         for index in mine {
@@ -98,23 +100,13 @@ impl Scenes {
                 sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
             }
             let end = catch_unwind(AssertUnwindSafe(|| self.run(&scene)));
-            let (kind, why) = match end {
-                Ok(SceneOutcome::Well) => (&mut well, None),
-                Ok(SceneOutcome::Contained) => (&mut contained, None),
-                Ok(SceneOutcome::Frozen) => (&mut frozen, None),
-                Ok(SceneOutcome::Short(why)) => (&mut short, Some(why)),
-                Ok(SceneOutcome::Refused(why)) => (&mut refused, Some(why)),
-                Ok(SceneOutcome::Gained(why)) => (&mut gained, Some(why)),
-                Ok(SceneOutcome::Unstable(why)) => (&mut unstable, Some(why)),
-                Ok(SceneOutcome::Broken(why)) => (&mut broken, Some(why)),
-                Err(_) => (&mut broken, Some("panicked".to_owned())),
-            };
-            *kind += 1;
+            let (outcome, why) = end.unwrap_or((SceneOutcome::Broken, Some("panicked".to_owned())));
+            counts[outcome as usize] += 1;
             if let Some(why) = why {
                 std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
                 let file = self.out.join(format!("{}-{index}.ron", self.seed));
                 std::fs::write(&file, scene.to_text()?).map_err(|e| InputError::io(&file, &e))?;
-                if !self.json {
+                if !self.output.json {
                     bar.suspend(|| print_line(&format!("{index}: {why}  ({})", file.display())))?;
                 }
             }
@@ -122,20 +114,19 @@ impl Scenes {
         }
         let _ = std::panic::take_hook();
         bar.finish_and_clear();
-        let summary = json!({
-            "scenes": count, "well": well, "contained": contained, "frozen": frozen, "gained_energy": gained, "cut_short": short, "refused": refused,
-            "unstable": unstable, "broken": broken,
-        });
-        print_result(self.json.then_some(&summary), || summary.to_string())?;
-        Ok(if broken == 0 && unstable == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        let mut summary = json!({ "scenes": count });
+        OUTCOMES.iter().zip(counts).for_each(|(key, count)| summary[key] = count.into());
+        self.output.print(|| &summary, || summary.to_string())?;
+        let failed = counts[SceneOutcome::Broken as usize] + counts[SceneOutcome::Unstable as usize];
+        Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn run(&self, scene: &Scene) -> SceneOutcome {
+    fn run(&self, scene: &Scene) -> (SceneOutcome, Option<String>) {
         // Round trip through text, as from a file.
         let again = scene.to_text().and_then(|text| Ok(Scene::parse(&text)?));
         let mut world = match again.and_then(|scene| Ok(World::new(&scene)?)) {
             Ok(world) => world,
-            Err(e) => return SceneOutcome::Refused(e.to_string()),
+            Err(e) => return (SceneOutcome::Refused, Some(e.to_string())),
         };
         let most = ENERGY_ERROR_FACTOR * available_energy(&world, self.seconds);
         let start = ProcessTime::now();
@@ -146,31 +137,30 @@ impl Scenes {
                 let own = energy.kinetic + energy.elastic;
                 if own > most {
                     let why = format!("{} has {own:.3e} J at {:.4} s, of {most:.3e}", sheet.name, world.time());
-                    return SceneOutcome::Gained(why);
+                    return (SceneOutcome::Gained, Some(why));
                 }
             }
             if start.elapsed().as_secs_f64() > self.patience {
-                return SceneOutcome::Short(format!("cut short at {:.3} s", world.time()));
+                return (SceneOutcome::Short, Some(format!("cut short at {:.3} s", world.time())));
             }
         }
         let is_sound = |s: &sheetwork::sheet::Sheet| s.state.x.iter().chain(s.state.v.iter()).all(DVec3::is_finite);
         if let Some(sheet) = world.sheets().iter().find(|s| !is_sound(s)) {
-            return SceneOutcome::Broken(format!("{} holds what is no number", sheet.name));
+            return (SceneOutcome::Broken, Some(format!("{} holds what is no number", sheet.name)));
         }
-        match world.unstable() {
-            Some(sheet) => {
-                let Status::Unstable { time, speed, .. } = sheet.state.status else { return SceneOutcome::Well };
-                SceneOutcome::Unstable(format!(
-                    "{} ({}) unstable at {time:.4} s, {speed:.3e} m/s",
-                    sheet.name, sheet.model.structure
-                ))
-            }
-            None if world.sheets().iter().any(|s| matches!(s.state.status, Status::Frozen { .. })) => {
-                SceneOutcome::Frozen
-            }
-            None if world.events().iter().any(|e| e.kind == EventKind::Contained) => SceneOutcome::Contained,
-            None => SceneOutcome::Well,
+        if let Some(sheet) = world.unstable() {
+            let Status::Unstable { time, speed, .. } = sheet.state.status else { return (SceneOutcome::Well, None) };
+            let of = sheet.model.structure;
+            let why = format!("{} ({of}) unstable at {time:.4} s, {speed:.3e} m/s", sheet.name);
+            return (SceneOutcome::Unstable, Some(why));
         }
+        let is_frozen = world.sheets().iter().any(|s| matches!(s.state.status, Status::Frozen { .. }));
+        let outcome = match world.events().iter().any(|e| e.kind == EventKind::Contained) {
+            _ if is_frozen => SceneOutcome::Frozen,
+            true => SceneOutcome::Contained,
+            false => SceneOutcome::Well,
+        };
+        (outcome, None)
     }
 }
 

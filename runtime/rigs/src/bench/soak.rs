@@ -11,6 +11,7 @@ use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use serde::Serialize;
 use serde_json::{Value, json};
 use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
@@ -19,7 +20,7 @@ use sheetwork_link::{Client, Link, LinkError};
 
 use crate::bench::link::BenchedGame;
 use crate::bench::memory;
-use crate::output::{print_line, print_result};
+use crate::output::{OutputFlags, print_line};
 
 /// Number of times that the visiting process is killed.
 const KILLS: u64 = 20;
@@ -33,33 +34,28 @@ pub struct Soak {
     /// Frames; 864000 are an hour at 240 Hz.
     #[arg(long, default_value_t = 864_000)]
     frames: u64,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
     /// Role of a reader process: one that stays, or one that attaches and detaches.
     #[arg(long, hide = true)]
     reader: Option<String>,
 }
 
 /// Resources that must not grow.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize)]
 struct ResourceUsage {
-    memory: u64,
+    memory_bytes: u64,
     objects: usize,
 }
 
 impl ResourceUsage {
     /// Present memory of this process (bytes), and objects of the link in shared memory.
     fn now(place: &LinkPlace) -> Self {
-        let memory = memory::process_memory();
+        let memory_bytes = memory::process_memory();
         let prefix = place.prefix();
         let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
         let objects = all.filter(|e| e.file_name().to_string_lossy().starts_with(&prefix)).count();
-        Self { memory, objects }
-    }
-
-    fn json(self) -> Value {
-        json!({ "memory_bytes": self.memory, "objects": self.objects })
+        Self { memory_bytes, objects }
     }
 }
 
@@ -77,9 +73,10 @@ impl Soak {
         let (result, grown) = result?;
         let last = if grown { "it has grown" } else { "nothing has grown" };
         let (seconds, commands) = (&result["seconds"], &result["commands"]);
-        print_result(self.json.then_some(&result), || {
-            format!("{} frames in {seconds:.0} s, {commands} commands, {KILLS} kills; {last}", self.frames)
-        })?;
+        self.output.print(
+            || &result,
+            || format!("{} frames in {seconds:.0} s, {commands} commands, {KILLS} kills; {last}", self.frames),
+        )?;
         Ok(if grown { ExitCode::from(1) } else { ExitCode::SUCCESS })
     }
 
@@ -116,21 +113,21 @@ impl Soak {
         let seconds = start.elapsed().as_secs_f64();
         let (after, now) = (ResourceUsage::now(&place), link.statistics());
         drop((stays, visits));
-        let grown =
-            after.memory > warm.memory + memory::MEMORY_GROWTH_TOLERANCE || after.objects > warm.objects + OBJECTS;
+        let grown = after.memory_bytes > warm.memory_bytes + memory::MEMORY_GROWTH_TOLERANCE
+            || after.objects > warm.objects + OBJECTS;
         let result = json!({
             "frames": self.frames, "seconds": seconds, "written": now.frames, "bytes": now.bytes, "dropped": now.dropped,
-            "commands": now.accepted, "kills": KILLS, "before": before.json(), "warm": warm.json(), "after": after.json(),
+            "commands": now.accepted, "kills": KILLS, "before": before, "warm": warm, "after": after,
             "grown": grown,
         });
         Ok((result, grown))
     }
 
     fn print_progress(&self, what: &str, frame: u64, held: ResourceUsage) -> Result<(), InputError> {
-        if self.json {
+        if self.output.json {
             return Ok(());
         }
-        let kb = held.memory as f64 / 1024.0;
+        let kb = held.memory_bytes as f64 / 1024.0;
         print_line(&format!("{what:<7}{frame:>9} {kb:>8.0} kB {:>4} objects in shared memory", held.objects))
     }
 }

@@ -36,17 +36,10 @@ pub struct Configuration {
 pub fn setup(poisson: f64) -> Setup {
     let defaults = Setup::default();
     Setup {
-        structure: StructureKind::Shell,
-        layers: 1,
-        engine: IntegratorKind::TrBdf2,
-        material: Material { young: 3e9, poisson, density: 1050.0, thickness: 5e-4, ..defaults.material },
-        length: 0.25,
-        width: 0.25,
-        gravity: 9.81,
+        material: Material { poisson, ..defaults.material },
         damping_ratio: 0.35,
         // A fifth of the side: its border lies on a line of every grid of the sweep.
         patch: 0.05,
-        dynamic: false,
         ..defaults
     }
 }
@@ -62,7 +55,7 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
         let poisson = if structure == Shell { 0.0 } else { SPRINGS };
         for &engine in engines {
             for &side in sides {
-                all.extend(steps.iter().map(|&dt| (structure, engine, side, dt, poisson)));
+                all.extend(steps.iter().map(|&dt| Configuration { case: "", structure, engine, side, dt, poisson }));
             }
         }
     };
@@ -78,17 +71,7 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
         add(structure, explicit, if quick { &[6] } else { &[6, 11] }, &[None]);
     }
     let there = CASES.iter().filter(|case| TABLE.iter().any(|row| row.name == **case));
-    let with = |case| {
-        let every = all.iter();
-        every.map(move |&(structure, engine, side, dt, poisson)| Configuration {
-            case,
-            structure,
-            engine,
-            side,
-            dt,
-            poisson,
-        })
-    };
+    let with = |case| all.iter().map(move |one| Configuration { case, ..one.clone() });
     there.flat_map(|&case| with(case)).collect()
 }
 
@@ -128,10 +111,8 @@ impl Configuration {
     }
 
     fn setup(&self) -> Setup {
-        let (fewest, most) = self.structure.info().layers;
         Setup {
             structure: self.structure,
-            layers: 2.clamp(fewest, most),
             engine: self.engine,
             grid: (self.side, self.side),
             dt: self.dt,

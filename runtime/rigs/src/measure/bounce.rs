@@ -5,12 +5,9 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigResult, Runner, Setup, plane};
+use crate::measure::{RigResult, Runner, Setup, plane};
 use sheetwork::World;
 use sheetwork::scene::Placement;
-
-pub(crate) const CASE: RigCase =
-    RigCase::with_contact("bounce", "rebound heights of a flat drop: --height M --restitution E", run);
 
 /// Number of rebounds to wait for.
 const REBOUNDS: usize = 3;
@@ -28,7 +25,7 @@ struct Flight {
     met: bool,
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.contact_offset()?, 0.0);

@@ -8,19 +8,16 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 use sheetwork::scene::{PinSpec, Region};
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase =
-    RigCase::new("buckling", "weight at which a strip on its edge, clamped at one end, falls sideways", run);
 
 /// Relative tolerance of the bisection.
 const PGS_TOLERANCE: f64 = 1e-6;
 /// Maximum Γ.
 const MAXIMUM_LOAD: f64 = 1e6;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     scene.sheets[0].pins.push(PinSpec::clamped(Region::Left));
     let mut free = setup.world(&scene)?;

@@ -5,16 +5,10 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
+use crate::measure::{FreeEdge, RigResult, Runner, Setup};
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "cantilever",
-    "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
-    run,
-);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);

@@ -1,24 +1,17 @@
 //! Playing cards: a dropped pack that must come to rest without overlap, and a house of cards that
-//! must stand until a ball hits it. The scenes are those of `scene::card_scenes`; integrator, step
-//! and threads come from the set-up.
+//! must stand until a ball hits it. The scenes are those of `card_scenes`; integrator, step and
+//! threads come from the set-up.
 
 use std::time::Instant;
 
-use glam::DVec3;
 use serde_json::{Map, Value, json};
 
+use crate::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, object};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, object};
 use sheetwork::collision::overlap::between;
 use sheetwork::scene::Scene;
-use sheetwork::scene::card_scenes::{CardScene, DROP, LENGTH, THICKNESS, WIDTH};
-use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const PACK: RigCase = RigCase::with_contact("card-pack", "52 cards dropped as a pack: [--threads N]", pack);
-
-const HOUSE_ABOUT: &str = "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]";
-pub(crate) const HOUSE: RigCase = RigCase::with_contact("card-house", HOUSE_ABOUT, house);
 
 /// Time limit for the pack to come to rest, s.
 const REST_TIMEOUT: f64 = 6.0;
@@ -69,20 +62,22 @@ fn world(setup: &Setup, cards: CardScene) -> Result<World, InputError> {
     Ok(world)
 }
 
-fn pack(setup: &Setup) -> RigResult {
-    let mut runner = Runner::new(world(setup, CardScene::Pack)?);
-    let mut watch = ContactObserver::new(&runner.world);
+/// Steps and observes the cards while they are stable and `goes_on`, given the time (s), holds.
+fn watched(runner: &mut Runner, goes_on: impl Fn(&ContactObserver, f64) -> bool) -> (ContactObserver, StepDurations) {
+    let (mut watch, mut frames) = (ContactObserver::new(&runner.world), StepDurations::default());
     // An overlap evaluation of 52 cards costs more than a step.
     watch.every = 30;
-    let mut frames = StepDurations::default();
-    let centres = |world: &World| world.sheets().iter().map(Sheet::centre_of_mass).collect::<Vec<_>>();
-    let start = centres(&runner.world);
-    while runner.world.time() < REST_TIMEOUT && !watch.asleep() && runner.world.unstable().is_none() {
-        frames.step(&mut runner);
+    while goes_on(&watch, runner.world.time()) && runner.world.unstable().is_none() {
+        frames.step(runner);
         watch.observe_step(&runner.world);
     }
-    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
-    let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
+    (watch, frames)
+}
+
+pub(crate) fn pack(setup: &Setup) -> RigResult {
+    let mut runner = Runner::new(world(setup, CardScene::Pack)?);
+    let start = contact_observer::centres(&runner.world);
+    let (watch, frames) = watched(&mut runner, |watch, time| time < REST_TIMEOUT && !watch.asleep());
     let overlap = between(runner.world.sheets());
     let mut keys = watch.keys(&runner.world, contact_observer::fall_energy(&runner.world, DROP));
     keys.extend(frames.keys());
@@ -91,7 +86,7 @@ fn pack(setup: &Setup) -> RigResult {
         "threads": setup.threads,
         "overlap_at_rest_m": overlap,
         "overlap_ratio": overlap / THICKNESS,
-        "drift_m": drift,
+        "drift_m": contact_observer::drift(&runner.world, &start),
         "in_order": contact_observer::is_in_order(&runner.world),
     })));
     keys.extend(size(&runner.world));
@@ -99,16 +94,10 @@ fn pack(setup: &Setup) -> RigResult {
     Ok(RigOutcome { settled, ..runner.outcome(Value::Object(keys)) })
 }
 
-fn house(setup: &Setup) -> RigResult {
+pub(crate) fn house(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(world(setup, CardScene::House)?);
-    let mut watch = ContactObserver::new(&runner.world);
-    watch.every = 30;
     let start = top(&runner.world);
-    let mut frames = StepDurations::default();
-    while runner.world.time() < STANDING && runner.world.unstable().is_none() {
-        frames.step(&mut runner);
-        watch.observe_step(&runner.world);
-    }
+    let (watch, frames) = watched(&mut runner, |_, time| time < STANDING);
     let stood = top(&runner.world);
     let stands = runner.world.unstable().is_none() && stood > 0.98 * start;
     let (overlap, asleep) = (between(runner.world.sheets()), watch.asleep());

@@ -6,13 +6,10 @@
 use serde_json::json;
 
 use crate::measure::thermal::outcome;
-use crate::measure::{RigCase, RigResult, Setup};
+use crate::measure::{RigResult, Setup};
 use sheetwork::InputError;
 use sheetwork::sheet::Sheet;
 use sheetwork::sheet::temperature::conduction::{ConductionStepper, Exchange};
-
-pub(crate) const CASE: RigCase =
-    RigCase::new("conduction", "how far warmth has come along an insulated sheet from an edge made warm: --fo", run);
 
 /// Number of steps when no step is given.
 const STEPS: f64 = 500.0;
@@ -22,7 +19,7 @@ const INSULATED_STEPS: usize = 200;
 /// prescribe its temperature.
 const EDGE_CONVECTION_FACTOR: f64 = 1e9;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let sheet = Sheet::build(&setup.scene(), 0)?;
     let material = sheet.material();
     let diffusivity = material.conductivity / (material.density * material.specific_heat);

@@ -12,7 +12,7 @@ use sheetwork::World;
 use sheetwork::collision::overlap::{self, BodyPose, OverlapSolid};
 use sheetwork::math::Vectors;
 use sheetwork::scene::sleep::SLEEP;
-use sheetwork::sheet::Status;
+use sheetwork::sheet::{Sheet, Status};
 
 /// Shortest time between two observations, s. Explicit integrators take thousands of steps in this
 /// time.
@@ -156,6 +156,17 @@ pub(crate) fn frame(world: &World, index: usize) -> Option<BodyPose> {
 /// Energy (J) of a fall of all sheets by `height` (m).
 pub(crate) fn fall_energy(world: &World, height: f64) -> f64 {
     world.sheets().iter().map(|s| s.total_mass()).sum::<f64>() * world.gravity().length() * height
+}
+
+/// Centre of mass of each sheet, m.
+pub(crate) fn centres(world: &World) -> Vec<DVec3> {
+    world.sheets().iter().map(Sheet::centre_of_mass).collect()
+}
+
+/// Largest horizontal distance of a sheet's centre of mass from its place in `start`, m.
+pub(crate) fn drift(world: &World, start: &[DVec3]) -> f64 {
+    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
+    start.iter().zip(&centres(world)).map(aside).fold(0.0, f64::max)
 }
 
 /// Whether every sheet's centre of mass is above that of the previous sheet. Detects a passage

@@ -4,15 +4,9 @@
 use serde_json::json;
 
 use crate::measure::thermal::HeatRig;
-use crate::measure::{RigCase, RigResult, Setup};
+use crate::measure::{RigResult, Setup};
 use sheetwork::InputError;
 use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
-
-pub(crate) const CASE: RigCase = RigCase::new(
-    "cooling",
-    "time from one temperature to another in the open: --from, --to, --ambient, --convection",
-    run,
-);
 
 /// Temperature change of the first step when no step is given, K.
 const MAXIMUM_TEMPERATURE_CHANGE: f64 = 0.25;
@@ -31,7 +25,7 @@ pub(crate) fn gentle_step(setup: &Setup, celsius: f64, other: f64) -> f64 {
     if flow > 0.0 { (MAXIMUM_TEMPERATURE_CHANGE * capacity / flow).min(1e3) } else { 1.0 }
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let t = &setup.thermal;
     let from = t.from.unwrap_or(120.0);
     let mut rig = HeatRig::new(setup, from)?;

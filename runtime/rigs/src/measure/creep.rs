@@ -12,35 +12,30 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
+use crate::measure::{FreeEdge, RigResult, Runner, Setup};
 use sheetwork::elements::creep::TimeShift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase = RigCase::new(
-    "creep",
-    "creep of a strip under a constant weight against the compliance of Burgers' model: --celsius C --seconds S",
-    run,
-);
 
 /// Initial deflection, as a fraction of the length.
 const SAG: f64 = 1e-4;
 /// Number of creep steps when no step is given.
 const STEPS: f64 = 200.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let material = &setup.material;
     let Some(burgers) = material.burgers else {
         return Err(InputError::new("relaxation-time", "is not known of this material, which does not creep"));
     };
-    let celsius = setup.celsius.unwrap_or(material.glass_transition.map_or(20.0, |glass| glass + 40.0));
+    let seconds = setup.thermal.seconds.unwrap_or(10.0);
+    let celsius = setup.thermal.celsius.unwrap_or(material.glass_transition.map_or(20.0, |glass| glass + 40.0));
     let shift = TimeShift { glass_transition: material.glass_transition, wlf: material.wlf }.at(celsius);
     let (flow, delay) = (burgers.relaxation_time * shift, burgers.retardation_time * shift);
     let compliance = |t: f64| 1.0 + t / flow - burgers.retarded * (-t / delay).exp_m1();
     // Initial deflection w = ρ t g L⁴/(8 D).
     let stiffness = material.plate_stiffness() * Softening::of(material).fraction(celsius);
-    let most = 0.1 * material.thickness / setup.length / compliance(setup.seconds);
+    let most = 0.1 * material.thickness / setup.length / compliance(seconds);
     let gravity = SAG.min(most) * 8.0 * stiffness / (material.areal_mass() * setup.length.powi(3));
     let mut scene = Setup { gravity: gravity.min(1e3), ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
@@ -53,7 +48,7 @@ fn run(setup: &Setup) -> RigResult {
     runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     let root = scene.sheets[0].placement.position.y;
     let first = sag(&runner.world, root);
-    let (elapsed, worst) = creep(setup, &mut runner, root, compliance);
+    let (elapsed, worst) = creep((setup, seconds), &mut runner, root, compliance);
     let last = sag(&runner.world, root);
     let keys = json!({
         "temperature_c": celsius,
@@ -80,9 +75,14 @@ fn sag(world: &World, root: f64) -> f64 {
     root - FreeEdge::new(sheet, &sheet.state.x).middle.y
 }
 
-/// Let the strip creep for the time of the set-up. Returns the elapsed time (s) and the largest
+/// Let the strip creep for `seconds`. Returns the elapsed time (s) and the largest
 /// relative error of the sag against `compliance`.
-fn creep(setup: &Setup, runner: &mut Runner, root: f64, compliance: impl Fn(f64) -> f64) -> (f64, f64) {
+fn creep(
+    (setup, seconds): (&Setup, f64),
+    runner: &mut Runner,
+    root: f64,
+    compliance: impl Fn(f64) -> f64,
+) -> (f64, f64) {
     let first = sag(&runner.world, root);
     let (mut elapsed, mut worst) = (0.0, 0.0_f64);
     let mut compare = |world: &World, by: f64| {
@@ -91,15 +91,15 @@ fn creep(setup: &Setup, runner: &mut Runner, root: f64, compliance: impl Fn(f64)
     };
     if setup.dynamic {
         let dt = runner.world.dt();
-        runner.run(setup.seconds, |world| {
+        runner.run(seconds, |world| {
             compare(world, dt);
             true
         });
     } else {
-        let steps = (setup.seconds / setup.dt.unwrap_or(setup.seconds / STEPS)).round().max(1.0);
+        let steps = (seconds / setup.dt.unwrap_or(seconds / STEPS)).round().max(1.0);
         for _ in 0..steps as u64 {
-            runner.world.creep_in_equilibrium(setup.seconds / steps, 1e-12 * setup.length);
-            compare(&runner.world, setup.seconds / steps);
+            runner.world.creep_in_equilibrium(seconds / steps, 1e-12 * setup.length);
+            compare(&runner.world, seconds / steps);
         }
     }
     (elapsed, worst)

@@ -19,7 +19,7 @@
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-use crate::measure::{RigCase, RigResult, Runner, Setup, body};
+use crate::measure::{RigResult, Runner, Setup, body};
 use sheetwork::material::calibration::isotropic_rows;
 use sheetwork::mesh::outline::locate::PointLocator;
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec, TriangleMesh};
@@ -27,12 +27,6 @@ use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{CreaseSpec, Region, Scene, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase = RigCase::with_contact(
-    "detail",
-    "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
-    run,
-);
 
 /// Nodes along each side of the grids.
 const GRIDS: [u32; 3] = [11, 21, 41];
@@ -43,16 +37,17 @@ const AFTER: f64 = 0.1;
 /// Time for a sheet on a box to come to rest, s.
 const REST: f64 = 2.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut rows = Vec::new();
     let mut last = None;
     let is_shell = setup.structure == StructureKind::Shell;
     for from in GRIDS {
-        let offered = |(shape, _): &(&str, Make)| {
+        let offered = |(shape, _): &(&str, DetailShape)| {
             (is_shell || !SHELL_ALONE.contains(shape)) && (setup.outlined || !OUTLINED_ALONE.contains(shape))
         };
-        for (shape, make) in SHAPES.into_iter().filter(offered) {
-            let mut runner = make(&Setup { grid: (from, from), ..setup.clone() })?;
+        for (shape, (scene, begin)) in SHAPES.into_iter().filter(offered) {
+            let setup = Setup { grid: (from, from), ..setup.clone() };
+            let mut runner = begin(&setup, &scene(&setup)?)?;
             let start = runner.world.serialise();
             for to in GRIDS.into_iter().filter(|to| *to != from) {
                 runner.world.deserialise(&start)?;
@@ -74,95 +69,82 @@ fn run(setup: &Setup) -> RigResult {
     last.map(|runner| runner.outcome(keys)).ok_or_else(|| InputError::new("case", "has no grids"))
 }
 
-type Make = fn(&Setup) -> Result<Runner, InputError>;
+/// Scene of a shape, and the motion that leads to the shape.
+type DetailShape = (fn(&Setup) -> Result<Scene, InputError>, fn(&Setup, &Scene) -> Result<Runner, InputError>);
 
-const SHAPES: [(&str, Make); 7] = [
-    ("droop", droop),
-    ("swing", swing),
-    ("crease", crease),
-    ("curl", curl),
-    ("box", on_box),
-    ("tag droops", tag_droops),
-    ("tag swings", tag_swings),
+const SHAPES: [(&str, DetailShape); 7] = [
+    ("droop", (clamped, settled)),
+    ("swing", (clamped, falling)),
+    ("crease", (creased, settled)),
+    ("curl", (curled, settled)),
+    ("box", (on_box, dropped)),
+    ("tag droops", (tag, settled)),
+    ("tag swings", (tag, falling)),
 ];
 const SHELL_ALONE: [&str; 2] = ["crease", "curl"];
 const OUTLINED_ALONE: [&str; 2] = ["tag droops", "tag swings"];
 
-fn clamped(setup: &Setup) -> Scene {
+/// A clamped sheet.
+fn clamped(setup: &Setup) -> Result<Scene, InputError> {
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
-    scene
+    Ok(scene)
 }
 
+/// Equilibrium under the weight.
 fn settled(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
     let mut runner = Runner::new(setup.world(scene)?);
     runner.bring_to_rest(&Setup { dynamic: false, ..setup.clone() });
     Ok(runner)
 }
 
-/// A sheet during its fall from flat.
+/// A fall from flat, under way.
 fn falling(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
     let mut runner = Runner::new(setup.world(scene)?);
     runner.run(0.1, |_| true);
     Ok(runner)
 }
 
-/// A clamped sheet in equilibrium under its weight.
-fn droop(setup: &Setup) -> Result<Runner, InputError> {
-    settled(setup, &clamped(setup))
-}
-
-/// A clamped sheet during its fall from flat.
-fn swing(setup: &Setup) -> Result<Runner, InputError> {
-    falling(setup, &clamped(setup))
+/// A fall to rest.
+fn dropped(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
+    let mut runner = Runner::new(setup.world_with_sleep(scene)?);
+    runner.run(REST, |world| !world.is_resting());
+    Ok(runner)
 }
 
 /// A clamped sheet with a crease of 60 degrees across its middle.
-fn crease(setup: &Setup) -> Result<Runner, InputError> {
-    let mut scene = clamped(setup);
+fn creased(setup: &Setup) -> Result<Scene, InputError> {
+    let mut scene = clamped(setup)?;
     scene.sheets[0].creases.push(CreaseSpec { from: (0.5, 0.0), to: (0.5, 1.0), angle: 60.0 });
-    settled(setup, &scene)
+    Ok(scene)
 }
 
 /// A clamped sheet curled upwards to a quarter of a circle.
-fn curl(setup: &Setup) -> Result<Runner, InputError> {
-    let mut scene = clamped(setup);
+fn curled(setup: &Setup) -> Result<Scene, InputError> {
+    let mut scene = clamped(setup)?;
     scene.sheets[0].curl = (std::f64::consts::FRAC_PI_2 / setup.length, 0.0);
-    settled(setup, &scene)
+    Ok(scene)
 }
 
 /// A tag with a point, clamped along its straight end, with a round hole and a slit from its side.
-fn tag(setup: &Setup) -> Scene {
-    let mut scene = setup.scene();
+fn tag(setup: &Setup) -> Result<Scene, InputError> {
+    let mut scene = clamped(setup)?;
     let (sheet, l) = (&mut scene.sheets[0], setup.length);
     sheet.size = (l, l);
     let corners = [(-0.5, -0.5), (0.2, -0.5), (0.5, -0.1), (0.5, 0.1), (0.2, 0.5), (-0.5, 0.5)];
     sheet.outline = Some(OutlineSpec::Polygon(corners.map(|(x, z)| (x * l, z * l)).to_vec()));
     sheet.holes = vec![HoleSpec::Disc { centre: (0.15 * l, -0.1 * l), radius: 0.13 * l }];
     sheet.cuts = vec![vec![(0.103 * l, 0.6 * l), (0.103 * l, 0.2 * l)]];
-    setup.clamp(&mut scene, Region::Left);
-    scene
+    Ok(scene)
 }
 
-/// The tag in equilibrium under its weight.
-fn tag_droops(setup: &Setup) -> Result<Runner, InputError> {
-    settled(setup, &tag(setup))
-}
-
-/// The tag during its fall from flat.
-fn tag_swings(setup: &Setup) -> Result<Runner, InputError> {
-    falling(setup, &tag(setup))
-}
-
-/// A sheet at rest on a narrower box.
-fn on_box(setup: &Setup) -> Result<Runner, InputError> {
+/// A sheet above a narrower box.
+fn on_box(setup: &Setup) -> Result<Scene, InputError> {
     let mut scene = setup.scene();
     let side = setup.box_side;
     scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
     scene.sheets[0].placement.position.y = setup.contact_offset()? + 1e-3;
-    let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
-    runner.run(REST, |world| !world.is_resting());
-    Ok(runner)
+    Ok(scene)
 }
 
 /// The drawn surface with equal vertices on every grid: the area between the nodes of all rows, and

@@ -5,17 +5,11 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, RigCase, RigResult, Runner, Setup};
+use crate::measure::{Boundary, RigResult, Runner, Setup};
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "disc",
-    "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
-    run,
-);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let across = 2.0 * setup.radius;
     let setup = &Setup { damping_ratio: 0.0, gravity: 0.0, length: across, width: across, ..setup.clone() };
     let mut scene = setup.scene();

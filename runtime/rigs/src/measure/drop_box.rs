@@ -5,17 +5,14 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, body};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, body};
 use sheetwork::World;
 use sheetwork::scene::Shape;
-
-pub(crate) const CASE: RigCase =
-    RigCase::with_contact("drop-box", "a flat drop on a box, to rest: --height M --box M --friction MU", run);
 
 /// Time limit to come to rest after the fall, s.
 const REST_TIMEOUT: f64 = 4.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let side = setup.box_side;
     scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));

@@ -6,17 +6,11 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigResult, Runner, Setup, body, plane};
+use crate::measure::{RigResult, Runner, Setup, body, plane};
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{Placement, Polyhedron, Scene, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase = RigCase::with_contact(
-    "edge-landing",
-    "a landing on an edge: --angle DEG --height M [--corner] [--edge-of-body] [--refine N]",
-    run,
-);
 
 /// Height of the wedge or needle, m.
 const OBSTACLE: f64 = 0.08;
@@ -35,7 +29,7 @@ struct Landing {
     scale: f64,
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let landing = land(setup)?;
     let dt = landing.runner.world.dt();
     let mut by_step = vec![json!({ "dt_s": dt, "rebound_speed_m_s": landing.rebound_speed })];

@@ -5,16 +5,10 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 use sheetwork::scene::Region;
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "energy",
-    "largest rise of the energy of an undamped sheet in ten seconds after it is let go from flat",
-    run,
-);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut rest = setup.world(&scene)?;

@@ -13,17 +13,11 @@
 use glam::DVec3;
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::{Sheet, attachment};
-
-pub(crate) const CASE: RigCase = RigCase::new(
-    "fold",
-    "angle that stays of a card folded by --angle DEG and let go, and that of return mapping: --yield-stress --hardening",
-    run,
-);
 
 /// Number of increments of the fold.
 const STEPS: u32 = 20;
@@ -46,7 +40,7 @@ fn check(setup: &Setup) -> Result<f64, InputError> {
     Ok(stress)
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let stress = check(setup)?;
     let (nx, nz) = setup.grid;
     // The first and last cell are fixed and straight: half of each is excluded from the bending

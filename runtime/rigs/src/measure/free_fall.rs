@@ -2,11 +2,9 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 
-pub(crate) const CASE: RigCase = RigCase::new("free-fall", "error of a second's free fall against ½ g t²", run);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(setup.world(&setup.scene())?);
     let start = runner.world.sheets()[0].centre_of_mass().y;
     runner.run(1.0, |_| true);

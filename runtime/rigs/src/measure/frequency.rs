@@ -9,19 +9,16 @@
 use serde_json::json;
 
 use crate::measure::release::cubic;
-use crate::measure::{Boundary, RigCase, RigResult, Runner, Setup, bisect};
+use crate::measure::{Boundary, RigResult, Runner, Setup, bisect};
 use sheetwork::scene::{PinSpec, Region, Scene};
 use sheetwork::sheet::{Mode, Sheet};
-
-pub(crate) const CASE: RigCase =
-    RigCase::new("frequency", "slowest vibrations: --boundary cantilever|clamped|supported|free --modes K", run);
 
 /// Half periods of the simulated vibration.
 const CROSSINGS: usize = 8;
 /// Largest displacement as a fraction of the thickness, in the linear range.
 const AMPLITUDE: f64 = 0.01;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, gravity: 0.0, ..setup.clone() }.scene();
     add_boundary_pins(setup.boundary, &mut scene);
     let mut runner = Runner::new(setup.world(&scene)?);

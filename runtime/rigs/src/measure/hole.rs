@@ -5,21 +5,15 @@
 
 use serde_json::json;
 
-use crate::measure::{Boundary, RigCase, RigResult, Runner, Setup};
+use crate::measure::{Boundary, RigResult, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::mesh::outline::HoleSpec;
 use sheetwork::scene::{PinSpec, Region, Scene};
 use sheetwork::sheet::Sheet;
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "hole",
-    "a square with a round hole: --side M --hole M (its diameter) --boundary supported|clamped --modes K",
-    run,
-);
-
 const EDGES: [Region; 4] = [Region::Left, Region::Right, Region::Back, Region::Front];
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let side = setup.side.unwrap_or(setup.length);
     let setup = &Setup { length: side, width: side, ..setup.clone() };
     let radius = 0.5 * setup.hole;

@@ -9,13 +9,10 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigResult, Runner, Setup, body};
+use crate::measure::{RigResult, Runner, Setup, body};
 use sheetwork::scene::{BodySpec, Placement, Scene, Shape, SheetSpec};
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
-
-pub(crate) const CASE: RigCase =
-    RigCase::with_contact("impact", "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]", run);
 
 /// Radius (m) and density (kg/m³) of the ball, about as heavy as the default sheet.
 const RADIUS: f64 = 0.02;
@@ -27,7 +24,7 @@ const APART: f64 = 0.01;
 const STRIKER_SIZE_RATIO: f64 = 0.7;
 const STRIKER_ROTATION: DVec3 = DVec3::new(10.0, 25.0, 40.0);
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.gravity = DVec3::ZERO;
     if setup.on_sheet {

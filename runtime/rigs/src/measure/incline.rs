@@ -10,14 +10,11 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigResult, Runner, Setup, ground};
+use crate::measure::{RigResult, Runner, Setup, ground};
 use sheetwork::World;
 use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::scene::Placement;
 use sheetwork::sheet::{Sheet, Status};
-
-pub(crate) const CASE: RigCase =
-    RigCase::with_contact("incline", "stick or slide on an incline: --angle DEG --friction MU", run);
 
 /// Displacement of the bottom layer that counts as slip, m.
 const SLIP_THRESHOLD: f64 = 2e-5;
@@ -57,7 +54,7 @@ impl PhaseDurations {
     }
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let tilt = Placement { position: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, -setup.angle) };
     let down = tilt.quaternion() * DVec3::X;

@@ -53,7 +53,7 @@ use serde_json::{Map, Value, json};
 pub(crate) use crate::measure::edge::FreeEdge;
 pub use crate::measure::random_sequence::SplitMix64;
 pub(crate) use crate::measure::runner::Runner;
-pub use crate::measure::setup::{Boundary, Setup};
+pub use crate::measure::setup::{Boundary, ElasticFlags, InelasticFlags, Setup};
 pub use crate::measure::thermal::Thermal;
 use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, Placement, Shape};
@@ -73,50 +73,108 @@ pub struct RigCase {
 /// Result of a run of a rig.
 pub(crate) type RigResult = Result<RigOutcome, InputError>;
 
-impl RigCase {
-    pub(crate) const fn new(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
-        Self { name, about, contact: false, run }
-    }
+const fn rig(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> RigCase {
+    RigCase { name, about, contact: false, run }
+}
 
-    /// Rig whose sheet touches bodies.
-    pub(crate) const fn with_contact(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> Self {
-        Self { contact: true, ..Self::new(name, about, run) }
-    }
+/// Rig whose sheet touches bodies.
+const fn contact_rig(name: &'static str, about: &'static str, run: fn(&Setup) -> RigResult) -> RigCase {
+    RigCase { contact: true, ..rig(name, about, run) }
 }
 
 /// All rigs, in the order of listing.
 pub const TABLE: &[RigCase] = &[
-    bounce::CASE,
-    buckling::CASE,
-    cantilever::CASE,
-    cards::HOUSE,
-    cards::PACK,
-    conduction::CASE,
-    cooling::CASE,
-    creep::CASE,
-    detail::CASE,
-    disc::CASE,
-    drop_box::CASE,
-    edge_landing::CASE,
-    energy::CASE,
-    fold::CASE,
-    free_fall::CASE,
-    frequency::CASE,
-    hole::CASE,
-    impact::CASE,
-    incline::CASE,
-    oscillator::CASE,
-    pedestal::CASE,
-    radiate::CASE,
-    release::CASE,
-    slide::CASE,
-    softening::CASE,
-    spin::CASE,
-    stack::CASE,
-    stiffness::CASE,
-    supports::CASE,
-    view_factor::CASE,
-    weight::CASE,
+    contact_rig("bounce", "rebound heights of a flat drop: --height M --restitution E", bounce::run),
+    rig("buckling", "weight at which a strip on its edge, clamped at one end, falls sideways", buckling::run),
+    rig(
+        "cantilever",
+        "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
+        cantilever::run,
+    ),
+    contact_rig(
+        "card-house",
+        "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
+        cards::house,
+    ),
+    contact_rig("card-pack", "52 cards dropped as a pack: [--threads N]", cards::pack),
+    rig("conduction", "how far warmth has come along an insulated sheet from an edge made warm: --fo", conduction::run),
+    rig(
+        "cooling",
+        "time from one temperature to another in the open: --from, --to, --ambient, --convection",
+        cooling::run,
+    ),
+    rig(
+        "creep",
+        "creep of a strip under a constant weight against the compliance of Burgers' model: --celsius C --seconds S",
+        creep::run,
+    ),
+    contact_rig(
+        "detail",
+        "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
+        detail::run,
+    ),
+    rig(
+        "disc",
+        "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
+        disc::run,
+    ),
+    contact_rig("drop-box", "a flat drop on a box, to rest: --height M --box M --friction MU", drop_box::run),
+    contact_rig(
+        "edge-landing",
+        "a landing on an edge: --angle DEG --height M [--corner] [--edge-of-body] [--refine N]",
+        edge_landing::run,
+    ),
+    rig(
+        "energy",
+        "largest rise of the energy of an undamped sheet in ten seconds after it is let go from flat",
+        energy::run,
+    ),
+    rig(
+        "fold",
+        "angle that stays of a card folded by --angle DEG and let go, and that of return mapping: --yield-stress --hardening",
+        fold::run,
+    ),
+    rig("free-fall", "error of a second's free fall against ½ g t²", free_fall::run),
+    rig("frequency", "slowest vibrations: --boundary cantilever|clamped|supported|free --modes K", frequency::run),
+    rig(
+        "hole",
+        "a square with a round hole: --side M --hole M (its diameter) --boundary supported|clamped --modes K",
+        hole::run,
+    ),
+    contact_rig("impact", "a ball or sheet hits a free sheet: --speed M_S [--on-sheet]", impact::run),
+    contact_rig("incline", "stick or slide on an incline: --angle DEG --friction MU", incline::run),
+    rig("oscillator", "order and stability limit of an engine: --engine NAME", oscillator::run),
+    rig("pedestal", "droop of a square clamped on its central patch: --side M --patch M", pedestal::run),
+    rig(
+        "radiate",
+        "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
+        radiate::run,
+    ),
+    rig("release", "first swing of a sheet clamped along one edge and let go from flat, undamped", release::run),
+    contact_rig("slide", "stopping distance on a floor: --speed M_S --friction MU", slide::run),
+    rig(
+        "softening",
+        "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
+        softening::run,
+    ),
+    rig("spin", "momentum and energy kept by a second's spin: --rate RAD_S", spin::run),
+    contact_rig("stack", "sheets dropped in a pile on a floor: --sheets N", stack::run),
+    rig(
+        "stiffness",
+        "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
+        stiffness::run,
+    ),
+    rig("supports", "sag of a square on two opposite edge lines, free to turn and slide in: --side M", supports::run),
+    rig(
+        "view-factor",
+        "share of a patch's view that a polygon takes up: --polygon, --point, --normal",
+        view_factor::run,
+    ),
+    contact_rig(
+        "weight",
+        "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
+        weight::run,
+    ),
 ];
 
 /// A static half space below the plane of `placement`, with the scene's contact coefficients.
@@ -145,6 +203,7 @@ pub(crate) fn object(value: Value) -> Map<String, Value> {
 }
 
 /// Result of a rig.
+#[derive(Default)]
 pub struct RigOutcome {
     /// JSON keys specific to the rig.
     pub(crate) keys: Map<String, Value>,
@@ -175,7 +234,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         let names: Vec<&str> = TABLE.iter().map(|c| c.name).collect();
         InputError::unknown_name("case", "case", case, &names)
     })?;
-    if row.name != fold::CASE.name {
+    if row.name != "fold" {
         sheetwork::check_range("angle", setup.angle, 0.0, 89.0, "degrees")?;
     }
     setup.check()?;
@@ -188,7 +247,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         "case": case,
         "structure": setup.structure.name(),
         "grid": format!("{nx}x{nz}"),
-        "layers": setup.layers,
+        "layers": setup.layer_count(),
         "length_m": setup.length,
         "width_m": width,
         "engine": setup.engine.name(),

@@ -11,13 +11,10 @@ use serde_json::json;
 
 use crate::measure::harmonic::Harmonic;
 use crate::measure::thermal::outcome;
-use crate::measure::{RigCase, RigResult, Setup, bisect};
+use crate::measure::{RigResult, Setup, bisect};
 use sheetwork::integrators::Forces;
 use sheetwork::math::Vectors;
 use sheetwork::scene::IntegratorKind;
-
-pub(crate) const CASE: RigCase =
-    RigCase::new("oscillator", "order and stability limit of an engine: --engine NAME", run);
 
 /// Spectral radius minus 1 above which a motion grows, beyond rounding.
 const GROWTH_TOLERANCE: f64 = 1e-12;
@@ -117,7 +114,7 @@ fn error(engine: IntegratorKind, steps: u32) -> f64 {
     (x.x[0] - x1).hypot(v.x[0] - v1)
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let engine = setup.engine;
     let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
     let keys = json!({

@@ -4,14 +4,11 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{PinSpec, Region};
 
-pub(crate) const CASE: RigCase =
-    RigCase::new("pedestal", "droop of a square clamped on its central patch: --side M --patch M", run);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     if setup.outlined {
         return Err(InputError::new("outlined", "is not offered for this case"));
     }

@@ -6,14 +6,8 @@ use serde_json::json;
 
 use crate::measure::cooling::gentle_step;
 use crate::measure::thermal::HeatRig;
-use crate::measure::{RigCase, RigResult, Setup};
+use crate::measure::{RigResult, Setup};
 use sheetwork::thermal::source::{HeatSource, HeatedSheet, SourceInputs, fourth_power};
-
-pub(crate) const CASE: RigCase = RigCase::new(
-    "radiate",
-    "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
-    run,
-);
 
 /// A black heater with one view factor for the whole upper side.
 struct BlackHeater {
@@ -33,14 +27,15 @@ impl HeatSource for BlackHeater {
     }
 }
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let t = &setup.thermal;
+    let seconds = t.seconds.unwrap_or(60.0);
     let from = t.from.unwrap_or(t.ambient);
     let mut rig = HeatRig::new(setup, from)?;
     rig.add(Box::new(BlackHeater { celsius: t.heater, view: t.view }));
     let gentle = gentle_step(setup, t.heater, from).min(gentle_step(setup, from, t.ambient));
-    let steps = (t.seconds / setup.dt.unwrap_or(gentle)).ceil().clamp(1.0, 200_000.0);
-    let dt = t.seconds / steps;
+    let steps = (seconds / setup.dt.unwrap_or(gentle)).ceil().clamp(1.0, 200_000.0);
+    let dt = seconds / steps;
     (0..steps as u64).for_each(|_| rig.step(dt));
     let mean = rig.mean();
     Ok(rig.outcome(dt, json!({ "temperature_c": mean })))

@@ -3,16 +3,13 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup, bisect};
+use crate::measure::{FreeEdge, RigResult, Runner, Setup, bisect};
 use sheetwork::scene::Region;
-
-pub(crate) const CASE: RigCase =
-    RigCase::new("release", "first swing of a sheet clamped along one edge and let go from flat, undamped", run);
 
 /// Time limit of the swing, in periods of the slowest bending mode.
 const PERIODS: f64 = 3.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     setup.clamp(&mut scene, Region::Left);
     let mut runner = Runner::new(setup.world(&scene)?);

@@ -10,15 +10,12 @@ use sheetwork::World;
 /// A world, and the CPU time of its steps.
 pub(crate) struct Runner {
     pub world: World,
-    cpu: f64,
-    worst: f64,
-    settled: Option<bool>,
-    stable: Option<bool>,
+    outcome: RigOutcome,
 }
 
 impl Runner {
     pub fn new(world: World) -> Self {
-        Self { world, cpu: 0.0, worst: 0.0, settled: None, stable: None }
+        Self { world, outcome: RigOutcome::default() }
     }
 
     /// Steps for `duration` s and calls `watch` after each step. Ends early when `watch` returns
@@ -29,8 +26,8 @@ impl Runner {
             let start = ProcessTime::now();
             self.world.step();
             let taken = start.elapsed().as_secs_f64();
-            self.cpu += taken;
-            self.worst = self.worst.max(taken);
+            self.outcome.cpu += taken;
+            self.outcome.worst = self.outcome.worst.max(taken);
             if !watch(&self.world) {
                 break;
             }
@@ -45,9 +42,9 @@ impl Runner {
         if !setup.dynamic {
             let start = ProcessTime::now();
             let found = self.world.find_equilibrium(1e-9 * setup.length);
-            self.cpu += start.elapsed().as_secs_f64();
-            self.settled = Some(found.iter().all(|e| e.converged));
-            self.stable = Some(found.iter().all(|e| e.is_stable));
+            self.outcome.cpu += start.elapsed().as_secs_f64();
+            self.outcome.settled = Some(found.iter().all(|e| e.converged));
+            self.outcome.stable = Some(found.iter().all(|e| e.is_stable));
             return found.iter().map(|e| u64::from(e.solves)).sum();
         }
         let mut quiet = 0.0;
@@ -55,7 +52,7 @@ impl Runner {
             quiet = if world.sheets()[0].max_speed() < 1e-3 { quiet + world.dt() } else { 0.0 };
             quiet < 0.5
         });
-        self.settled = Some(quiet >= 0.5);
+        self.outcome.settled = Some(quiet >= 0.5);
         self.world.sheets()[0].state.counters.evaluations
     }
 
@@ -74,11 +71,8 @@ impl Runner {
             dt: self.world.dt(),
             steps: self.world.steps(),
             simulated: self.world.time(),
-            cpu: self.cpu,
-            worst: self.worst,
-            settled: self.settled,
-            stable: self.stable,
             status,
+            ..self.outcome
         }
     }
 }

@@ -1,14 +1,17 @@
 //! Input of the rigs: sheet, integrator and situation, with the defaults of the command line.
 
+use clap::{Args, Command};
 use glam::DVec3;
 
 use crate::measure::thermal::Thermal;
+use crate::output::parse_counts;
+use crate::quantities::{acceleration, angle, density, length, parse_number, pressure, speed, time};
 use sheetwork::collision::overlap::half_thickness;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     Air, BurgersCreep, ContactDefaults, IntegratorKind, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec,
-    SpringLaw,
+    SpringLaw, material,
 };
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, ParameterId as Id, World, check_range};
@@ -20,84 +23,168 @@ const MINIMUM_GRAVITY: f64 = 0.01;
 /// Minimum step, s.
 const MINIMUM_STEP: f64 = 1e-7;
 
-/// The sheet and its situation. Each rig uses a part of the fields.
-#[derive(Clone, Debug, PartialEq)]
+/// The sheet and its situation, as given by the flags of `sheetwork measure`. Each rig uses a part
+/// of the fields; [`Setup::check`] has their ranges.
+#[derive(Args, Clone, Debug, PartialEq)]
 pub struct Setup {
-    /// Structure of the sheet.
+    /// Structure.
+    #[arg(long, default_value = "shell")]
     pub structure: StructureKind,
-    /// Nodes along length and width of the bottom layer, 2 to 2000 each.
+    /// Nodes along length and width of the bottom layer.
+    #[arg(long, default_value = "21x21", value_parser = parse_grid)]
     pub grid: (u32, u32),
-    /// Number of layers, for structures with a variable number.
-    pub layers: u32,
+    /// Number of layers; default 2, limited to the structure's range.
+    #[arg(long)]
+    pub layers: Option<u32>,
     /// Time integrator.
+    #[arg(long, default_value = "tr-bdf2")]
     pub engine: IntegratorKind,
     /// Rule by which springs get their stiffness from the material.
+    #[arg(skip = SpringLaw::Calibrated)]
     pub springs: SpringLaw,
-    /// Step, s, 1e-7 to 1. `None` gives 1/60 s with an implicit integrator and a stable step with
-    /// an explicit one.
+    /// Step, s, or a fraction such as 1/60. Default: 1/60 with an implicit integrator, a stable
+    /// step with an explicit one.
+    #[arg(long, value_parser = time)]
     pub dt: Option<f64>,
     /// Material: modulus, density, thickness.
+    #[arg(skip = default_material())]
     pub material: Material,
-    /// Length of the sheet, m, 1e-4 to 100.
+    /// Flags that replace elastic constants of `material`.
+    #[command(flatten)]
+    pub elastic: ElasticFlags,
+    /// Length of the sheet, m (default 0.25), or of the bending part (fold, default 0.02).
+    #[arg(long, default_value = "0.25", default_value_if("case", "fold", "0.02"))]
+    #[arg(hide_default_value = true, value_parser = length)]
     pub length: f64,
-    /// Width of the sheet, m, 1e-4 to 100.
+    /// Width of the sheet, m.
+    #[arg(long, default_value = "0.25", value_parser = length)]
     pub width: f64,
-    /// Gravity downwards, m/s², 0 to 1000.
+    /// Gravity, m/s².
+    #[arg(long, default_value = "9.81", value_parser = acceleration)]
     pub gravity: f64,
-    /// Damping ratio of the slowest bending mode (shell and calibrated springs), 0 to 10.
+    /// Damping ratio of the slowest bending mode; for springs of rigs with bodies, a fraction of
+    /// their critical damping.
+    #[arg(long, default_value = "0.05", value_parser = parse_number)]
     pub damping_ratio: f64,
-    /// Angle, degrees: of an incline or a landing 0 to 89, of a fold 0 to 170.
+    /// Angle of the incline, of the landing sheet, or of the fold, degrees (default 20 for incline,
+    /// 30 for edge-landing, 90 for fold).
+    #[arg(long, default_value = "20", default_value_ifs([("case", "edge-landing", "30"), ("case", "fold", "90")]))]
+    #[arg(hide_default_value = true, value_parser = angle)]
     pub angle: f64,
-    /// Friction coefficient, 0 to 10.
+    /// Friction coefficient (rigs with bodies).
+    #[arg(long, default_value = "0.3", value_parser = parse_number)]
     pub friction: f64,
-    /// Restitution coefficient, 0 to 1.
+    /// Restitution coefficient (rigs with bodies; default 0.5 for bounce, else 0).
+    #[arg(long, default_value = "0", default_value_if("case", "bounce", "0.5"))]
+    #[arg(hide_default_value = true, value_parser = parse_number)]
     pub restitution: f64,
-    /// Drop height, m, 1e-3 to 1000.
+    /// Drop height, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
+    #[arg(long, default_value = "0.2", default_value_ifs([("case", "drop-box", "0.05"), ("case", "edge-landing", "1")]))]
+    #[arg(hide_default_value = true, value_parser = length)]
     pub height: f64,
-    /// Initial speed of a slide, m/s, 1e-3 to 100.
+    /// Initial speed, m/s (slide, impact).
+    #[arg(long, default_value = "1", value_parser = speed)]
     pub speed: f64,
-    /// Factor on the ball speed of the scene, 0.1 to 3.
+    /// Factor on the ball speed of the scene, 0.1 to 3 (card-house).
+    #[arg(long, default_value = "1", value_parser = parse_number)]
     pub throw: f64,
-    /// Angular velocity of a spin, rad/s, 1e-3 to 1000.
+    /// Angular velocity, rad/s (spin).
+    #[arg(long, default_value = "10", value_parser = parse_number)]
     pub rate: f64,
-    /// Step to rest in place of the equilibrium solution.
-    pub dynamic: bool,
-    /// Mesh the rectangle with the triangles of sheets with an outline (shell).
-    pub outlined: bool,
-    /// Boundary condition of the sheet's edges.
+    /// Boundary condition of the edges: cantilever, clamped, supported or free (frequency).
+    #[arg(long, default_value = "cantilever")]
     pub boundary: Boundary,
-    /// Number of vibration modes, 1 to 50.
+    /// Number of vibration modes (frequency).
+    #[arg(long, default_value = "3")]
     pub modes: u32,
-    /// Side of a square, m, 1e-4 to 100; `None` uses the length.
+    /// Side of the square, m; default the length (pedestal, supports).
+    #[arg(long, value_parser = length)]
     pub side: Option<f64>,
-    /// Side of the patch that carries a square sheet, m, 1e-5 to 100.
+    /// Side of the clamped patch, m (pedestal).
+    #[arg(long, default_value = "0.05", value_parser = length)]
     pub patch: f64,
-    /// Radius of a disc, m, 1e-4 to 100.
+    /// Radius, m (disc).
+    #[arg(long, default_value = "0.125", value_parser = length)]
     pub radius: f64,
-    /// Diameter of a hole, m, 1e-5 to 100.
+    /// Diameter of the hole, m (hole).
+    #[arg(long, default_value = "0.1", value_parser = length)]
     pub hole: f64,
-    /// Side of a box below or on the sheet, m, 1e-3 to 100.
+    /// Side of the box, m (drop-box, weight).
+    #[arg(long = "box", default_value = "0.1", value_parser = length)]
     pub box_side: f64,
-    /// Number of sheets in a pile, 1 to 100.
+    /// Number of sheets in the pile (stack).
+    #[arg(long, default_value = "5")]
     pub sheets: u32,
-    /// Land on a corner in place of an edge.
+    /// Land on a corner in place of an edge (edge-landing).
+    #[arg(long)]
     pub corner: bool,
-    /// Land with the surface on the ridge of a wedge in place of an edge on the floor.
+    /// Land with the surface on the ridge of a wedge, with --corner on the tip of a needle
+    /// (edge-landing).
+    #[arg(long)]
     pub edge_of_body: bool,
-    /// Use a sheet with all nodes fixed in place of a plane, or a striking sheet in place of a
-    /// ball.
+    /// Use a sheet with all nodes fixed in place of a plane (incline, slide), or a striking sheet
+    /// in place of a ball (impact).
+    #[arg(long)]
     pub on_sheet: bool,
-    /// Number of halvings of the step, each with its own measurement, 0 to 6.
+    /// Number of halvings of the step, each with a measurement of the rebound (edge-landing).
+    #[arg(long, default_value = "0")]
     pub refine: u32,
-    /// Number of threads that step several sheets, 1 to 256.
+    /// Threads that step several sheets (stack, card-pack, card-house).
+    #[arg(long, default_value = "1")]
     pub threads: u32,
+    /// Flags that replace constants of yield and creep of `material`.
+    #[command(flatten)]
+    pub inelastic: InelasticFlags,
+    /// Step from flat to rest in place of the equilibrium solution (cantilever and other
+    /// equilibrium rigs).
+    #[arg(long)]
+    pub dynamic: bool,
+    /// Mesh the rectangle with the triangles of sheets with an outline.
+    #[arg(long)]
+    pub outlined: bool,
     /// Input of the thermal rigs.
+    #[command(flatten)]
     pub thermal: Thermal,
-    /// Temperature of the sheet, °C, -273.15 to 5000. `None` gives 40 K above the glass transition,
-    /// or 20 °C for a material without one.
-    pub celsius: Option<f64>,
-    /// Duration of the measurement, s, 1e-3 to 1e9.
-    pub seconds: f64,
+}
+
+/// Elastic constants on the command line.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct ElasticFlags {
+    /// Young's modulus, Pa (default 3e9).
+    #[arg(long, value_parser = pressure)]
+    young: Option<f64>,
+    /// Poisson's ratio (default 0.35).
+    #[arg(long, value_parser = parse_number)]
+    poisson: Option<f64>,
+    /// Density, kg/m³ (default 1050).
+    #[arg(long, value_parser = density)]
+    density: Option<f64>,
+    /// Thickness, m (default 5e-4).
+    #[arg(long, value_parser = length)]
+    thickness: Option<f64>,
+    /// Material by name, for constants without a flag above.
+    #[arg(long)]
+    material: Option<String>,
+}
+
+/// Constants of yield and creep on the command line.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+pub struct InelasticFlags {
+    /// Yield stress, Pa (fold; default 3e7).
+    #[arg(long, value_parser = pressure)]
+    yield_stress: Option<f64>,
+    /// Hardening modulus, Pa (fold; default 0).
+    #[arg(long, value_parser = pressure)]
+    hardening: Option<f64>,
+    /// Relaxation time of the dashpot, s (creep; default 10).
+    #[arg(long, value_parser = time)]
+    relaxation_time: Option<f64>,
+    /// Retardation time, s (creep; default 1).
+    #[arg(long, value_parser = time)]
+    retardation_time: Option<f64>,
+    /// Retarded strain over instantaneous strain (creep; default 0.5).
+    #[arg(long, value_parser = parse_number)]
+    retarded: Option<f64>,
 }
 
 /// Boundary condition of the edges of a sheet.
@@ -140,55 +227,37 @@ impl std::str::FromStr for Boundary {
 }
 
 impl Default for Setup {
+    /// The defaults of the flags, and a restitution of 0.5.
     fn default() -> Self {
-        Self {
-            structure: StructureKind::Shell,
-            grid: (21, 21),
-            layers: 1,
-            springs: SpringLaw::Calibrated,
-            engine: IntegratorKind::TrBdf2,
-            dt: None,
-            material: Material {
-                young: 3e9,
-                poisson: 0.35,
-                density: 1050.0,
-                thickness: 5e-4,
-                yield_stress: Some(3e7),
-                burgers: Some(BurgersCreep { relaxation_time: 10.0, retardation_time: 1.0, retarded: 0.5 }),
-                ..Material::default()
-            },
-            length: 0.25,
-            width: 0.25,
-            gravity: 9.81,
-            damping_ratio: 0.05,
-            angle: 20.0,
-            friction: 0.3,
-            restitution: 0.5,
-            height: 0.2,
-            speed: 1.0,
-            throw: 1.0,
-            rate: 10.0,
-            dynamic: false,
-            outlined: false,
-            boundary: Boundary::Cantilever,
-            modes: 3,
-            side: None,
-            patch: 0.05,
-            radius: 0.125,
-            hole: 0.1,
-            box_side: 0.1,
-            sheets: 5,
-            corner: false,
-            edge_of_body: false,
-            on_sheet: false,
-            refine: 0,
-            threads: 1,
-            thermal: Thermal::default(),
-            celsius: None,
-            seconds: 10.0,
-        }
+        Self { restitution: 0.5, ..flag_defaults() }
     }
 }
+
+/// Values of the flags of `T` on an empty command line.
+pub(crate) fn flag_defaults<T: Args>() -> T {
+    let command = T::augment_args(Command::new("defaults").no_binary_name(true));
+    T::from_arg_matches(&command.get_matches_from([""; 0])).unwrap_or_else(|e| e.exit())
+}
+
+/// Parses nodes along two sides, as in `21x21`.
+fn parse_grid(text: &str) -> Result<(u32, u32), String> {
+    parse_counts::<2>(text).map(Into::into)
+}
+
+/// Polystyrene, with creep constants of its order.
+fn default_material() -> Material {
+    Material {
+        young: 3e9,
+        poisson: 0.35,
+        density: 1050.0,
+        thickness: 5e-4,
+        yield_stress: Some(3e7),
+        burgers: Some(DEFAULT_CREEP),
+        ..Material::default()
+    }
+}
+
+const DEFAULT_CREEP: BurgersCreep = BurgersCreep { relaxation_time: 10.0, retardation_time: 1.0, retarded: 0.5 };
 
 impl Setup {
     /// Checks the range of every value.
@@ -199,10 +268,8 @@ impl Setup {
         Id::GridLength.check("grid", self.grid.0.into())?;
         Id::GridWidth.check("grid", self.grid.1.into())?;
         let (fewest, most) = self.structure.info().layers;
-        check_range("layers", self.layers.into(), fewest.into(), most.into(), "layers")?;
-        if let Some(dt) = self.dt {
-            Id::TimeStep.check("dt", dt)?;
-        }
+        check_range("layers", self.layer_count().into(), fewest.into(), most.into(), "layers")?;
+        self.dt.map_or(Ok(()), |dt| Id::TimeStep.check("dt", dt))?;
         sheetwork::scene::validate::material("material", &self.material)?;
         check_range("length", self.length, 1e-4, 100.0, "m")?;
         check_range("width", self.width, 1e-4, 100.0, "m")?;
@@ -222,13 +289,43 @@ impl Setup {
         check_range("box", self.box_side, 1e-3, 100.0, "m")?;
         check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
         check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
-        check_range("seconds", self.seconds, 1e-3, 1e9, "s")?;
-        if let Some(celsius) = self.celsius {
-            Id::Temperature.check("celsius", celsius)?;
-        }
+        self.thermal.seconds.map_or(Ok(()), |seconds| check_range("seconds", seconds, 1e-3, 1e9, "s"))?;
+        self.thermal.celsius.map_or(Ok(()), |celsius| Id::Temperature.check("celsius", celsius))?;
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.thermal.check()?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
+    }
+
+    /// The set-up with the constants of its flags in its material.
+    ///
+    /// # Errors
+    /// An unknown name of a material.
+    pub fn with_flags_applied(self) -> Result<Self, InputError> {
+        let Self { elastic: e, inelastic: i, .. } = &self;
+        let base = e.material.as_deref().map_or_else(|| Ok(self.material.clone()), material::by_name)?;
+        let gives_creep = [i.relaxation_time, i.retardation_time, i.retarded].iter().any(Option::is_some);
+        let creep = base.burgers.or(gives_creep.then_some(DEFAULT_CREEP));
+        let material = Material {
+            young: e.young.unwrap_or(base.young),
+            poisson: e.poisson.unwrap_or(base.poisson),
+            density: e.density.unwrap_or(base.density),
+            thickness: e.thickness.unwrap_or(base.thickness),
+            yield_stress: i.yield_stress.or(base.yield_stress),
+            hardening: i.hardening.unwrap_or(base.hardening),
+            burgers: creep.map(|b| BurgersCreep {
+                relaxation_time: i.relaxation_time.unwrap_or(b.relaxation_time),
+                retardation_time: i.retardation_time.unwrap_or(b.retardation_time),
+                retarded: i.retarded.unwrap_or(b.retarded),
+            }),
+            ..base
+        };
+        Ok(Self { material, ..self })
+    }
+
+    /// Number of layers: the given one, or 2 where the structure allows it.
+    pub fn layer_count(&self) -> u32 {
+        let (fewest, most) = self.structure.info().layers;
+        self.layers.unwrap_or_else(|| 2.clamp(fewest, most))
     }
 
     /// Grid and width as built. TRiMM is isotropic only with equilateral triangles whose rows run
@@ -250,7 +347,7 @@ impl Setup {
         let sheet = SheetSpec {
             name: "sheet".into(),
             structure: self.structure,
-            grid: (nx, self.layers, nz),
+            grid: (nx, self.layer_count(), nz),
             size: (self.length, width),
             gap: 0.5 * spacing,
             material: MaterialChoice::Inline(self.material.clone()),

@@ -5,17 +5,14 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, ground};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, ground};
 use sheetwork::scene::Placement;
-
-pub(crate) const CASE: RigCase =
-    RigCase::with_contact("slide", "stopping distance on a floor: --speed M_S --friction MU", run);
 
 /// Speed at which the sheet has stopped, as a fraction of the initial speed. Its layers can still
 /// oscillate.
 const STOPPED: f64 = 1e-4;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let deceleration = setup.friction * setup.gravity;
     let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));

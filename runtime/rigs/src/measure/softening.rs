@@ -3,18 +3,12 @@
 
 use serde_json::json;
 
-use crate::measure::{FreeEdge, RigCase, RigResult, Runner, Setup};
+use crate::measure::{FreeEdge, RigResult, Runner, Setup};
 use sheetwork::scene::{Material, MaterialChoice, Region};
 use sheetwork::sheet::temperature::Softening;
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "softening",
-    "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
-    run,
-);
-
-fn run(setup: &Setup) -> RigResult {
-    let celsius = setup.thermal.celsius;
+pub(crate) fn run(setup: &Setup) -> RigResult {
+    let celsius = setup.thermal.celsius.unwrap_or(100.0);
     let mut scene = setup.scene();
     setup.clamp(&mut scene, Region::Left);
     let material = Material { expansion: 0.0, ..setup.material.clone() };

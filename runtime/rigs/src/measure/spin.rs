@@ -4,11 +4,9 @@
 use glam::DVec3;
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 
-pub(crate) const CASE: RigCase = RigCase::new("spin", "momentum and energy kept by a second's spin: --rate RAD_S", run);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     scene.gravity = DVec3::ZERO;
     // The axis lies mostly in the plane, so that the sheet also bends.

@@ -5,20 +5,17 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::{self, ContactObserver};
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, plane};
-use sheetwork::World;
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, plane};
 use sheetwork::collision::overlap::pairs;
 use sheetwork::scene::{Placement, SheetSpec};
 use sheetwork::sheet::Sheet;
-
-pub(crate) const CASE: RigCase = RigCase::with_contact("stack", "sheets dropped in a pile on a floor: --sheets N", run);
 
 /// Distance between the sheets, and of the lowest sheet from the floor, m.
 const APART: f64 = 1e-3;
 /// Time limit to come to rest, s.
 const REST_TIMEOUT: f64 = 5.0;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     let sheet = Sheet::build(&scene, 0)?;
     let (low, high) = sheet.state.x.bounds().unwrap_or_default();
@@ -36,30 +33,24 @@ fn run(setup: &Setup) -> RigResult {
     let mut runner = Runner::new(setup.world_with_sleep(&scene)?);
     runner.world.set_threads(setup.threads as usize)?;
     let mut watch = ContactObserver::new(&runner.world);
-    let start = centres(&runner.world);
+    let start = contact_observer::centres(&runner.world);
     let scale: f64 = (0..setup.sheets)
         .map(|i| contact_observer::fall_energy(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets))
         .sum();
     watch.run_to_sleep(&mut runner, REST_TIMEOUT);
-    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
-    let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
     let overlaps = pairs(runner.world.sheets(), 0.0);
     let own = json!({
         "sheets": setup.sheets,
         "friction": setup.friction,
-        "drift_m": drift,
+        "drift_m": contact_observer::drift(&runner.world, &start),
         "in_order": contact_observer::is_in_order(&runner.world),
         "max_sheet_overlap_m": watch.sheets,
         "max_floor_penetration_m": watch.masses,
         "overlap_at_rest_m": overlaps.iter().map(|(_, _, overlap)| *overlap).fold(0.0, f64::max),
         "overlapping_pairs_at_rest": overlaps.len(),
-        "height_m": centres(&runner.world).last().map(|c| c.y),
+        "height_m": runner.world.sheets().last().map(|s| s.centre_of_mass().y),
         "height_without_overlap_m": half + f64::from(setup.sheets - 1) * (pitch - APART),
     });
     let settled = Some(watch.still_since().is_some());
     Ok(RigOutcome { settled, ..runner.contact_outcome(&watch, scale, own) })
-}
-
-fn centres(world: &World) -> Vec<DVec3> {
-    world.sheets().iter().map(Sheet::centre_of_mass).collect()
 }

@@ -4,16 +4,10 @@
 
 use serde_json::json;
 
-use crate::measure::{RigCase, RigResult, Runner, Setup};
+use crate::measure::{RigResult, Runner, Setup};
 use sheetwork::material::calibration::{CalibrationRequest, calibrate};
 
-pub(crate) const CASE: RigCase = RigCase::new(
-    "stiffness",
-    "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
-    run,
-);
-
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     let scene = setup.scene();
     let spec = &scene.sheets[0];
     let material = &setup.material;

@@ -1,9 +1,12 @@
 //! Input of the thermal rigs, and a sheet that exchanges heat with its room.
 
+use clap::Args;
 use glam::DVec3;
 use serde_json::Value;
 
+use crate::measure::setup::flag_defaults;
 use crate::measure::{RigOutcome, Setup, object};
+use crate::quantities::{convection, parse_number, parse_vector, temperature as parse_temperature, time};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::{Sheet, temperature};
 use sheetwork::thermal::ThermalModel;
@@ -11,53 +14,64 @@ use sheetwork::thermal::source::HeatSource;
 use sheetwork::{InputError, ParameterId as Id, check_range};
 
 /// The situation of the thermal rigs. Each rig uses a part of the fields.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Args, Clone, Debug, PartialEq)]
 pub struct Thermal {
-    /// Corners of a polygon, m.
-    pub polygon: Vec<DVec3>,
-    /// Position of a patch, m.
+    /// Corners of the polygon, m: "x,y,z;x,y,z;..." (view-factor).
+    #[arg(long, default_value = "-0.5,1,-0.5;0.5,1,-0.5;0.5,1,0.5;-0.5,1,0.5")]
+    #[arg(hide_default_value = true, value_parser = polygon, allow_hyphen_values = true)]
+    pub polygon: Polygon,
+    /// Position of the patch, m: x,y,z (view-factor).
+    #[arg(long, default_value = "0,0,0", value_parser = vector, allow_hyphen_values = true)]
     pub point: DVec3,
-    /// Normal of the patch, of any length but 0.
+    /// Normal of the patch: x,y,z (view-factor).
+    #[arg(long, default_value = "0,1,0", value_parser = vector, allow_hyphen_values = true)]
     pub normal: DVec3,
-    /// Fourier number κ τ/L², 1e-6 to 100.
+    /// Fourier number: diffusivity times time over the length squared (conduction).
+    #[arg(id = "fo", long, value_name = "FO", default_value = "0.1", value_parser = parse_number)]
     pub fourier: f64,
-    /// Initial temperature, °C, -273.15 to 5000. `None` gives 120 for cooling and the surroundings'
-    /// temperature for heating.
+    /// Initial temperature, °C (cooling: default 120; radiate: that of the surroundings).
+    #[arg(long, value_parser = parse_temperature)]
     pub from: Option<f64>,
-    /// Final temperature, °C, -273.15 to 5000.
+    /// Final temperature, °C (cooling).
+    #[arg(long, default_value = "60", value_parser = parse_temperature)]
     pub to: f64,
-    /// Temperature of the surroundings, °C, -273.15 to 5000.
+    /// Temperature of the surroundings, °C (cooling, radiate).
+    #[arg(long, default_value = "20", value_parser = parse_temperature)]
     pub ambient: f64,
-    /// Convection coefficient, sum of both sides, W/(m² K), 0 to 1e6.
+    /// Convection coefficient, sum of both sides, W/(m² K) (cooling, radiate).
+    #[arg(long, default_value = "0", value_parser = convection)]
     pub convection: f64,
-    /// Temperature of a heater, °C, -273.15 to 5000.
+    /// Temperature of the black heater, °C (radiate).
+    #[arg(long, default_value = "400", value_parser = parse_temperature)]
     pub heater: f64,
-    /// View factor of the heater from one side, 0 to 1.
+    /// View factor of the heater from one side (radiate).
+    #[arg(long, default_value = "0.5", value_parser = parse_number)]
     pub view: f64,
-    /// Duration, s, 1e-6 to 1e6.
-    pub seconds: f64,
-    /// Temperature of the sheet, °C, -273.15 to 5000.
-    pub celsius: f64,
+    /// Duration, s (default 60 for radiate, 10 for creep).
+    #[arg(long, value_parser = time)]
+    pub seconds: Option<f64>,
+    /// Temperature of the sheet, °C (default 100 for softening; for creep 40 K above the glass
+    /// transition, or 20 without one).
+    #[arg(long, value_parser = parse_temperature)]
+    pub celsius: Option<f64>,
 }
+
+/// Corners of a polygon. The name keeps clap from taking them as a list of arguments.
+type Polygon = Vec<DVec3>;
 
 impl Default for Thermal {
     fn default() -> Self {
-        let square = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
-        Self {
-            polygon: square.map(|(x, z)| DVec3::new(x, 1.0, z)).to_vec(),
-            point: DVec3::ZERO,
-            normal: DVec3::Y,
-            fourier: 0.1,
-            from: None,
-            to: 60.0,
-            ambient: 20.0,
-            convection: 0.0,
-            heater: 400.0,
-            view: 0.5,
-            seconds: 60.0,
-            celsius: 100.0,
-        }
+        flag_defaults()
     }
+}
+
+/// Parses three numbers separated by commas.
+fn vector(text: &str) -> Result<DVec3, String> {
+    parse_vector(text).map(DVec3::from_array)
+}
+
+fn polygon(text: &str) -> Result<Polygon, String> {
+    text.split(';').filter(|p| !p.trim().is_empty()).map(vector).collect()
 }
 
 impl Thermal {
@@ -85,8 +99,8 @@ impl Thermal {
         Id::Convection.check("convection", self.convection)?;
         warm("heater", self.heater)?;
         check_range("view", self.view, 0.0, 1.0, "")?;
-        check_range("seconds", self.seconds, 1e-6, 1e6, "s")?;
-        warm("celsius", self.celsius)
+        self.seconds.map_or(Ok(()), |seconds| check_range("seconds", seconds, 1e-6, 1e6, "s"))?;
+        self.celsius.map_or(Ok(()), |celsius| warm("celsius", celsius))
     }
 }
 

@@ -11,17 +11,11 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::ContactObserver;
-use crate::measure::{RigCase, RigOutcome, RigResult, Runner, Setup, body, plane};
+use crate::measure::{RigOutcome, RigResult, Runner, Setup, body, plane};
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
 use sheetwork::sheet::{Sheet, accelerations};
 use sheetwork::{InputError, World, check_range};
-
-pub(crate) const CASE: RigCase = RigCase::with_contact(
-    "weight",
-    "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
-    run,
-);
 
 /// Time before the force measurement, for the sheet to come to rest, and its duration, s.
 const SETTLING_TIME: f64 = 5.0;
@@ -32,7 +26,7 @@ const BOX_HEIGHT_RATIO: f64 = 0.2;
 /// Largest side of the box as a fraction of the sheet's length.
 const MAXIMUM_BOX_RATIO: f64 = 0.8;
 
-fn run(setup: &Setup) -> RigResult {
+pub(crate) fn run(setup: &Setup) -> RigResult {
     // A box above an attached edge would load the pins directly.
     check_range("box", setup.box_side, 1e-3, MAXIMUM_BOX_RATIO * setup.length, "m")?;
     let gravity = setup.required_gravity()?;

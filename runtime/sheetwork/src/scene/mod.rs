@@ -9,7 +9,6 @@ pub mod adhesion;
 pub(crate) mod body;
 pub(crate) mod builder;
 #[doc(hidden)]
-pub mod card_scenes;
 pub mod contact;
 mod defaults;
 pub mod fracture;

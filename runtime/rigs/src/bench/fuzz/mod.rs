@@ -15,7 +15,6 @@ use std::sync::Mutex;
 
 use clap::Args;
 use cpu_time::ProcessTime;
-use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::{InputError, check_range};
 
@@ -23,7 +22,7 @@ use crate::bench::fuzz::mutate::mutate;
 use crate::bench::fuzz::readers::{FuzzedReader, READERS};
 use crate::bench::{read_files, shard};
 use crate::measure::random_sequence::SplitMix64;
-use crate::output::{print_json, print_line};
+use crate::output::{OutputFlags, print_json, print_line};
 
 /// CPU time above which an input counts as a fault, s.
 const CPU_TIME_LIMIT: f64 = 10.0;
@@ -53,9 +52,8 @@ pub struct Fuzz {
     /// Folder for inputs that panic or exceed the CPU time limit.
     #[arg(long, default_value = "sheetwork-out/fuzz")]
     out: PathBuf,
-    /// Print JSON and nothing else.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputFlags,
 }
 
 /// Message and location of the last panic.
@@ -84,7 +82,7 @@ impl Fuzz {
         for reader in chosen {
             let row = self.fuzz_reader(reader)?;
             faults += row["faults"].as_array().map_or(0, Vec::len);
-            if !self.json {
+            if !self.output.json {
                 print_line(&format!(
                     "{:<10} {:>9} inputs, {:>9} read, {:>9} refused, slowest {:.3} s",
                     reader.name,
@@ -100,7 +98,7 @@ impl Fuzz {
             rows.push(row);
         }
         let _ = std::panic::take_hook();
-        if self.json {
+        if self.output.json {
             print_json(&rows)?;
         }
         Ok(if faults == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
@@ -112,7 +110,7 @@ impl Fuzz {
         seeds.extend(corpus(&kept.join(reader.name))?);
         let mut tried = (reader.make)()?;
         let (which, of) = self.shard.unwrap_or((1, 1));
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(self.count) };
+        let bar = self.output.bar(self.count);
         let (mut read, mut refused, mut slowest, mut faults) = (0_u64, 0_u64, 0.0_f64, Vec::new());
         // Inputs of the corpus come first, unchanged.
         for number in 0..self.count {

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crc32fast::hash as crc;
+
 use crate::bench::{files_of, read_files};
 use sheetwork::scene::{Scene, heater_file, material, pol, sht};
 use sheetwork::world::journal::{Journal, JournalInput, JournalWriter};
@@ -195,10 +197,6 @@ fn repair_parts(bytes: &mut [u8]) {
         bytes[at + 4..at + 8].copy_from_slice(&sum.to_le_bytes());
         at = end;
     }
-}
-
-fn crc(bytes: &[u8]) -> u32 {
-    crc32fast::hash(bytes)
 }
 
 /// Calls `write` with a temporary file and returns the file's content.

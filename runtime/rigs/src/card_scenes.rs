@@ -18,7 +18,7 @@ use std::fmt::Write;
 
 use glam::DVec3;
 
-use crate::scene::Placement;
+use sheetwork::scene::Placement;
 
 /// Length of a card, along the height of a leaning one.
 pub const LENGTH: f64 = 0.088;
@@ -196,9 +196,9 @@ fn number(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::World;
-    use crate::collision::overlap::pairs;
-    use crate::scene::{Scene, material};
+    use sheetwork::World;
+    use sheetwork::collision::overlap::pairs;
+    use sheetwork::scene::{Scene, material};
 
     fn world(cards: CardScene) -> World {
         let scene = Scene::parse(&cards.text()).unwrap_or_else(|e| panic!("{e}"));
