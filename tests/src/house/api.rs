@@ -5,6 +5,7 @@ use super::references::{Role, use_references};
 use super::resolve::Target;
 use super::signature::text;
 use super::source_tree::{SourceTree, is_hidden, is_public, item_attributes, item_name};
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use syn::{Attribute, Fields, ImplItem, Item, TraitItem, Type};
 
@@ -17,8 +18,12 @@ pub struct Interface {
     pub functions: usize,
 }
 
-/// Read the public interface of a crate. Items under `#[doc(hidden)]` are left out, and so are
-/// items that a macro makes. An item that several paths reach is listed under the first of them.
+/// Longest entry of a macro that is listed, in tokens; longer ones are bodies, not declarations.
+const MAX_ENTRY: usize = 60;
+
+/// Read the public interface of a crate. Items under `#[doc(hidden)]` are left out. Of items that a
+/// macro makes, the entries of its invocation are listed. An item that several paths reach is
+/// listed under the first of them.
 pub fn interface(tree: &SourceTree, crate_name: &str) -> Interface {
     let mut walk = Walk { tree, homes: BTreeMap::new(), interface: Interface::default() };
     walk.find_public_modules(0, crate_name.to_string());
@@ -31,6 +36,7 @@ pub fn interface(tree: &SourceTree, crate_name: &str) -> Interface {
         walk.add_reexports(module.module(), path, &mut BTreeSet::new());
     }
     walk.add_impl_blocks();
+    walk.add_invocations(crate_name);
     walk.interface
 }
 
@@ -52,6 +58,25 @@ fn sort_key(line: &str) -> String {
 /// Text of a snapshot file.
 pub fn snapshot(interface: &Interface) -> String {
     interface.lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+/// The short entries of an invocation: its tokens between commas, without attributes and comments.
+fn entries(tokens: TokenStream) -> Vec<TokenStream> {
+    let mut entries = vec![Vec::new()];
+    let mut trees = tokens.into_iter().peekable();
+    while let Some(tree) = trees.next() {
+        match &tree {
+            TokenTree::Punct(mark) if mark.as_char() == ',' => entries.push(Vec::new()),
+            TokenTree::Punct(mark)
+                if mark.as_char() == '#'
+                    && trees
+                        .next_if(|next| matches!(next, TokenTree::Group(g) if g.delimiter() == Delimiter::Bracket))
+                        .is_some() => {}
+            _ => entries.last_mut().into_iter().for_each(|entry| entry.push(tree.clone())),
+        }
+    }
+    entries.retain(|entry| !entry.is_empty() && entry.len() <= MAX_ENTRY);
+    entries.into_iter().map(TokenStream::from_iter).collect()
 }
 
 struct Walk<'a> {
@@ -122,6 +147,24 @@ impl Walk<'_> {
                         let source = source.unwrap_or_else(|| reference.segments.join("::"));
                         self.line(format!("use {path}::* = {source}::*"));
                     }
+                }
+            }
+        }
+    }
+
+    /// Add the entries of macros that declare items, without their comments.
+    fn add_invocations(&mut self, crate_name: &str) {
+        for module in &self.tree.modules {
+            let path = std::iter::once(crate_name).chain(module.path.iter().map(String::as_str));
+            let path = path.collect::<Vec<_>>().join("::");
+            for item in &module.items {
+                let Item::Macro(item) = item else { continue };
+                if item.ident.is_some() {
+                    continue;
+                }
+                let name = text(&item.mac.path);
+                for entry in entries(item.mac.tokens.clone()) {
+                    self.interface.lines.insert(format!("made {path}::{name}! {}", text(&entry)));
                 }
             }
         }
@@ -329,6 +372,14 @@ mod tests {
         let lines: Vec<&str> = interface.lines.iter().map(String::as_str).collect();
         assert_eq!(lines, expected.split('|').collect::<Vec<_>>());
         assert_eq!(interface.functions, 3);
+    }
+
+    #[test]
+    fn entries_of_macros_are_listed_without_their_comments() {
+        let source = "rows! { /// First.\n A: f(1, 2).g(), B: h(), } macro_rules! rows { () => {} }";
+        let interface = interface(&SourceTree::from_source(source).unwrap(), "s");
+        let lines: Vec<&str> = interface.lines.iter().map(String::as_str).collect();
+        assert_eq!(lines, ["made s::rows! A: f(1, 2).g()", "made s::rows! B: h()", "mod s"]);
     }
 
     #[test]
