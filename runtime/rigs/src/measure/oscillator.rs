@@ -26,13 +26,9 @@ const STEPS: (u32, u32) = (50, 200);
 /// Steps (rad) beyond which a scheme that is stable there is stable at any step.
 const LONG_STEPS: [f64; 3] = [30.0, 1e3, 1e5];
 
-/// One step of a = hω as a matrix on (x, v), ω = 1: columns are the images of (1, 0) and (0, 1).
-pub fn step_matrix(engine: IntegratorKind, a: f64) -> [[f64; 2]; 2] {
-    step_matrix_of(engine, &mut Harmonic, a)
-}
-
-/// One step of `a` with these forces as a matrix on (x, v).
-pub(crate) fn step_matrix_of(engine: IntegratorKind, forces: &mut dyn Forces, a: f64) -> [[f64; 2]; 2] {
+/// One step of `a` (hω with ω = 1) with these forces as a matrix on (x, v): columns are the
+/// images of (1, 0) and (0, 1).
+pub(crate) fn step_matrix(engine: IntegratorKind, forces: &mut dyn Forces, a: f64) -> [[f64; 2]; 2] {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([(1.0, 0.0), (0.0, 1.0)]) {
         let mut engine = engine.construct();
@@ -50,7 +46,7 @@ pub fn spectral_radius(engine: IntegratorKind, a: f64) -> f64 {
     if engine.info().implicit {
         return shrinking(engine, a);
     }
-    radius_of(step_matrix(engine, a))
+    radius_of(step_matrix(engine, &mut Harmonic, a))
 }
 
 /// Spectral radius of a step.

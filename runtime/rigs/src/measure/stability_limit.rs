@@ -31,7 +31,7 @@ use sheetwork::sheet::{Sheet, Status};
 use sheetwork::{InputError, World};
 
 use crate::measure::bisect;
-use crate::measure::oscillator::{radius_of, step_matrix_of};
+use crate::measure::oscillator::{radius_of, step_matrix};
 use crate::measure::random_sequence::RandomSequence;
 
 /// Parameters of a stability trial.
@@ -380,7 +380,7 @@ impl Forces for Damped {
 /// Spectral radius of a step of `a` radians of an oscillator with damping ratio `zeta`, from the
 /// images of the two unit states.
 pub fn radius(engine: IntegratorKind, a: f64, zeta: f64) -> f64 {
-    radius_of(step_matrix_of(engine, &mut Damped(zeta), a))
+    radius_of(step_matrix(engine, &mut Damped(zeta), a))
 }
 
 /// Growth per step that a trial detects: half of the energy in half of the trial.
