@@ -18,12 +18,12 @@ pub struct Interface {
     pub functions: usize,
 }
 
-/// Longest entry of a macro that is listed, in tokens; longer ones are bodies, not declarations.
-const MAX_ENTRY: usize = 60;
+/// Macros of the library that make public items.
+const DECLARING_MACROS: [&str; 3] = ["parameters", "named_in_table", "string_conversions"];
 
-/// Read the public interface of a crate. Items under `#[doc(hidden)]` are left out. Of items that a
-/// macro makes, the entries of its invocation are listed. An item that several paths reach is
-/// listed under the first of them.
+/// Read the public interface of a crate. Items under `#[doc(hidden)]` are left out. For items
+/// that a macro makes, the entries of its invocation are listed. An item that several paths reach
+/// is listed under the first of them.
 pub fn interface(tree: &SourceTree, crate_name: &str) -> Interface {
     let mut walk = Walk { tree, homes: BTreeMap::new(), interface: Interface::default() };
     walk.find_public_modules(0, crate_name.to_string());
@@ -60,7 +60,7 @@ pub fn snapshot(interface: &Interface) -> String {
     interface.lines.iter().map(|line| format!("{line}\n")).collect()
 }
 
-/// The short entries of an invocation: its tokens between commas, without attributes and comments.
+/// Entries of an invocation: its tokens between commas, without attributes and comments.
 fn entries(tokens: TokenStream) -> Vec<TokenStream> {
     let mut entries = vec![Vec::new()];
     let mut trees = tokens.into_iter().peekable();
@@ -75,7 +75,7 @@ fn entries(tokens: TokenStream) -> Vec<TokenStream> {
             _ => entries.last_mut().into_iter().for_each(|entry| entry.push(tree.clone())),
         }
     }
-    entries.retain(|entry| !entry.is_empty() && entry.len() <= MAX_ENTRY);
+    entries.retain(|entry| !entry.is_empty());
     entries.into_iter().map(TokenStream::from_iter).collect()
 }
 
@@ -159,10 +159,10 @@ impl Walk<'_> {
             let path = path.collect::<Vec<_>>().join("::");
             for item in &module.items {
                 let Item::Macro(item) = item else { continue };
-                if item.ident.is_some() {
+                let name = text(&item.mac.path);
+                if !DECLARING_MACROS.contains(&name.as_str()) {
                     continue;
                 }
-                let name = text(&item.mac.path);
                 for entry in entries(item.mac.tokens.clone()) {
                     self.interface.lines.insert(format!("made {path}::{name}! {}", text(&entry)));
                 }
@@ -376,10 +376,10 @@ mod tests {
 
     #[test]
     fn entries_of_macros_are_listed_without_their_comments() {
-        let source = "rows! { /// First.\n A: f(1, 2).g(), B: h(), } macro_rules! rows { () => {} }";
+        let source = "parameters! { /// First.\n A: f(1, 2).g(), B: h(), } other! { C: k() }";
         let interface = interface(&SourceTree::from_source(source).unwrap(), "s");
         let lines: Vec<&str> = interface.lines.iter().map(String::as_str).collect();
-        assert_eq!(lines, ["made s::rows! A: f(1, 2).g()", "made s::rows! B: h()", "mod s"]);
+        assert_eq!(lines, ["made s::parameters! A: f(1, 2).g()", "made s::parameters! B: h()", "mod s"]);
     }
 
     #[test]

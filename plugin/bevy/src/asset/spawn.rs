@@ -110,8 +110,8 @@ fn apply_settings(sheets: &mut SheetWorld, scene: &Scene, outer: Pose) -> Result
     sheets.add_pairs(&scene.contact.pairs)
 }
 
-/// Add heaters, bodies and sheets from the description itself: an entity's transform has single
-/// precision.
+/// Add heaters, room, bodies and sheets from the description itself: an entity's transform has
+/// single precision.
 fn spawn(
     world: &mut World,
     sheets: &mut SheetWorld,
@@ -120,7 +120,6 @@ fn spawn(
     scene: &Scene,
     children: &mut Vec<Entity>,
 ) -> Result<(), InputError> {
-    let defaults = &scene.contact;
     for spec in &scene.heaters {
         let mut spec = spec.clone();
         let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
@@ -136,9 +135,22 @@ fn spawn(
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
+    let names = spawn_bodies(world, sheets, root, outer, scene, children)?;
+    spawn_sheets((world, sheets), root, outer, scene, &names, children)
+}
+
+/// Add the bodies; returns their names in the scene with the unique names that the world gave.
+fn spawn_bodies(
+    world: &mut World,
+    sheets: &mut SheetWorld,
+    root: Entity,
+    outer: Pose,
+    scene: &Scene,
+    children: &mut Vec<Entity>,
+) -> Result<Vec<(String, String)>, InputError> {
+    let defaults = &scene.contact;
     let room = scene.room.iter().flat_map(room_bodies);
-    // Names in the scene, and the unique names that the world gave.
-    let mut names: Vec<(String, String)> = Vec::new();
+    let mut names = Vec::new();
     for (spec, scene_name) in scene.bodies.iter().cloned().chain(room).zip(scene.body_names()) {
         if sheets.borrows_bodies() {
             break;
@@ -159,6 +171,19 @@ fn spawn(
         let name = Name::new(motion.name().to_owned());
         children.push(world.spawn((component, motion, local, name, ChildOf(root))).id());
     }
+    Ok(names)
+}
+
+/// Add the sheets, whose pins name bodies by their `names` in the scene.
+fn spawn_sheets(
+    (world, sheets): (&mut World, &mut SheetWorld),
+    root: Entity,
+    outer: Pose,
+    scene: &Scene,
+    names: &[(String, String)],
+    children: &mut Vec<Entity>,
+) -> Result<(), InputError> {
+    let defaults = &scene.contact;
     for (index, spec) in scene.sheets.iter().enumerate() {
         let mut spec = spec.clone();
         if spec.name.is_empty() {

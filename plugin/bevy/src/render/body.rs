@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
 
 use super::materials::Materials;
-use super::triangle_mesh;
+use super::triangle_mesh::triangle_mesh;
 use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
 /// Cosine of the largest angle between smoothly shaded faces, 30°.

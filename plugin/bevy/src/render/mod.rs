@@ -2,7 +2,7 @@
 //!
 //! `sheet` updates the mesh of a sheet from its nodes, `clear` moves it out of bodies, `colour`
 //! colours it by the fields of `measure`. `body`, `heater` and `room` make the other meshes, `grid`
-//! the texture of the room, `materials` the defaults.
+//! the texture of the room, `materials` the defaults, `triangle_mesh` Bevy's mesh.
 
 mod body;
 mod clear;
@@ -13,10 +13,10 @@ mod materials;
 mod measure;
 mod room;
 mod sheet;
+mod triangle_mesh;
 
-use bevy::asset::{AssetEventSystems, RenderAssetUsages};
+use bevy::asset::AssetEventSystems;
 use bevy::camera::visibility::VisibilitySystems;
-use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
 
@@ -30,14 +30,6 @@ pub use sheet::{MeshedSurface, SheetDisplay, SheetLayer, display_clearance};
 
 use crate::core::Sheet;
 use materials::Materials;
-
-fn triangle_mesh(positions: Vec<[f32; 3]>, normals: Vec<[f32; 3]>, uvs: Vec<[f32; 2]>, indices: Vec<u32>) -> Mesh {
-    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
-        .with_inserted_indices(Indices::U32(indices))
-}
 
 /// Plugin that displays sheets, bodies, heaters and rooms.
 ///

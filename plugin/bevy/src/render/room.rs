@@ -4,7 +4,8 @@ use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use sheetwork::scene::Room;
 
-use super::{grid, triangle_mesh};
+use super::grid;
+use super::triangle_mesh::triangle_mesh;
 
 /// Displayed floor and back wall. Contact needs separate [`SheetBody`](crate::SheetBody)s.
 ///

@@ -15,9 +15,10 @@ use sheetwork::rigid::RigidView;
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::DrawingSurface;
 
+use super::clear::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
 use super::materials::Materials;
-use super::{clear_of_bodies, triangle_mesh};
+use super::triangle_mesh::triangle_mesh;
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
 /// Number of vertices above which smoothing is reduced: all vertices are computed and uploaded in

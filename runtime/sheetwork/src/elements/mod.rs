@@ -121,8 +121,8 @@ pub trait Element: std::any::Any + Send + Sync {
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
 
     /// Begins a stage. `_per_time` is 1/h (1/s), 0 for equilibrium. The reference strain ε_w is
-    /// the sum of the anchors plus `_follow` (s) times the strain rate at the end of the last stage.
-    /// This rate belongs to the integrator, as its accelerations do: a rate computed from
+    /// the sum of the anchors plus `_follow` (s) times the strain rate at the end of the last
+    /// stage. This rate belongs to the integrator, as its accelerations do: a rate computed from
     /// velocities would disagree with them after an impact, and a stiff damper would then add
     /// energy.
     fn begin_stage(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
