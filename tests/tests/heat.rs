@@ -349,6 +349,55 @@ fn the_thesis_heat_model_softens_by_its_formula() {
 }
 
 #[test]
+fn the_thesis_heat_model_follows_the_heater_its_switch_and_the_material() {
+    // Least remaining stiffness of a spring.
+    let softest = |settings: &[(&str, &str)]| {
+        let mut world = world(&shipped_scene("heater_wedge"));
+        let stiff = world.sheets()[0].springs().stiffness.clone();
+        for (path, value) in settings {
+            world.set(path, value).expect("a parameter of this scene");
+        }
+        world.advance(0.05);
+        let soft = &world.sheets()[0].springs().stiffness;
+        soft.iter().zip(stiff).fold(1.0, |least: f64, (soft, stiff)| least.min(soft / stiff))
+    };
+    let given = softest(&[]);
+    assert!(given < 0.99, "{given}");
+    assert!(softest(&[("heaters.panel.temperature", "1000")]) < given - 0.01);
+    assert_eq!(softest(&[("heaters.panel.temperature", "20")]), 1.0);
+    assert_eq!(softest(&[("heaters.panel.on", "false")]), 1.0);
+    assert_eq!(softest(&[("sheets.sheet.material.thesis_sensitivity", "0")]), 1.0);
+    assert_ne!(softest(&[("sheets.sheet.material.thesis_conductivity", "0")]), given);
+}
+
+/// Length of a row of the bottom layer from the ridge of the wedge to either edge, over that at the
+/// start: left, right.
+fn arms(world: &World, rest: Option<[f64; 2]>) -> [f64; 2] {
+    let sheet = &world.sheets()[0];
+    let layer = &sheet.model.layers[0];
+    let row: Vec<DVec3> = (0..layer.nx).map(|i| sheet.state.x.get(layer.at(i, layer.nz / 2) as usize)).collect();
+    let (left, right) = row.split_at(layer.nx as usize / 2);
+    let length = |part: &[DVec3]| part.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+    let now = [length(left), length(right)];
+    [0, 1].map(|i| now[i] / rest.map_or(1.0, |rest| rest[i]))
+}
+
+#[test]
+fn a_heater_to_the_right_extends_the_right_side_of_a_sheet_on_a_wedge() {
+    let scene = shipped_scene("heater_wedge");
+    let run = |heated: bool| {
+        let mut world = world(&scene);
+        let rest = arms(&world, None);
+        world.set("heaters.panel.on", if heated { "true" } else { "false" }).expect("a switch");
+        world.advance(scene.duration);
+        arms(&world, Some(rest))
+    };
+    let (cold, hot) = (run(false), run(true));
+    // Thesis figure 5.25, d to f: the right side extends, the left stays.
+    assert!(hot[1] / cold[1] > 1.1 && hot[0] / cold[0] < 1.05, "cold {cold:?}, hot {hot:?}");
+}
+
+#[test]
 fn a_thousand_random_heat_histories_are_stable() {
     let mut random = Random::new(7);
     let mut draw = |low: f64, high: f64| low + (high - low) * 0.5 * (1.0 + random.signed());

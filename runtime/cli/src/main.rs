@@ -83,11 +83,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// Applies every PATH=VALUE of `--set` to a scene.
+/// Applies every PATH=VALUE of `--set` to a scene, in any order.
 fn apply_overrides(scene: Scene, overrides: &[String]) -> Result<Scene, InputError> {
-    overrides.iter().try_fold(scene, |scene, item| {
-        let parts = item.split_once('=');
-        let (path, value) = parts.ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
-        Ok(scene.with_override(path.trim(), value)?)
-    })
+    let parts = |item: &'_ String| match item.split_once('=') {
+        Some((path, value)) => Ok((path.trim().to_owned(), value.to_owned())),
+        None => Err(InputError::new("--set", format!("\"{item}\" is not PATH=VALUE"))),
+    };
+    let pairs = overrides.iter().map(parts).collect::<Result<Vec<_>, _>>()?;
+    let pairs: Vec<(&str, &str)> = pairs.iter().map(|(path, value)| (path.as_str(), value.as_str())).collect();
+    if pairs.is_empty() { Ok(scene) } else { Ok(scene.with_overrides(&pairs)?) }
 }

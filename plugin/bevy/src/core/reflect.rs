@@ -178,6 +178,10 @@ pub(super) struct MaterialReflect {
     tears_at: Option<f64>,
     #[reflect(ignore)]
     tack: Option<Adhesion>,
+    #[reflect(@range(Id::MaterialThesisSensitivity))]
+    thesis_sensitivity: Option<f64>,
+    #[reflect(@range(Id::MaterialThesisConductivity))]
+    thesis_conductivity: Option<f64>,
 }
 
 #[reflect_remote(HeaterSpec)]

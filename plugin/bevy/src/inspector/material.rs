@@ -53,6 +53,16 @@ pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
         let about = "Poisson's ratio: transverse contraction per extension";
         usual_row(ui, access, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, Id::MaterialPoisson);
     }
+    if let Some(value) = now.thesis_sensitivity {
+        let about = "Thermal sensitivity of the thesis's formulas: stiffness lost per kelvin at one metre, N/K";
+        let row = ("Sensitivity", about, &*path("thesis_sensitivity"));
+        usual_row(ui, access, row, value, PLAIN, Id::MaterialThesisSensitivity);
+    }
+    if let Some(value) = now.thesis_conductivity {
+        let about = "Thermal conductivity coefficient of the thesis's formulas: spreads the effect of a heater";
+        let row = ("Spread", about, &*path("thesis_conductivity"));
+        usual_row(ui, access, row, value, PLAIN, Id::MaterialThesisConductivity);
+    }
 }
 
 /// Draw a hanging strip to scale into `rect`, its clamp at the upper left.

@@ -80,6 +80,28 @@ impl Scene {
     /// # Errors
     /// When there is no such field, or the value has the wrong type or is out of range.
     pub fn with_override(&self, path: &str, value: &str) -> Result<Self, SceneError> {
+        self.with_overrides(&[(path, value)])
+    }
+
+    /// The scene with several fields set: pairs of path and value as for
+    /// [`Scene::with_override`], in any order. A field is set before the fields inside it; of two
+    /// values of one field the later one stands.
+    ///
+    /// # Errors
+    /// As [`Scene::with_override`]; values that depend on one another are checked together.
+    pub fn with_overrides(&self, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
+        let mut outer_first = overrides.to_vec();
+        outer_first.sort_by_key(|(path, _)| path.matches('.').count());
+        let mut scene = self.clone();
+        for (path, value) in outer_first {
+            scene = scene.with_unchecked(path, value)?;
+        }
+        validate::scene(&scene).map_err(SceneError::Value)?;
+        Ok(scene)
+    }
+
+    /// The scene with a value of the right type, not validated.
+    fn with_unchecked(&self, path: &str, value: &str) -> Result<Self, SceneError> {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(SceneError::Value(InputError::new(path, format!("{value} is not a finite number"))));
         }
@@ -93,7 +115,6 @@ impl Scene {
         })?;
         scene.base.clone_from(&self.base);
         scene.file.clone_from(&self.file);
-        validate::scene(&scene).map_err(SceneError::Value)?;
         Ok(scene)
     }
 
@@ -228,6 +249,19 @@ mod tests {
         let scene = scene.with_override("bodies.ball.shape", "Box((0.1, 0.2, 0.3))").expect("valid");
         assert_eq!(scene.bodies[0].shape, crate::scene::Shape::Box(glam::DVec3::new(0.1, 0.2, 0.3)));
         assert_eq!(set("sheets.0.probes.mid", "(0.5, 0.5)").sheets[0].probes["mid"], (0.5, 0.5));
+    }
+
+    #[test]
+    fn the_order_of_overrides_does_not_matter() {
+        let (layers, grid) = (("sheets.0.structure", "provot2d"), ("sheets.0.grid", "(5, 1, 5)"));
+        let (whole, part) = (("sheets.0.material", "card"), ("sheets.0.material.young", "1e9"));
+        let scene = scene();
+        let one = scene.with_overrides(&[layers, part, grid, whole]).expect("valid");
+        assert_eq!(one, scene.with_overrides(&[whole, grid, part, layers]).expect("valid"));
+        assert_eq!(one.sheets[0].grid, (5, 1, 5));
+        assert_eq!(one.sheets[0].material.resolve(Path::new("")).expect("material").young, 1e9);
+        assert_eq!(scene.with_overrides(&[("dt", "0.1"), ("dt", "0.002")]).expect("valid").dt, 0.002);
+        assert!(scene.with_overrides(&[layers]).is_err(), "two layers");
     }
 
     #[test]

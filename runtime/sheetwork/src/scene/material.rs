@@ -70,6 +70,12 @@ pub struct Material {
     pub tears_at: Option<f64>,
     /// Adhesion constants; `None` for a material without adhesion.
     pub tack: Option<Adhesion>,
+    /// Thermal sensitivity C of the thesis's formulas, N/K, 0 to 1e6; `None` for that of the
+    /// scene's `heat_mode`.
+    pub thesis_sensitivity: Option<f64>,
+    /// Thermal conductivity coefficient of the thesis's formulas, 0 to 1e3; `None` for that of the
+    /// scene's `heat_mode`.
+    pub thesis_conductivity: Option<f64>,
 }
 
 /// Adhesion of a hot material.
@@ -154,6 +160,8 @@ const fn row(
         wlf: UNIVERSAL_WLF,
         melts_at: None,
         tears_at: None,
+        thesis_sensitivity: None,
+        thesis_conductivity: None,
         tack: None,
     }
 }

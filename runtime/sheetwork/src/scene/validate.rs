@@ -211,6 +211,8 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
         crate::scene::adhesion::check_tack(tack).map_err(|e| e.within(&at("tack")))?;
     }
     Id::TearsAt.check_option(&at("tears_at"), m.tears_at)?;
+    Id::MaterialThesisSensitivity.check_option(&at("thesis_sensitivity"), m.thesis_sensitivity)?;
+    Id::MaterialThesisConductivity.check_option(&at("thesis_conductivity"), m.thesis_conductivity)?;
     let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| StiffnessTarget::orthotropic(measured).map(drop));
     woven.map_err(|e| e.within(&at("orthotropic")))
 }

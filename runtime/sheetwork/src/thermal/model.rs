@@ -52,7 +52,7 @@ impl ThermalModel {
         }
         let surroundings = Surroundings { celsius: scene.ambient_temperature, convection: scene.convection };
         let mut room = Self { surroundings, time_lapse: scene.time_lapse, sources, thesis: None, pending: 0.0 };
-        room.set_heat_mode(scene)?;
+        room.set_heat_mode(scene.heat_mode);
         Ok(room)
     }
 
@@ -82,16 +82,20 @@ impl ThermalModel {
         self.sources.iter_mut().find(|s| s.path() == path).is_some_and(|s| s.place(placement))
     }
 
-    /// Set the heat mode of `scene`; the thesis's formulas read its heaters.
-    ///
-    /// # Errors
-    /// When the file of a heater is invalid; nothing changes then.
-    pub fn set_heat_mode(&mut self, scene: &Scene) -> Result<(), InputError> {
-        self.thesis = match scene.heat_mode {
+    /// Set the heat mode.
+    pub fn set_heat_mode(&mut self, mode: HeatMode) {
+        self.thesis = match mode {
             HeatMode::Physical => None,
-            HeatMode::Thesis { sensitivity, conductivity } => Some(ThesisHeat::new(scene, sensitivity, conductivity)?),
+            HeatMode::Thesis { sensitivity, conductivity } => Some(ThesisHeat::new(sensitivity, conductivity)),
         };
-        Ok(())
+    }
+
+    /// Prepare `sheet`, which is at `celsius` (°C) until it is heated.
+    pub fn prepare(&self, sheet: &mut Sheet, celsius: f64) {
+        temperature::start_temperatures(sheet, celsius);
+        if let Some(thesis) = &self.thesis {
+            thesis.prepare(sheet);
+        }
     }
 
     /// Set surroundings and time-lapse of `scene`.
@@ -140,7 +144,9 @@ impl ThermalModel {
         rigid: Option<&RigidWorld>,
     ) {
         let room = self.surroundings(time);
-        if let Some(thesis) = &self.thesis {
+        if let Some(thesis) = &mut self.thesis {
+            thesis.faces.clear();
+            self.sources.iter().for_each(|source| source.add_hot_faces(&mut thesis.faces));
             sheets.iter_mut().for_each(|sheet| thesis.apply(sheet, &room));
             return;
         }

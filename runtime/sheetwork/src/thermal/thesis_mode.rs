@@ -2,8 +2,8 @@
 //! positions and temperatures of sources.
 //!
 //! With K the stiffness of a planar spring (E t, N/m), Ht and At (°C) the temperatures of the
-//! source and of the room, C the thermal sensitivity (N/K) and d (m) a distance, the remaining
-//! stiffness of a spring is K - (Ht - At)/d · C (equation 4.4):
+//! source and of the room, C the thermal sensitivity of the material (N/K) and d (m) a distance,
+//! the remaining stiffness of a spring is K - (Ht - At)/d · C (equation 4.4):
 //!
 //! - oven: all springs alike, d = 1 m, Ht its temperature, At 20 °C;
 //! - heater: Ht - At is that of the hot face times the fraction of its radiation that the sheet
@@ -17,67 +17,45 @@
 
 use glam::DVec3;
 
-use crate::error::InputError;
-use crate::scene::Scene;
 use crate::sheet::{Sheet, temperature};
-use crate::thermal::source::Surroundings;
+use crate::thermal::source::{HotPlane, Surroundings};
 use crate::units::temperature::REFERENCE;
 
 /// Minimum remaining stiffness, as a fraction.
 const MIN_STIFFNESS: f64 = 0.01;
 
-/// Hot face in this model.
-struct ThesisFace {
-    centre: DVec3,
-    normal: DVec3,
-    area: f64,
-    celsius: f64,
-    emissivity: f64,
-}
-
 /// Thermal model of the thesis.
 pub(crate) struct ThesisHeat {
-    faces: Vec<ThesisFace>,
     /// C, N/K.
-    sensitivity: f64,
+    pub sensitivity: f64,
     /// Thermal conductivity coefficient c.
-    conductivity: f64,
+    pub conductivity: f64,
+    /// Hot faces in this step.
+    pub faces: Vec<HotPlane>,
 }
 
 impl ThesisHeat {
-    /// Model of `scene`.
-    ///
-    /// # Errors
-    /// When the file of a heater is invalid.
-    pub fn new(scene: &Scene, sensitivity: f64, conductivity: f64) -> Result<Self, InputError> {
-        let mut faces = Vec::new();
-        for spec in scene.heaters.iter().filter(|h| h.on) {
-            for heater in spec.resolve(&scene.base)? {
-                for (i, face) in heater.faces.iter().enumerate() {
-                    let Some(celsius) = face.temperature else { continue };
-                    let corners = heater.polyhedron.corners(i);
-                    let centre = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
-                    faces.push(ThesisFace {
-                        centre: spec.placement.apply(centre),
-                        normal: spec.placement.quaternion() * heater.polyhedron.face_normal(i),
-                        area: heater.polyhedron.face_area(i),
-                        celsius,
-                        emissivity: face.emissivity,
-                    });
-                }
-            }
-        }
-        Ok(Self { faces, sensitivity, conductivity })
+    /// Model with the sensitivity `sensitivity` (N/K) and the coefficient `conductivity`.
+    pub fn new(sensitivity: f64, conductivity: f64) -> Self {
+        Self { sensitivity, conductivity, faces: Vec::new() }
+    }
+
+    /// Give the material of `sheet` the coefficients that it does not state.
+    pub fn prepare(&self, sheet: &mut Sheet) -> (f64, f64) {
+        let material = &mut sheet.parameters.material;
+        let sensitivity = material.thesis_sensitivity.get_or_insert(self.sensitivity);
+        (*sensitivity, *material.thesis_conductivity.get_or_insert(self.conductivity))
     }
 
     /// Set the stiffness of `sheet` from the room and the heaters.
     pub fn apply(&self, sheet: &mut Sheet, room: &Surroundings) {
         temperature::start_temperatures(sheet, room.celsius);
+        let (sensitivity, conductivity) = self.prepare(sheet);
         let Some(mut heat) = sheet.state.heat.take() else { return };
         let whole = sheet.material().young * sheet.material().thickness;
         let centre = sheet.centre_of_mass();
         let normal = mean_normal(sheet);
-        let oven = self.sensitivity * (room.celsius - REFERENCE);
+        let oven = sensitivity * (room.celsius - REFERENCE);
         heat.set_fractions(room.celsius, |mass| {
             let place = sheet.state.x.get(mass);
             let each = self.faces.iter().map(|face| {
@@ -90,8 +68,8 @@ impl ThesisHeat {
                 let (first, second) = (way.dot(normal).abs() / distance, way.dot(face.normal).max(0.0) / distance);
                 let solid_angle = face.area * second / (distance * distance);
                 let radiant = (face.celsius - room.celsius) * face.emissivity * first * solid_angle;
-                let spread = (1.0 + self.conductivity * (distance - own) / distance).max(0.0);
-                radiant / own * self.sensitivity * spread
+                let spread = (1.0 + conductivity * (distance - own) / distance).max(0.0);
+                radiant / own * sensitivity * spread
             });
             (1.0 - (oven + each.sum::<f64>()) / whole).max(MIN_STIFFNESS)
         });

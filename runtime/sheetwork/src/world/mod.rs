@@ -42,7 +42,7 @@ use crate::parallel::Pool;
 use crate::profiler::{Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidWorld};
 use crate::scene::{Air, IntegratorKind, PairSpec, Scene, body_name, validate};
-use crate::sheet::temperature::{self, spots};
+use crate::sheet::temperature::spots;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status, attachment, equilibrium};
 use crate::thermal::ThermalModel;
 use crate::thermal::source::heater;
@@ -117,9 +117,9 @@ impl World {
             attach_to_bodies(sheet, rigid.as_ref()).map_err(|e| e.within(&format!("sheets.{index}")))?;
         }
         let heat = ThermalModel::of(scene)?.map(Box::new);
-        if heat.is_some() {
+        if let Some(heat) = &heat {
             // An oven that is on begins with sheets at ambient temperature.
-            sheets.iter_mut().for_each(|s| temperature::start_temperatures(s, scene.ambient_temperature));
+            sheets.iter_mut().for_each(|s| heat.prepare(s, scene.ambient_temperature));
         }
         for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
             let warmed = spots::heat_spots(sheet, &spec.spots, scene.ambient_temperature);

@@ -82,6 +82,21 @@ macro_rules! contact_coefficient {
     };
 }
 
+/// Accessor of a coefficient of a sheet's material that only a scene with the thesis's heat mode
+/// has.
+macro_rules! thesis_coefficient {
+    ($field:ident) => {
+        SheetText(
+            |s| s.material().$field.map(|value| value.to_string()),
+            |w, i, path, v| {
+                w.sheets[i].parameters.material.$field = optional(path, v)?;
+                w.sheets[i].wake();
+                Ok(())
+            },
+        )
+    };
+}
+
 /// Values and setters, in the order of the listing. Those of heat sources are in `thermal/source`.
 const ACCESSORS: &[(Id, Accessor)] = &[
     (Id::Gravity, Global(|w| Some(vector_text(w.gravity)), |w, path, v| w.set_gravity(vector(path, v)?))),
@@ -112,6 +127,8 @@ const ACCESSORS: &[(Id, Accessor)] = &[
     (Id::MaterialYoung, number_of_material!(young)),
     (Id::MaterialThickness, number_of_material!(thickness)),
     (Id::MaterialPoisson, number_of_material!(poisson)),
+    (Id::MaterialThesisSensitivity, thesis_coefficient!(thesis_sensitivity)),
+    (Id::MaterialThesisConductivity, thesis_coefficient!(thesis_conductivity)),
     (Id::Damping, Accessor::Sheet(|s| (!s.follows_material()).then(|| s.damping()), Sheet::set_damping)),
     (Id::DampingRatio, Accessor::Sheet(|s| s.follows_material().then(|| s.damping_ratio()), Sheet::set_damping_ratio)),
     (Id::DragAcross, Accessor::Sheet(|s| Some(s.drag().0), |s, v| s.set_drag(v, s.drag().1))),

@@ -7,7 +7,7 @@ use crate::error::{BuildError, InputError};
 use crate::islands::contact_log::ContactLog;
 use crate::scene::{Scene, SheetSpec, validate};
 use crate::sheet::Sheet;
-use crate::sheet::temperature::{self, spots};
+use crate::sheet::temperature::spots;
 use crate::thermal::ThermalModel;
 use crate::world::ids::SheetId;
 use crate::world::{World, attach_to_bodies, lod, unique_name};
@@ -106,8 +106,8 @@ impl World {
         let mut sheet = Sheet::build(&self.scene, sheets.len() - 1)?;
         attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
         let heat = if self.heat.is_some() { None } else { ThermalModel::of(&self.scene)?.map(Box::new) };
-        if self.heat.is_some() || heat.is_some() {
-            temperature::start_temperatures(&mut sheet, *ambient_temperature);
+        if let Some(heat) = self.heat.as_ref().or(heat.as_ref()) {
+            heat.prepare(&mut sheet, *ambient_temperature);
         }
         let spots = sheets.last().map_or(&[][..], |spec| &spec.spots);
         spots::heat_spots(&mut sheet, spots, *ambient_temperature)?;

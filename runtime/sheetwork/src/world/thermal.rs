@@ -9,7 +9,7 @@ use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
 use crate::sheet::Sheet;
-use crate::sheet::temperature::{self, spots};
+use crate::sheet::temperature::spots;
 use crate::thermal::ThermalModel;
 use crate::thermal::source::{HeatSource, heat_gun, heater, oven};
 use crate::world::ids::HeaterId;
@@ -71,8 +71,6 @@ impl World {
             self.heater_ids.remove(index);
             self.heater_names.remove(index);
             self.scene.heaters.remove(index);
-            // Files that were readable with this heater are readable without it.
-            let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         removed
@@ -85,7 +83,6 @@ impl World {
         let moved = heat.place(&heater::path_of(&self.heater_names[index]), placement);
         if moved {
             self.scene.heaters[index].placement = *placement;
-            let _ = heat.set_heat_mode(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         moved
@@ -102,8 +99,9 @@ impl World {
         }
         spots.iter().try_for_each(SpotSpec::check)?;
         if self.heat.is_none() {
-            self.heat = Some(Box::new(ThermalModel::new(&self.scene)?));
-            self.sheets.iter_mut().for_each(|s| temperature::start_temperatures(s, self.scene.ambient_temperature));
+            let heat = Box::new(ThermalModel::new(&self.scene)?);
+            self.sheets.iter_mut().for_each(|s| heat.prepare(s, self.scene.ambient_temperature));
+            self.heat = Some(heat);
         }
         spots::heat_spots(&mut self.sheets[index], spots, self.scene.ambient_temperature)?;
         if let Some(spec) = self.scene.sheets.get_mut(index) {
@@ -180,16 +178,12 @@ impl World {
     fn replace_heat_settings(&mut self, scene: Scene) -> Result<(), InputError> {
         validate::heat(&scene)?;
         match &mut self.heat {
-            Some(heat) => heat.set_heat_mode(&scene)?,
-            None => {
-                self.heat = ThermalModel::of(&scene)?.map(Box::new);
-                if self.heat.is_some() {
-                    // Sheets start at the ambient temperature of the old scene.
-                    self.sheets
-                        .iter_mut()
-                        .for_each(|s| temperature::start_temperatures(s, self.scene.ambient_temperature));
-                }
-            }
+            Some(heat) => heat.set_heat_mode(scene.heat_mode),
+            None => self.heat = ThermalModel::of(&scene)?.map(Box::new),
+        }
+        if let Some(heat) = &self.heat {
+            // Sheets without temperatures start at the ambient temperature of the old scene.
+            self.sheets.iter_mut().for_each(|s| heat.prepare(s, self.scene.ambient_temperature));
         }
         self.scene = scene;
         self.sheets.iter_mut().for_each(Sheet::wake);

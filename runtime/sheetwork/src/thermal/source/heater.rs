@@ -28,7 +28,7 @@ use crate::scene::{HeaterSpec, Placement, Scene};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::{Sheet, temperature};
 use crate::thermal::shadow::SelfShadow;
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, fourth_power};
+use crate::thermal::source::{HeatSource, HeatedSheet, HotPlane, SourceInputs, SourceKind, fourth_power};
 use crate::thermal::view_factor::contour;
 use crate::units::parameters::ParameterId as Id;
 use crate::units::temperature::COLDEST;
@@ -279,6 +279,16 @@ impl HeatSource for HeaterSource {
                 target.irradiate(patch, factor * visible, above);
             }
         }
+    }
+
+    fn add_hot_faces(&self, faces: &mut Vec<HotPlane>) {
+        faces.extend(self.faces.iter().filter(|_| self.on).map(|face| HotPlane {
+            centre: face.middle,
+            normal: face.normal,
+            area: face.points.iter().map(|(_, area)| area).sum(),
+            celsius: face.celsius,
+            emissivity: face.emissivity,
+        }));
     }
 
     fn path(&self) -> String {

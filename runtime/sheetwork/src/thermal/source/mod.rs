@@ -10,6 +10,8 @@ pub mod hot_body;
 pub mod oven;
 pub mod surroundings;
 
+use glam::DVec3;
+
 use crate::error::InputError;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{Placement, Scene};
@@ -91,6 +93,21 @@ impl HeatedSheet<'_> {
     }
 }
 
+/// Plane hot face, for the formulas of the thesis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HotPlane {
+    /// Centre, m.
+    pub centre: DVec3,
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// Area, m².
+    pub area: f64,
+    /// Temperature, °C.
+    pub celsius: f64,
+    /// Emissivity.
+    pub emissivity: f64,
+}
+
 /// Heat source.
 pub trait HeatSource: Send + Sync {
     /// Change the surroundings, as an oven does.
@@ -103,6 +120,9 @@ pub trait HeatSource: Send + Sync {
 
     /// Add the heat exchange of the sheet `_index`.
     fn add_exchange(&mut self, _index: usize, _moment: &SourceInputs, _target: &mut HeatedSheet) {}
+
+    /// Append the source's hot faces at present to `_faces`: none while it is off.
+    fn add_hot_faces(&self, _faces: &mut Vec<HotPlane>) {}
 
     /// Path of the source's parameters: `oven`, `heaters.lamp`. Empty for the room.
     fn path(&self) -> String {

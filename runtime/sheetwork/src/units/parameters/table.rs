@@ -255,6 +255,12 @@ parameters! {
     TackAbove: number("sheets.*.material.tack.above", "°C", TEMPERATURE).required(),
     /// Temperature below which bonds open, at most `above`.
     TackLetsGoBelow: number("sheets.*.material.tack.lets_go_below", "°C", TEMPERATURE).kind(Optional).default("none"),
+    /// Thermal sensitivity of a material in the thesis's formulas.
+    MaterialThesisSensitivity: number("sheets.*.material.thesis_sensitivity", "N/K", (0.0, 1e6))
+        .kind(Optional).live().usual(0.0, 1e-3),
+    /// Thermal conductivity coefficient of a material in the thesis's formulas.
+    MaterialThesisConductivity: number("sheets.*.material.thesis_conductivity", "", (0.0, 1e3))
+        .kind(Optional).live().usual(0.0, 2.0),
     /// Fracture strain.
     TearsAt: number("sheets.*.material.tears_at", "of strain", (1e-3, 10.0)).kind(Optional),
     /// Membrane stiffness of a woven sheet along the warp.
