@@ -357,7 +357,7 @@ fn the_thesis_heat_model_follows_the_heater_its_switch_and_the_material() {
         for (path, value) in settings {
             world.set(path, value).expect("a parameter of this scene");
         }
-        world.advance(0.05);
+        world.advance(2.0);
         let soft = &world.sheets()[0].springs().stiffness;
         soft.iter().zip(stiff).fold(1.0, |least: f64, (soft, stiff)| least.min(soft / stiff))
     };
