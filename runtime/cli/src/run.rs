@@ -163,7 +163,7 @@ impl Run {
             let (time, set) = item.split_once(':').ok_or_else(|| bad(item))?;
             let (path, value) = set.split_once('=').ok_or_else(|| bad(item))?;
             let time = quantities::time(time).map_err(|e| InputError::new("--at", e))?;
-            check_range("--at", time, 0.0, duration, "s, the length of the run")?;
+            check_range("--at", time, 0.0, duration, "s")?;
             all.push((time, JournalInput::Set { path: path.trim().to_owned(), value: value.to_owned() }));
         }
         all.reverse();

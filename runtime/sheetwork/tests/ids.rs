@@ -70,3 +70,79 @@ fn heaters_have_ids_and_those_without_a_name_have_their_number() {
     assert_eq!(world.get_heater(second).expect("there").placement, there);
     assert_eq!(world.heater_ids().collect::<Vec<_>>(), [second, added]);
 }
+
+/// A room with two balls and two sheets of five by five nodes, one metre apart.
+fn room() -> World {
+    let text = r#"(room: (x: (-1, 1), y: (-1, 1), z: (-1, 1)), bodies: [(name: "k", shape: Ball(0.02), mass: 1)],
+        sheets: [(name: "a", grid: (5, 1, 5), size: (0.1, 0.1)),
+            (name: "b", grid: (5, 1, 5), size: (0.1, 0.1), placement: (position: (1, 0, 0)))])"#;
+    World::new(&Scene::parse(text).expect("valid")).expect("a world")
+}
+
+#[test]
+fn a_floor_that_was_removed_is_back_after_a_reset_with_an_id_of_its_own() {
+    let mut world = room();
+    let ball = |name: &str| BodySpec { name: name.into(), ..BodySpec::new(Shape::Ball(0.01)) };
+    let (x, y) = (world.add_body(&ball("x")).expect("a body"), world.add_body(&ball("y")).expect("a body"));
+    let [floor, wall] = ["floor", "back wall"].map(|name| world.body_id(name).expect("of the room"));
+    assert!(world.remove_body(floor));
+    for _ in 0..3 {
+        world.advance(0.05);
+        world.reset().expect("resets");
+        let names = [x, y, wall].map(|id| world.body_name(id).expect("still there").to_owned());
+        assert_eq!(names, ["x", "y", "back wall"]);
+        let back = world.body_id("floor").expect("there again");
+        assert!(back != floor && world.body_name(floor).is_none());
+        assert_eq!(world.body_ids().len(), 5);
+    }
+}
+
+#[test]
+fn a_world_reads_its_snapshot_after_a_sheet_was_removed() {
+    let mut world = room();
+    world.step();
+    let first = world.sheet_id("a").expect("there");
+    assert!(world.remove_sheet(first));
+    let bytes = world.serialise();
+    world.deserialise(&bytes).expect("its own snapshot");
+    world.advance(0.1);
+    let end = world.serialise();
+    world.deserialise(&bytes).expect("its own snapshot");
+    world.advance(0.1);
+    assert!(world.serialise() == end, "it continues bit for bit");
+}
+
+#[test]
+fn names_that_two_objects_would_share_are_refused() {
+    let refused = |text: &str| Scene::parse(text).expect_err("a name twice").field.clone();
+    assert_eq!(refused(r#"(sheets: [(), (name: "sheet 0")])"#), "sheets.1.name");
+    let text = r#"(room: (x: (-1, 1), y: (-1, 1), z: (-1, 1)), bodies: [(name: "floor", shape: Ball(0.1))])"#;
+    assert_eq!(refused(text), "bodies.0.name");
+}
+
+#[test]
+fn durations_poses_and_thread_counts_out_of_range_change_nothing() {
+    let mut world = room();
+    world.advance(0.05);
+    let before = world.serialise();
+    for duration in [0.0, -5.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(world.advance(duration), 0, "{duration}");
+    }
+    let ball = world.body_id("k").expect("a ball");
+    for position in [DVec3::NAN, DVec3::splat(1e300)] {
+        assert!(
+            !world.move_body(ball, position, DQuat::IDENTITY) && !world.place_body(ball, position, DQuat::IDENTITY)
+        );
+    }
+    assert!(!world.place_body(ball, DVec3::ZERO, DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)));
+    assert!(world.set_threads(0).is_err() && world.set_threads(usize::MAX).is_err());
+    assert!(world.serialise() == before);
+}
+
+#[test]
+fn a_sheet_that_becomes_unstable_stops_the_step() {
+    let mut world = room();
+    world.sheets_mut()[0].apply_impulse(0, DVec3::splat(1e300)).expect("finite");
+    let outcomes: Vec<StepOutcome> = (0..3).map(|_| world.step().outcome()).collect();
+    assert!(world.unstable().is_some() && outcomes.contains(&StepOutcome::Stopped), "{outcomes:?}");
+}

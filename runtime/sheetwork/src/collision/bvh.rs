@@ -168,6 +168,11 @@ impl SurfaceTree {
         self.id
     }
 
+    /// Lower an identifier above `id` by one: that sheet was removed.
+    pub fn move_up_behind(&mut self, id: u32) {
+        self.id -= u32::from(self.id > id);
+    }
+
     pub fn is_of(&self, id: u32, skin: &CollisionSurface) -> bool {
         let counts = self.areas.len() == skin.triangles().len() && self.node_areas.len() == skin.node_count();
         self.id == id && self.revision == skin.revision() && counts

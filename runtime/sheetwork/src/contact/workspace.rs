@@ -123,6 +123,12 @@ impl ContactWorkspace {
         std::mem::swap(solver_bodies, &mut self.saved_solver_bodies);
     }
 
+    /// Forget the forces of the contacts of the last step.
+    pub fn clear_caches(&mut self) {
+        self.cache.clear();
+        self.other_stage_cache.clear();
+    }
+
     /// Reset after a step without any possible contact.
     pub fn reset(&mut self) {
         self.detected.clear();

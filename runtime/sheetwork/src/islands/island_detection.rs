@@ -59,6 +59,11 @@ impl DetectionCache {
         self.finder.serialise(to);
     }
 
+    /// Remove the sheet `index`: the sheets behind it move up. Returns whether any had data here.
+    pub fn remove_sheet(&mut self, index: u32) -> bool {
+        self.finder.remove_sheet(index)
+    }
+
     /// Whether the cache has data of sheet `index`.
     pub fn has_cache_for(&self, index: u32) -> bool {
         self.finder.has_sheet(index)

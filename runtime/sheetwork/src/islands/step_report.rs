@@ -36,7 +36,8 @@ pub struct StepReport {
     pub fallbacks: u32,
     /// Diverged substeps that were rolled back.
     pub rollbacks: u32,
-    /// Islands that were stopped for the rest of the step.
+    /// Islands that were stopped for the rest of the step, or sheets that became unstable in it,
+    /// whichever are more.
     pub stopped: u32,
 }
 

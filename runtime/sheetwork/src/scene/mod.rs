@@ -156,6 +156,11 @@ impl Scene {
     }
 }
 
+/// Name of the sheet `index` of a scene.
+pub(crate) fn sheet_name(name: &str, index: usize) -> String {
+    if name.is_empty() { format!("sheet {index}") } else { name.to_owned() }
+}
+
 /// Name of the body `index` of a scene.
 pub(crate) fn body_name(name: &str, index: usize) -> String {
     if name.is_empty() { format!("body {index}") } else { name.to_owned() }

@@ -11,7 +11,7 @@ use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
     Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, PathKey, PinSpec, Placement, Region,
-    RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material,
+    RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -51,10 +51,16 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     }
     each("sheets", &scene.sheets, sheet)?;
     each("bodies", &scene.bodies, body)?;
-    names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
-    // The default name of a body must not equal another's name.
+    // The default name of an object must not equal another's name.
+    let sheets: Vec<String> = scene.sheets.iter().enumerate().map(|(i, s)| sheet_name(&s.name, i)).collect();
+    names("sheets", sheets.iter().map(String::as_str))?;
     let bodies = scene.body_names();
-    names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
+    let (own, room) = bodies.split_at(scene.bodies.len());
+    names("bodies", own.iter().map(String::as_str))?;
+    match own.iter().position(|name| room.contains(name)) {
+        Some(i) => Err(InputError::new(format!("bodies.{i}.name"), format!("\"{}\" is a part of the room", own[i]))),
+        None => Ok(()),
+    }
 }
 
 /// Check a sheet that is added to a valid scene as number `index`, with a name that is not in use.
@@ -217,7 +223,7 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
     woven.map_err(|e| e.within(&at("orthotropic")))
 }
 
-fn placement(p: &Placement) -> ValidationResult {
+pub(crate) fn placement(p: &Placement) -> ValidationResult {
     Id::PlacementPosition.check_each("placement.position", p.position.to_array())?;
     Id::PlacementRotation.check_each("placement.rotation", p.rotation.to_array())
 }

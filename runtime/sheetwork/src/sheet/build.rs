@@ -18,7 +18,7 @@ use crate::mesh::outline::{MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
-use crate::scene::{Region, RegionVector, Scene, SheetSpec, adhesion, fracture, rest_shape};
+use crate::scene::{Region, RegionVector, Scene, SheetSpec, adhesion, fracture, rest_shape, sheet_name};
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::{FractureState, open_slits};
@@ -61,9 +61,7 @@ impl Sheet {
         let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
         let triangles = mesh.as_ref().map(upper_side);
         let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some(), triangles);
-        if sheet.name.is_empty() {
-            sheet.name = format!("sheet {index}");
-        }
+        sheet.name = sheet_name(&sheet.name, index);
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
         rest_shape::check_material(spec, &sheet.parameters.material)?;

@@ -7,6 +7,7 @@ use crate::rigid::BodyState;
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::{Sheet, attachment};
 use crate::thermal::ThermalModel;
+use crate::units::parameters::ParameterId as Id;
 use crate::world::ids::BodyId;
 use crate::world::serialization::StructureChecksum;
 use crate::world::{World, unique_name};
@@ -80,8 +81,12 @@ impl World {
     }
 
     /// Prescribe the pose of a rigid body at the end of the next step (m). A dynamic body becomes
-    /// kinematic. Returns `false` when it was removed.
+    /// kinematic. Returns `false` when it was removed, or when the pose is not finite or farther
+    /// than 10 km from the origin.
     pub fn move_body(&mut self, id: BodyId, position: DVec3, rotation: DQuat) -> bool {
+        if !is_valid_pose(position, rotation) {
+            return false;
+        }
         let (Some(index), Some(rigid)) = (self.body_ids.position(id.0), &mut self.rigid) else { return false };
         let was_free = rigid.state(index).is_some_and(BodyState::is_dynamic);
         let sent = rigid.set_target(index, position, rotation);
@@ -93,8 +98,12 @@ impl World {
     }
 
     /// Place a dynamic body at a position (m), at once and at rest, and wake the sheets. Objects on
-    /// the way are not touched. Returns `false` when it was removed or is not dynamic.
+    /// the way are not touched. Returns `false` when it was removed or is not dynamic, or when the
+    /// pose is not finite or farther than 10 km from the origin.
     pub fn place_body(&mut self, id: BodyId, position: DVec3, rotation: DQuat) -> bool {
+        if !is_valid_pose(position, rotation) {
+            return false;
+        }
         let (Some(index), Some(rigid)) = (self.body_ids.position(id.0), &mut self.rigid) else { return false };
         let placed = rigid.teleport(index, position, rotation);
         if placed {
@@ -102,4 +111,11 @@ impl World {
         }
         placed
     }
+}
+
+/// Whether a body may stand there: within the range of positions, with a rotation of unit length.
+fn is_valid_pose(position: DVec3, rotation: DQuat) -> bool {
+    let row = Id::PlacementPosition.row();
+    let (min, max) = row.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+    position.to_array().iter().all(|p| (min..=max).contains(p)) && (rotation.length() - 1.0).abs() < 1e-3
 }

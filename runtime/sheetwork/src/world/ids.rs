@@ -71,9 +71,24 @@ impl IdTable {
         self.update_positions();
     }
 
-    /// Reorder the list: `positions` are the former positions of its objects.
-    pub(crate) fn reorder(&mut self, positions: &[usize]) {
-        self.order = positions.iter().map(|position| self.order[*position]).collect();
+    /// Replace the list: `former` are the former positions of its objects, `None` for a new one.
+    /// Objects without a place in the new list are removed.
+    pub(crate) fn replace(&mut self, former: &[Option<usize>]) {
+        for position in (0..self.order.len()).rev().filter(|position| !former.contains(&Some(*position))) {
+            let index = self.order[position];
+            let entry = &mut self.slots[index as usize];
+            *entry = SlotEntry { generation: entry.generation + 1, position: None };
+            self.free.push(index);
+        }
+        let order = std::mem::take(&mut self.order);
+        for position in former {
+            match position {
+                Some(position) => self.order.push(order[*position]),
+                None => {
+                    self.push();
+                }
+            }
+        }
         self.update_positions();
     }
 
@@ -114,11 +129,9 @@ mod tests {
         assert_eq!(reused.index, ids[1].index);
         assert_ne!(reused, ids[1]);
         assert_eq!((table.position(ids[1]), table.position(reused)), (None, Some(2)));
-        table.reorder(&[2, 0, 1]);
-        assert_eq!(
-            (table.position(reused), table.position(ids[0]), table.position(ids[2])),
-            (Some(0), Some(1), Some(2))
-        );
-        assert_eq!((table.at(0), table.at(3)), (Some(reused), None));
+        table.replace(&[Some(2), None, Some(0)]);
+        let positions = [reused, ids[0], ids[2]].map(|slot| table.position(slot));
+        assert_eq!(positions, [Some(0), Some(2), None]);
+        assert_eq!((table.at(0), table.at(2), table.at(3)), (Some(reused), Some(ids[0]), None));
     }
 }

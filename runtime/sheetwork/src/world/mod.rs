@@ -34,7 +34,7 @@ pub use crate::world::snapshot::Snapshot;
 
 use crate::contact::node::detection::deepest_penetration;
 use crate::contact::{ContactCounters, SheetContact};
-use crate::error::{BuildError, InputError};
+use crate::error::{BuildError, InputError, check_range};
 use crate::islands::contact_log::ContactLog;
 use crate::islands::event::Event;
 use crate::islands::island_manager::IslandManager;
@@ -49,6 +49,9 @@ use crate::thermal::source::heater;
 use crate::units::parameters::ParameterId as Id;
 use crate::world::ids::IdTable;
 use crate::world::serialization::StructureChecksum;
+
+/// Maximum number of threads of a world.
+const MAX_THREADS: f64 = 1024.0;
 
 /// Simulation of sheets and bodies.
 pub struct World {
@@ -177,25 +180,25 @@ impl World {
         Ok(())
     }
 
-    /// Take the ids of `old`, whose objects are those of this world. Its sheets and heaters are in
-    /// the order of the scene; bodies added at run time came after the room.
+    /// Take the ids of `old`: its sheets and heaters are those of this world, in the same order; its
+    /// bodies are known by their names. A floor that was removed is there again, with a new id.
     fn take_ids(&mut self, old: &mut Self) {
         self.sheet_ids = std::mem::take(&mut old.sheet_ids);
         self.heater_ids = std::mem::take(&mut old.heater_ids);
         self.body_ids = std::mem::take(&mut old.body_ids);
-        let (Some(new), Some(old)) = (&self.rigid, &old.rigid) else { return };
-        let positions: Vec<usize> = new.bodies().iter().filter_map(|body| old.index_of(&body.name)).collect();
-        if positions.len() == old.bodies().len() {
-            self.body_ids.reorder(&positions);
+        if let (Some(new), Some(old)) = (&self.rigid, &old.rigid) {
+            let former: Vec<_> = new.bodies().iter().map(|body| old.index_of(&body.name)).collect();
+            self.body_ids.replace(&former);
         }
     }
 
-    /// Set the number of threads that step islands, 1 by default: the caller's. Results do not
-    /// depend on it. Without the feature `parallel` all threads are the caller's.
+    /// Set the number of threads that step islands, 1 to 1024; 1 by default: the caller's. Results
+    /// do not depend on it. Without the feature `parallel` all threads are the caller's.
     ///
     /// # Errors
-    /// When the system refuses to start the threads.
+    /// When out of range, or when the system refuses to start the threads.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), InputError> {
+        check_range("threads", threads as f64, 1.0, MAX_THREADS, "")?;
         self.pool = if threads <= 1 { None } else { Some(Arc::new(Pool::new(threads)?)) };
         Ok(())
     }

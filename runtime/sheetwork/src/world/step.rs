@@ -1,6 +1,7 @@
 //! One step of a world: the order of its phases. See `docs/architecture.md`.
 
 use crate::islands::StepContext;
+use crate::islands::contact_log::ContactLog;
 use crate::islands::event::{Event, EventKind};
 use crate::islands::step_report::StepReport;
 use crate::profiler::Phase;
@@ -124,6 +125,10 @@ impl World {
             Some(pool) if many => pool.install(|| work(true)),
             _ => work(false),
         }
+        // Sheets may become unstable outside the solution of their island.
+        let is_unstable = |log: &&ContactLog| log.events.iter().any(|event| event.1 == EventKind::Unstable);
+        let unstable = self.contact_logs.iter().filter(is_unstable).count() as u32;
+        self.islands.report.stopped = self.islands.report.stopped.max(unstable);
         self.steps += 1;
         self.time += dt;
     }
@@ -147,8 +152,12 @@ impl World {
     }
 }
 
-/// Number of equal steps of at most `dt` in `duration`; at least one.
+/// Number of equal steps of at most `dt` in `duration`; at least one, none if the duration is not
+/// positive or not finite.
 fn steps_in(duration: f64, dt: f64) -> u64 {
+    if duration <= 0.0 || !duration.is_finite() {
+        return 0;
+    }
     // The slack absorbs rounding of a duration that is a whole number of steps.
     ((duration / dt) - 1e-9).ceil().max(1.0) as u64
 }

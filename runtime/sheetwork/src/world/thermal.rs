@@ -77,8 +77,11 @@ impl World {
     }
 
     /// Place the heater `id` at `placement` from the next thermal step on. Returns `false` when it
-    /// was removed before.
+    /// was removed before, or when the placement is not finite or out of range.
     pub fn move_heater(&mut self, id: HeaterId, placement: &Placement) -> bool {
+        if validate::placement(placement).is_err() {
+            return false;
+        }
         let (Some(index), Some(heat)) = (self.heater_ids.position(id.0), &mut self.heat) else { return false };
         let moved = heat.place(&heater::path_of(&self.heater_names[index]), placement);
         if moved {

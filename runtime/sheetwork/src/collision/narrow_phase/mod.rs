@@ -194,6 +194,15 @@ impl CollisionDetector {
         self.trees.iter().any(|tree| tree.sheet_id() == id)
     }
 
+    /// Remove the sheet `id`: higher identifiers become lower by one. Returns whether any sheet had
+    /// data here.
+    pub fn remove_sheet(&mut self, id: u32) -> bool {
+        let any = self.trees.iter().any(|tree| tree.sheet_id() >= id);
+        self.trees.retain(|tree| tree.sheet_id() != id);
+        self.trees.iter_mut().for_each(|tree| tree.move_up_behind(id));
+        any
+    }
+
     /// Set the kinds of pairs that are detected from the next step on.
     pub fn set_scope(&mut self, scope: DetectionScope) {
         self.scope = scope;

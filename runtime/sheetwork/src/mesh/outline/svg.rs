@@ -14,6 +14,9 @@ const ARC_ERROR: f64 = 1e-8;
 /// CSS pixel, 1/96 inch, m.
 const PIXEL: f64 = 0.0254 / 96.0;
 
+/// Maximum nesting of the elements of a file.
+const MAX_DEPTH: usize = 256;
+
 /// Curves of a path's text, in its own units.
 ///
 /// # Errors
@@ -146,7 +149,7 @@ pub fn drawing(text: &str, scale: Option<f64>) -> Result<BezPath, String> {
         return Err(format!("is not an SVG file: its root is <{}>", root.tag_name().name()));
     }
     let mut all = BezPath::new();
-    collect(root, Affine::IDENTITY, &mut all)?;
+    collect(root, Affine::IDENTITY, 0, &mut all)?;
     if all.elements().is_empty() {
         return Err("has no path element".into());
     }
@@ -155,8 +158,10 @@ pub fn drawing(text: &str, scale: Option<f64>) -> Result<BezPath, String> {
     Ok(Affine::scale(metres) * Affine::translate(-middle.to_vec2()) * all)
 }
 
-fn collect(node: roxmltree::Node, outer: Affine, all: &mut BezPath) -> Result<(), String> {
-    // Nesting is bounded: roxmltree rejects documents that are nested too deeply.
+fn collect(node: roxmltree::Node, outer: Affine, depth: usize, all: &mut BezPath) -> Result<(), String> {
+    if depth > MAX_DEPTH {
+        return Err(format!("nests elements more than {MAX_DEPTH} deep"));
+    }
     let only_defined = ["defs", "clipPath", "mask", "marker", "pattern", "symbol"];
     if !node.is_element() || only_defined.contains(&node.tag_name().name()) {
         return Ok(());
@@ -169,7 +174,7 @@ fn collect(node: roxmltree::Node, outer: Affine, all: &mut BezPath) -> Result<()
     if let Some(text) = node.attribute("d").filter(|_| node.tag_name().name() == "path") {
         all.extend((place * path(text)?).iter());
     }
-    node.children().try_for_each(|child| collect(child, place, all))
+    node.children().try_for_each(|child| collect(child, place, depth + 1, all))
 }
 
 /// Metres per unit of the drawing: `width` over the width of the `viewBox`, where both exist.
