@@ -86,7 +86,7 @@ pub struct Link {
     /// Version of the present topology, and of the last one sent.
     version: u32,
     sent: u32,
-    events_seen: usize,
+    events_seen: u64,
     /// Whether the link has enabled buckling detection for a reader of events; calls since the last
     /// count of these readers.
     detects_buckling: bool,
@@ -156,7 +156,7 @@ impl Link {
             readers: [0; 3],
             version: 1,
             sent: 0,
-            events_seen: world.events().len(),
+            events_seen: world.event_count(),
             detects_buckling: false,
             calls_since_count: READER_COUNT_INTERVAL,
             calls_since_poll: 0,
@@ -254,7 +254,7 @@ impl Link {
     /// Publishes the world to the readers if it has moved since the last call; a resting world ten
     /// times a second. `step_time` is the duration of the last step or tick, s.
     pub fn publish(&mut self, world: &World, step_time: f64, playing: bool) {
-        if world.events().len() != self.events_seen {
+        if world.event_count() != self.events_seen {
             self.publish_events(world);
         }
         let now = (world.steps(), world.time());
@@ -352,15 +352,15 @@ impl Link {
 
     /// Sends the events since the last call.
     fn publish_events(&mut self, world: &World) {
-        let events = world.events();
         // A reset or a restored snapshot has fewer events.
-        let from = self.events_seen.min(events.len());
-        self.events_seen = events.len();
+        let events = world.events_since(self.events_seen);
+        self.events_seen = world.event_count();
+        let first = self.events_seen as usize - events.len();
         let readers = self.events.readers();
         if readers == 0 {
             return;
         }
-        for (index, event) in events.iter().enumerate().skip(from) {
+        for (index, event) in (first..).zip(events) {
             let bytes = event_bytes(self.epoch, index, event, world);
             self.events.write(readers, bytes.len(), |out| {
                 // Spaces fill the last word.

@@ -146,3 +146,47 @@ fn a_sheet_that_becomes_unstable_stops_the_step() {
     let outcomes: Vec<StepOutcome> = (0..3).map(|_| world.step().outcome()).collect();
     assert!(world.unstable().is_some() && outcomes.contains(&StepOutcome::Stopped), "{outcomes:?}");
 }
+
+#[test]
+fn the_removal_of_a_far_sheet_leaves_a_pile_and_its_attachment_as_they_were() {
+    let card = |name: &str, height: f64| {
+        let spec = SheetSpec::new("card").named(name);
+        let placement = Placement { position: DVec3::new(0.0, height, 0.0), ..Placement::default() };
+        SheetSpec { grid: (7, 1, 7), size: (0.1, 0.1), placement, ..spec }
+    };
+    let far = card("far", 50.0);
+    let ball = BodySpec { name: "ball".into(), mass: Some(0.01), ..BodySpec::new(Shape::Ball(0.01)) };
+    let ball =
+        BodySpec { placement: Placement { position: DVec3::new(0.0, 0.03, 0.0), ..Placement::default() }, ..ball };
+    let room = "(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)))";
+    let scene = Scene {
+        sheets: vec![far, card("a", 1e-3), card("b", 3e-3), card("c", 6e-3)],
+        ..Scene::parse(room).expect("valid")
+    };
+    let run = |removed: bool| {
+        let mut world = World::new(&Scene { bodies: vec![ball.clone()], ..scene.clone() }).expect("valid");
+        for tick in 0..60 {
+            if removed && tick == 20 {
+                let far = world.sheet_id("far").expect("there");
+                assert!(world.remove_sheet(far));
+            }
+            world.step();
+        }
+        ["a", "b", "c"].map(|name| world.sheet(name).expect("there").state.x.clone())
+    };
+    assert!(run(false) == run(true));
+}
+
+#[test]
+fn events_are_counted_and_given_since_a_count_although_they_are_drained() {
+    let mut world = room();
+    let (mut seen, mut sent) = (0, 0);
+    for _ in 0..60 {
+        world.step();
+        sent += world.events_since(seen).len() as u64;
+        seen = world.event_count();
+        world.drain_events();
+        assert!(world.events_since(seen).is_empty());
+    }
+    assert!(sent > 0 && sent == world.event_count(), "{sent} of {}", world.event_count());
+}

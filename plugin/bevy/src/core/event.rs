@@ -35,12 +35,12 @@ pub(super) fn send(
     mut out: MessageWriter<SheetEvent>,
 ) {
     // A reset shortens the list.
-    let seen = world.events_seen.min(world.events().len());
-    world.bypass_change_detection().events_seen = seen;
-    if world.events().len() <= seen {
+    let (seen, count) = (world.events_seen, world.event_count());
+    if count == seen {
         return;
     }
-    for event in &world.events()[seen..] {
+    world.bypass_change_detection().events_seen = count;
+    for event in world.events_since(seen) {
         let sheet = sheets.iter().find(|(_, m)| m.name() == event.sheet);
         let body = event.body.as_deref().and_then(|name| bodies.iter().find(|(_, m)| m.is_named(name)));
         out.write(SheetEvent {
@@ -54,5 +54,4 @@ pub(super) fn send(
             alarm: event.alarm,
         });
     }
-    world.events_seen = world.events().len();
 }

@@ -32,7 +32,7 @@ pub struct SheetWorld {
     borrowed: bool,
     generation: u32,
     pub(super) moves: Vec<KinematicMotion>,
-    pub(super) events_seen: usize,
+    pub(super) events_seen: u64,
     step_time: Duration,
     /// Wall-clock time of a step, exponential mean over ticks, s.
     mean_step: f64,
@@ -126,7 +126,7 @@ impl SheetWorld {
     pub fn rewind(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         self.world.deserialise(bytes)?;
         self.moves.clear();
-        self.events_seen = self.events_seen.min(self.world.events().len());
+        self.events_seen = self.events_seen.min(self.world.event_count());
         Ok(())
     }
 

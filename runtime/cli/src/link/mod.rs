@@ -16,7 +16,7 @@ fn print_unstable_sheets(answer: &serde_json::Map<String, serde_json::Value>) {
     let names = answer.get("stopped").and_then(serde_json::Value::as_array);
     for name in names.into_iter().flatten().filter_map(serde_json::Value::as_str) {
         eprintln!(
-            "note: {name} went unstable and stands still: `sheetwork tell reset` starts it again, `sheetwork tell restore` goes back to a snapshot"
+            "note: {name} is unstable and stopped: `sheetwork tell reset` starts it again, `sheetwork tell restore` goes back to a snapshot"
         );
     }
 }

@@ -74,7 +74,7 @@ impl Record {
             match frames.wait(FIRST_FRAME_TIMEOUT) {
                 Ok(next) => frame = next,
                 Err(_) => {
-                    ended = "the game has gone quiet";
+                    ended = "the game sends no frames";
                     break;
                 }
             }

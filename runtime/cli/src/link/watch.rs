@@ -276,7 +276,7 @@ impl Screen {
             lines.push(format!("{:<20} {:<8} {:>5} touch", row.name, row.status, row.contacts));
             lines.push(format!("  height {low:>9.4} {mean:>9.4} {high:>9.4} m  {}", spark(&kept[0])));
             if let Some([low, mean, high]) = row.celsius {
-                lines.push(format!("  warmth {low:>9.2} {mean:>9.2} {high:>9.2} °C {}", spark(&kept[2])));
+                lines.push(format!("  temp   {low:>9.2} {mean:>9.2} {high:>9.2} °C {}", spark(&kept[2])));
             }
             if !row.energy[3].is_nan() {
                 let [kinetic, elastic, ..] = row.energy;

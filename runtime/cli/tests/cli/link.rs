@@ -114,7 +114,7 @@ fn a_heated_scene_is_switched_watched_and_recorded_with_temperatures() {
     let csv = served.run(&["watch", "--csv", "--frames", "1"]).out;
     let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
     assert_eq!((rows[0].last(), rows[0].len()), (Some(&"hottest_c"), rows[1].len()));
-    assert!(served.run(&["watch", "--frames", "1"]).out.contains("warmth"));
+    assert!(served.run(&["watch", "--frames", "1"]).out.contains("temp "));
     served.json(&["tell", "play"]);
     assert!(served.json(&["record", "w.swr", "--seconds", "0.5", "--json"])["frames"].as_u64() > Some(1));
     let (header, frames) = sheetwork::world::recording::read(&served.place.path("w.swr")).expect("a recording");

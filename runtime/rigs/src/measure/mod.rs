@@ -97,7 +97,7 @@ pub const TABLE: &[RigCase] = &[
         cards::house,
     ),
     contact_rig("card-pack", "52 cards dropped as a pack: [--threads N]", cards::pack),
-    rig("conduction", "how far warmth has come along an insulated sheet from an edge made warm: --fo", conduction::run),
+    rig("conduction", "temperature along an insulated sheet after a step of temperature at one edge: --fo", conduction::run),
     rig(
         "cooling",
         "time from one temperature to another in the open: --from, --to, --ambient, --convection",
@@ -110,7 +110,7 @@ pub const TABLE: &[RigCase] = &[
     ),
     contact_rig(
         "detail",
-        "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
+        "how far the drawn surface jumps when a sheet changes to another grid, at rest and in motion",
         detail::run,
     ),
     rig(
@@ -126,12 +126,12 @@ pub const TABLE: &[RigCase] = &[
     ),
     rig(
         "energy",
-        "largest rise of the energy of an undamped sheet in ten seconds after it is let go from flat",
+        "largest rise of the energy of an undamped sheet in ten seconds after its release from flat",
         energy::run,
     ),
     rig(
         "fold",
-        "angle that stays of a card folded by --angle DEG and let go, and that of return mapping: --yield-stress --hardening",
+        "angle that remains of a card folded by --angle DEG and released, and that of return mapping: --yield-stress --hardening",
         fold::run,
     ),
     rig("free-fall", "error of a second's free fall against ½ g t²", free_fall::run),
@@ -150,7 +150,7 @@ pub const TABLE: &[RigCase] = &[
         "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
         radiate::run,
     ),
-    rig("release", "first swing of a sheet clamped along one edge and let go from flat, undamped", release::run),
+    rig("release", "first swing of a sheet clamped along one edge and released from flat, undamped", release::run),
     contact_rig("slide", "stopping distance on a floor: --speed M_S --friction MU", slide::run),
     rig(
         "softening",

@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::collision::constraint::ContactKey;
-use crate::collision::narrow_phase::feature_owner;
+use crate::collision::narrow_phase::{feature_owner, without_sheet};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 
 /// Cached forces of one contact, in world axes.
@@ -82,6 +82,11 @@ impl ContactCache {
             self.entries.push((key, CachedForces { position, velocity, slipped: [slides & 1 == 1, slides & 2 == 2] }));
         }
         Ok(())
+    }
+
+    /// Remove the contacts of the sheet `id`, whose removal lowers higher identifiers by one.
+    pub fn remove_sheet(&mut self, id: u32) {
+        self.entries.retain_mut(|(key, _)| without_sheet(key, id).map(|moved| *key = moved).is_some());
     }
 
     /// Whether the cache is empty.

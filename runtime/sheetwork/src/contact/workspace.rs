@@ -123,10 +123,10 @@ impl ContactWorkspace {
         std::mem::swap(solver_bodies, &mut self.saved_solver_bodies);
     }
 
-    /// Forget the forces of the contacts of the last step.
-    pub fn clear_caches(&mut self) {
-        self.cache.clear();
-        self.other_stage_cache.clear();
+    /// Forget the contacts of the sheet `id`, whose removal lowers higher identifiers by one.
+    pub fn remove_sheet(&mut self, id: u32) {
+        self.cache.remove_sheet(id);
+        self.other_stage_cache.remove_sheet(id);
     }
 
     /// Reset after a step without any possible contact.

@@ -8,7 +8,7 @@ use crate::collision::collision_surface::CollisionSurface;
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::collision::narrow_phase::{
     BodyStageMotion, CollisionDetector, ContactPair, DetectionCounters, DetectionInput, DetectionScope,
-    SheetStageMotion,
+    SheetStageMotion, attachment_key,
 };
 use crate::contact::IslandView;
 use crate::contact::adhesion::on_bodies;
@@ -26,9 +26,8 @@ use crate::sheet::{Interpenetration, Sheet, attachment, node_contact, stage};
 
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
-/// Contact cache keys of attachments and of contacts between bodies; keys of sheet contacts are
-/// smaller.
-const ATTACHMENT_KEY: u64 = u64::MAX;
+/// Contact cache key of contacts between bodies, below that of attachments; keys of sheet contacts
+/// are smaller.
 const BODY_CONTACT_KEY: u64 = u64::MAX - 1;
 
 /// State of detection between steps.
@@ -59,9 +58,9 @@ impl DetectionCache {
         self.finder.serialise(to);
     }
 
-    /// Remove the sheet `index`: the sheets behind it move up. Returns whether any had data here.
-    pub fn remove_sheet(&mut self, index: u32) -> bool {
-        self.finder.remove_sheet(index)
+    /// Remove the sheet `index`: the sheets behind it move up.
+    pub fn remove_sheet(&mut self, index: u32) {
+        self.finder.remove_sheet(index);
     }
 
     /// Whether the cache has data of sheet `index`.
@@ -328,7 +327,7 @@ impl IslandDetection<'_> {
                     b: ContactSide::Body { body, local: place },
                     normal: DVec3::Y,
                     offset: 0.0,
-                    key: [ATTACHMENT_KEY, (u64::from(*id) << 32 | u64::from(mass)) ^ (index as u64) << 48],
+                    key: attachment_key(*id, mass, index),
                     friction: 0.0,
                     restitution: 0.0,
                 });

@@ -167,16 +167,15 @@ impl IslandManager {
         self.states.get(index)?.as_deref()
     }
 
-    /// Remove the sheet `index`: the sheets behind it move up. Islands with sheets that move forget
-    /// their contacts, which name sheets by their index.
+    /// Remove the sheet `index`: the sheets behind it move up, also in the caches that name sheets
+    /// by their index.
     pub fn remove_sheet(&mut self, index: usize) {
         if index < self.states.len() {
             self.states.remove(index);
         }
         for state in self.states.iter_mut().flatten() {
-            if state.detection.remove_sheet(index as u32) {
-                state.contact.clear_caches();
-            }
+            state.detection.remove_sheet(index as u32);
+            state.contact.remove_sheet(index as u32);
         }
     }
 

@@ -1,7 +1,7 @@
 //! State of a sheet: all that evolves, apart from the histories that its elements and its
 //! integrator keep. SI units.
 //!
-//! `Sheet::serialise_state` takes the struct apart field by field: a field that is added and not
+//! `serialization.rs` takes the struct apart field by field: a field that is added and not
 //! serialised does not compile.
 
 use glam::DVec3;

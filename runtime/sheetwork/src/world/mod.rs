@@ -270,6 +270,18 @@ impl World {
         &self.events
     }
 
+    /// Number of events since the start, drained ones included.
+    pub fn event_count(&self) -> u64 {
+        self.drained_events + self.events.len() as u64
+    }
+
+    /// Events after the first `count` since the start, without those that were drained. After a
+    /// reset there may be fewer than `count`: then none.
+    pub fn events_since(&self, count: u64) -> &[Event] {
+        let from = usize::try_from(count.saturating_sub(self.drained_events)).unwrap_or(usize::MAX);
+        self.events.get(from..).unwrap_or_default()
+    }
+
     /// Simulated time, s.
     pub fn time(&self) -> f64 {
         self.time

@@ -132,7 +132,7 @@ impl World {
         self.lod.iter().for_each(|detail| detail.serialise(to));
         to.number(self.time);
         to.count(self.steps);
-        to.count(self.drained_events + self.events.len() as u64);
+        to.count(self.event_count());
     }
 
     /// Deserialise the output of [`World::write_state`] from a world of the same structure.

@@ -19,6 +19,28 @@ pub(crate) fn feature_key(kind: FeatureKind, id: u32, index: u32) -> u64 {
     (kind as u64) << 56 | u64::from(id & 0x00ff_ffff) << 32 | u64::from(index)
 }
 
+/// First part of the key of an attachment; a feature has a lower one.
+pub(crate) const ATTACHMENT_KEY: u64 = u64::MAX;
+
+/// Key of the attachment of node `node` of the sheet `id` to the body `body`.
+pub(crate) fn attachment_key(id: u32, node: u32, body: usize) -> ContactKey {
+    [ATTACHMENT_KEY, (u64::from(id) << 32 | u64::from(node)) ^ (body as u64) << 48]
+}
+
+/// `key` after the removal of the sheet `id`, by which higher identifiers are lower by one; `None`
+/// for a contact of that sheet. Keys keep their order.
+pub(crate) fn without_sheet(key: &ContactKey, id: u32) -> Option<ContactKey> {
+    let moved = |part: u64, mask: u64, is_sheet: bool| {
+        let own = (part >> 32 & mask) as u32;
+        if is_sheet && own == id { None } else { Some(part - (u64::from(is_sheet && own > id) << 32)) }
+    };
+    if key[0] == ATTACHMENT_KEY {
+        return Some([key[0], moved(key[1], 0xffff, true)?]);
+    }
+    let of = |part: u64| moved(part, 0x00ff_ffff, part >> 56 <= FeatureKind::Triangle as u64);
+    Some([of(key[0])?, of(key[1])?])
+}
+
 /// Number of the sheet or body that owns a feature, equal for all its features.
 pub(crate) fn feature_owner(name: u64) -> u64 {
     let is_sheet = name >> 56 <= FeatureKind::Triangle as u64;

@@ -36,7 +36,7 @@ use crate::collision::constraint::{ContactConstraint, ContactKey};
 use crate::collision::features::{ColliderFeatures, ColliderPart};
 use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
 pub(crate) use crate::collision::narrow_phase::feature_keys::{
-    feature_owner, is_ball_contact, is_node_surface_contact,
+    attachment_key, feature_owner, is_ball_contact, is_node_surface_contact, without_sheet,
 };
 use crate::collision::narrow_phase::height_graph::remains_height_graph;
 use crate::collision::narrow_phase::sheet_pairs::{SheetPairDetector, box_margin, sheet_pair};
@@ -194,13 +194,10 @@ impl CollisionDetector {
         self.trees.iter().any(|tree| tree.sheet_id() == id)
     }
 
-    /// Remove the sheet `id`: higher identifiers become lower by one. Returns whether any sheet had
-    /// data here.
-    pub fn remove_sheet(&mut self, id: u32) -> bool {
-        let any = self.trees.iter().any(|tree| tree.sheet_id() >= id);
+    /// Remove the sheet `id`: higher identifiers become lower by one.
+    pub fn remove_sheet(&mut self, id: u32) {
         self.trees.retain(|tree| tree.sheet_id() != id);
         self.trees.iter_mut().for_each(|tree| tree.move_up_behind(id));
-        any
     }
 
     /// Set the kinds of pairs that are detected from the next step on.
