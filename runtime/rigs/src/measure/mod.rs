@@ -97,7 +97,11 @@ pub const TABLE: &[RigCase] = &[
         cards::house,
     ),
     contact_rig("card-pack", "52 cards dropped as a pack: [--threads N]", cards::pack),
-    rig("conduction", "temperature along an insulated sheet after a step of temperature at one edge: --fo", conduction::run),
+    rig(
+        "conduction",
+        "temperature along an insulated sheet after a step of temperature at one edge: --fo",
+        conduction::run,
+    ),
     rig(
         "cooling",
         "time from one temperature to another in the open: --from, --to, --ambient, --convection",

@@ -108,7 +108,7 @@ impl FrameMotion {
 
 /// Bounding volume hierarchy over the triangles of a sheet in a stage, and its normals at the base.
 pub(crate) struct SurfaceTree {
-    id: u32,
+    pub(crate) id: u32,
     revision: u64,
     tree: Bvh,
     /// Reference frame and growth (m) of the boxes; `None` if they belong to another stage.
@@ -161,16 +161,6 @@ impl SurfaceTree {
             height: skin.least_height(),
             is_multilayer: skin.is_multilayer(),
         }
-    }
-
-    /// Identifier of the sheet.
-    pub fn sheet_id(&self) -> u32 {
-        self.id
-    }
-
-    /// Lower an identifier above `id` by one: that sheet was removed.
-    pub fn move_up_behind(&mut self, id: u32) {
-        self.id -= u32::from(self.id > id);
     }
 
     pub fn is_of(&self, id: u32, skin: &CollisionSurface) -> bool {

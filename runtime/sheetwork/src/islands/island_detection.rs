@@ -33,7 +33,7 @@ const BODY_CONTACT_KEY: u64 = u64::MAX - 1;
 /// State of detection between steps.
 #[derive(Default)]
 pub(crate) struct DetectionCache {
-    finder: CollisionDetector,
+    pub finder: CollisionDetector,
     /// Parts and bodies of the surroundings in reach, ascending, and the island's body of each
     /// part.
     parts: Vec<u32>,
@@ -56,16 +56,6 @@ impl DetectionCache {
     /// Serialise the state of detection for a snapshot.
     pub fn serialise(&self, to: &mut StateWriter) {
         self.finder.serialise(to);
-    }
-
-    /// Remove the sheet `index`: the sheets behind it move up.
-    pub fn remove_sheet(&mut self, index: u32) {
-        self.finder.remove_sheet(index);
-    }
-
-    /// Whether the cache has data of sheet `index`.
-    pub fn has_cache_for(&self, index: u32) -> bool {
-        self.finder.has_sheet(index)
     }
 
     /// Deserialise the state of detection; `skin` returns the collision surface of a sheet by

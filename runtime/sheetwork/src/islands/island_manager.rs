@@ -174,7 +174,7 @@ impl IslandManager {
             self.states.remove(index);
         }
         for state in self.states.iter_mut().flatten() {
-            state.detection.remove_sheet(index as u32);
+            state.detection.finder.remove_sheet(index as u32);
             state.contact.remove_sheet(index as u32);
         }
     }
@@ -183,7 +183,7 @@ impl IslandManager {
     /// sheets.
     pub fn forget_sheet(&mut self, index: usize, contacts: &mut [SheetContact]) {
         for (i, contact) in contacts.iter_mut().enumerate() {
-            let knows = self.state(i).is_some_and(|state| state.detection.has_cache_for(index as u32));
+            let knows = self.state(i).is_some_and(|state| state.detection.finder.has_sheet(index as u32));
             if i == index || knows {
                 self.states.get_mut(i).iter_mut().for_each(|state| **state = None);
                 contact.response.remove_contacts();

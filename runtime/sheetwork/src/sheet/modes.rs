@@ -34,7 +34,6 @@ impl Sheet {
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
         creep::use_instantaneous_law(self);
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
-        system.forget_constant();
         let law = self.law();
         // The shift is a tenth of the lowest cantilever frequency: far below the requested modes,
         // far above rounding.
@@ -43,14 +42,12 @@ impl Sheet {
         let slowest = 3.516 * (stiffness * area / self.total_mass().max(f64::MIN_POSITIVE)).sqrt() / area;
         let mut shift = 0.1 * slowest.max(1e-3);
         // An unstable state needs a shift above its largest growth rate.
-        let mut found = false;
-        for _ in 0..20 {
-            system.forget_constant();
-            found = factorises(self, &mut system, shift);
-            if found {
-                break;
+        let mut found = factorises(self, &mut system, shift);
+        for _ in 1..20 {
+            if !found {
+                shift *= 2.0;
+                found = factorises(self, &mut system, shift);
             }
-            shift *= 2.0;
         }
         let modes = if found { iterate(self, &mut system, count, shift) } else { Vec::new() };
         system.forget_constant();
@@ -63,7 +60,6 @@ impl Sheet {
     pub fn is_stable(&mut self) -> bool {
         creep::use_instantaneous_law(self);
         let mut system = self.system.take().unwrap_or_else(|| Box::new(ImplicitSystem::new(self)));
-        system.forget_constant();
         let stands = factorises(self, &mut system, 0.0);
         system.forget_constant();
         self.system = Some(system);
@@ -74,6 +70,7 @@ impl Sheet {
 /// Whether K + σM at the present state, with σ = `shift`² and K of the present stress, has a
 /// Cholesky factor, which then is that of `system`.
 fn factorises(sheet: &mut Sheet, system: &mut ImplicitSystem, shift: f64) -> bool {
+    system.forget_constant();
     let x = sheet.state.x.clone();
     implicit_system::with_implicit_sheet(sheet, Field::default(), system, |problem| {
         problem.start(&x, &Vectors::zeros(x.len()));

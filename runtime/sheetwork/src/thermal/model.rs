@@ -86,7 +86,9 @@ impl ThermalModel {
     pub fn set_heat_mode(&mut self, mode: HeatMode) {
         self.thesis = match mode {
             HeatMode::Physical => None,
-            HeatMode::Thesis { sensitivity, conductivity } => Some(ThesisHeat::new(sensitivity, conductivity)),
+            HeatMode::Thesis { sensitivity, conductivity } => {
+                Some(ThesisHeat { sensitivity, conductivity, faces: Vec::new() })
+            }
         };
     }
 

@@ -35,11 +35,6 @@ pub(crate) struct ThesisHeat {
 }
 
 impl ThesisHeat {
-    /// Model with the sensitivity `sensitivity` (N/K) and the coefficient `conductivity`.
-    pub fn new(sensitivity: f64, conductivity: f64) -> Self {
-        Self { sensitivity, conductivity, faces: Vec::new() }
-    }
-
     /// Give the material of `sheet` the coefficients that it does not state.
     pub fn prepare(&self, sheet: &mut Sheet) -> (f64, f64) {
         let material = &mut sheet.parameters.material;

@@ -84,9 +84,7 @@ impl IdTable {
         for position in former {
             match position {
                 Some(position) => self.order.push(order[*position]),
-                None => {
-                    self.push();
-                }
+                None => _ = self.push(),
             }
         }
         self.update_positions();

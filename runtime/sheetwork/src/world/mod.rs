@@ -180,8 +180,8 @@ impl World {
         Ok(())
     }
 
-    /// Take the ids of `old`: its sheets and heaters are those of this world, in the same order; its
-    /// bodies are known by their names. A floor that was removed is there again, with a new id.
+    /// Take the ids of `old`: its sheets and heaters are those of this world, in the same order;
+    /// its bodies are known by their names. A floor that was removed is there again, with a new id.
     fn take_ids(&mut self, old: &mut Self) {
         self.sheet_ids = std::mem::take(&mut old.sheet_ids);
         self.heater_ids = std::mem::take(&mut old.heater_ids);

@@ -191,13 +191,13 @@ impl CollisionDetector {
 
     /// Whether a surface tree exists for the sheet `id`.
     pub fn has_sheet(&self, id: u32) -> bool {
-        self.trees.iter().any(|tree| tree.sheet_id() == id)
+        self.trees.iter().any(|tree| tree.id == id)
     }
 
     /// Remove the sheet `id`: higher identifiers become lower by one.
     pub fn remove_sheet(&mut self, id: u32) {
-        self.trees.retain(|tree| tree.sheet_id() != id);
-        self.trees.iter_mut().for_each(|tree| tree.move_up_behind(id));
+        self.trees.retain(|tree| tree.id != id);
+        self.trees.iter_mut().for_each(|tree| tree.id -= u32::from(tree.id > id));
     }
 
     /// Set the kinds of pairs that are detected from the next step on.
