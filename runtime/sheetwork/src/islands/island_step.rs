@@ -62,14 +62,8 @@ impl IslandContext<'_> {
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(context.profiler);
         let (around, reach) = self.extent(sheets);
-        let mut island = IslandView {
-            sheets,
-            contacts,
-            solver_bodies: solver_bodies,
-            parallel,
-            body_penetration: 0.0,
-            stacked_bodies: 0,
-        };
+        let mut island =
+            IslandView { sheets, contacts, solver_bodies, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut detection = IslandDetection {
             view: context.view,
             surroundings: self.surroundings,

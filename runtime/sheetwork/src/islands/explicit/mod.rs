@@ -107,14 +107,8 @@ impl IslandContext<'_> {
             &mut **state.get_or_insert_default();
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(self.context.profiler);
-        let mut island = IslandView {
-            sheets,
-            contacts,
-            solver_bodies: solver_bodies,
-            parallel,
-            body_penetration: 0.0,
-            stacked_bodies: 0,
-        };
+        let mut island =
+            IslandView { sheets, contacts, solver_bodies, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut detection = IslandDetection {
             view: self.context.view,
             surroundings: self.surroundings,
