@@ -147,7 +147,7 @@ fn an_unstable_sheet_is_reported_beside_the_answer() {
     assert_eq!(served.json(&["tell", "step", "100"])["stopped"], serde_json::json!(["sheet"]));
     let set = served.run(&["set", "engine", "tr-bdf2"]);
     assert_eq!((set.status, set.out.as_str()), (Some(0), "engine: euler -> tr-bdf2\n"));
-    assert!(set.err.contains("sheet went unstable") && set.err.contains("tell reset"), "{}", set.err);
+    assert!(set.err.contains("sheet is unstable and stopped") && set.err.contains("tell reset"), "{}", set.err);
     let reset = served.run(&["tell", "reset"]);
     assert!(reset.err.is_empty() && reset.json().get("stopped").is_none());
     assert!(served.json(&["tell", "step", "10"]).get("stopped").is_none());

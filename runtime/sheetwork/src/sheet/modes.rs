@@ -126,8 +126,8 @@ fn iterate(sheet: &Sheet, system: &mut ImplicitSystem, count: usize, shift: f64)
         .collect()
 }
 
-/// Eigenvalues, ascending, and B-normalised eigenvectors of A c = λ B c, in the span of the columns
-/// of B that are linearly independent; `None` if an eigenvalue problem fails.
+/// Eigenvalues, ascending, and B-normalised eigenvectors of A c = λ B c, in the span of the
+/// linearly independent columns of B; `None` if an eigenvalue problem fails.
 fn reduced(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     // Scaling to a unit diagonal limits the rounding errors of the factor.
     let scale = DMatrix::from_diagonal(&b.map_diagonal(|b| 1.0 / b.sqrt()));
