@@ -58,34 +58,53 @@ fn path() -> String {
     format!("@{:?}", sheetwork::linear::InstructionSet::best()).to_lowercase()
 }
 
-/// Pinned hashes of a file that apply to this machine, renewed with `found` on request. A renewal
-/// removes the hashes of other instruction sets, which belong to the previous code.
-fn pinned(name: &str, found: &str) -> Vec<String> {
-    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
-    if std::env::var_os("SHEETWORK_RENEW").is_some() {
-        std::fs::write(&file, found).unwrap_or_else(|e| panic!("{e}"));
-    }
-    let all = std::fs::read_to_string(&file).unwrap_or_default();
-    let can_have = |line: &&str| {
-        let name = line.split(' ').next().unwrap_or_default();
-        !name.contains('@') || name.ends_with(&path())
-    };
-    all.lines().filter(can_have).map(str::to_owned).collect()
+/// Name of a line: the scene or integrator, and its instruction set if it has one.
+fn name_of(line: &str) -> &str {
+    line.split(' ').next().unwrap_or_default()
 }
 
-/// Compares `found` with the hashes pinned in `file`; reports an instruction set without pinned
-/// hashes.
+/// Lines of a file of pinned hashes, renewed with `found` on request. A renewal keeps the hashes of
+/// other instruction sets where the one of this set has not changed.
+fn pinned(name: &str, found: &str) -> String {
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
+    let old = std::fs::read_to_string(&file).unwrap_or_default();
+    if std::env::var_os("SHEETWORK_RENEW").is_none() {
+        return old;
+    }
+    let same: Vec<&str> = found.lines().filter(|line| old.lines().any(|o| o == *line)).collect();
+    let bare = |line: &str| name_of(line).split('@').next().unwrap_or_default().to_owned();
+    let keeps = |line: &&str| !found.lines().any(|f| name_of(f) == name_of(line));
+    let others = old.lines().filter(keeps).filter(|line| same.iter().any(|s| bare(s) == bare(line)));
+    let mut all: Vec<&str> = found.lines().chain(others).collect();
+    // A stable sort: integrators keep their order.
+    all.sort_by_key(|line| found.lines().position(|f| bare(f) == bare(line)));
+    let text = all.iter().map(|line| format!("{line}\n")).collect::<String>();
+    std::fs::write(&file, &text).unwrap_or_else(|e| panic!("{e}"));
+    text
+}
+
+/// Compares `found` with the hashes pinned in `file`. A hash that is pinned for another instruction
+/// set only is reported and skipped.
 fn compare_with_pinned(file: &str, found: &str) {
     let pinned = pinned(file, found);
-    let unpinned = !pinned.iter().any(|line| line.contains('@'));
-    if unpinned {
-        print_line(&format!("skipped: hashes of implicit engines in {file}, of which none is {}", path()));
+    for line in found.lines() {
+        let name = name_of(line);
+        let bare = name.split('@').next().unwrap_or_default();
+        match pinned.lines().find(|wanted| name_of(wanted) == name) {
+            Some(wanted) => {
+                assert_eq!(line, wanted, "results changed; if that is meant, renew them as the head of this file says");
+            }
+            None if pinned.lines().any(|other| other.starts_with(&format!("{bare}@"))) => {
+                print_line(&format!("skipped: {bare} in {file}, which has no hash for {}", path()));
+            }
+            None => panic!("{name} has no hash in {file}: renew them"),
+        }
     }
-    let found: Vec<&str> = found.lines().filter(|line| !(unpinned && line.contains('@'))).collect();
-    for (found, wanted) in found.iter().zip(&pinned) {
-        assert_eq!(found, wanted, "results changed; if that is meant, renew them as the head of this file says");
+    for line in pinned.lines() {
+        let bare = name_of(line).split('@').next().unwrap_or_default();
+        let is_there = found.lines().any(|f| name_of(f).split('@').next() == Some(bare));
+        assert!(is_there, "the hash {} in {file} has no scene: renew them", name_of(line));
     }
-    assert_eq!(found.len(), pinned.len(), "a scene has no hash, or a hash no scene: renew them");
 }
 
 #[test]

@@ -57,6 +57,9 @@ enum ProgramCommand {
     Record(link::record::Record),
     /// Grab a running game's sheet, pull it, and report the force.
     Grab(link::grab::GrabArguments),
+    /// Hold a running game's sheet with a joystick, a mouse or another device, in a force loop of
+    /// 1 kHz.
+    Haptic(link::haptic::HapticArguments),
     /// Evaluate the answers of a study: mean, deviation, median, Student's t.
     Study(study::StudyArguments),
     /// List structures, integrators, materials, rigs or scenes.
@@ -72,7 +75,7 @@ fn main() -> ExitCode {
     let result = sheetwork_rigs::execute!(
         arguments.command, ProgramCommand:
         Run, Replay, Generate, Measure, Bench, Material, Study, List, Serve, Watch, Params, Get, Set, Tell,
-        Record, Grab
+        Record, Grab, Haptic
     );
     match result {
         Ok(code) => code,

@@ -1,6 +1,7 @@
 //! Commands of the live link: selection of a game, and its clients.
 
 pub(crate) mod grab;
+pub(crate) mod haptic;
 pub(crate) mod parameters;
 pub(crate) mod record;
 pub(crate) mod serve;

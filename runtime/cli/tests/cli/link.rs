@@ -154,6 +154,21 @@ fn an_unstable_sheet_is_reported_beside_the_answer() {
 }
 
 #[test]
+fn a_haptic_loop_feels_the_sheet_and_reports_its_rate_and_latency() {
+    let served = ServedGame::new("haptic-link", &["assets/scenes/cantilever_sheet.ron"]);
+    served.json(&["tell", "--wait", "60", "status"]);
+    let felt = served.json(&["haptic", "sheet", "1", "0.5", "--seconds", "1.5", "--stiffness", "20", "--json"]);
+    let number = |key: &str| felt[key].as_f64().unwrap_or_else(|| panic!("{key} in {felt}"));
+    // The hand goes up by 5 cm and back: the sheet, 9 N/m stiff at its tip, gives way to a part.
+    assert!((0.05..2.0).contains(&number("largest_force_n")), "{felt}");
+    for key in ["force_loop_hz", "period_p99_ms", "link_loop_hz", "round_trip_median_ms", "round_trip_p99_ms"] {
+        assert!(number(key) > 0.0, "{key} in {felt}");
+    }
+    let bad = served.run(&["haptic", "sheet", "1", "0.5", "--device", "/dev/input/none"]);
+    assert!(bad.status == Some(2) && bad.err.contains("/dev/input/none"), "{}", bad.err);
+}
+
+#[test]
 fn a_missing_game_is_an_error_and_invalid_names_are_rejected() {
     let place = TestFolder::new("no-link");
     let root = place.path("none");

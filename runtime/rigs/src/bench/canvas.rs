@@ -76,10 +76,18 @@ pub fn png(path: &Path, picture: &impl Drawing) -> Result<(), InputError> {
     let canvas = Canvas { area, scale: SCALE.into() };
     picture.draw(&canvas).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
     drop(canvas);
+    write_png(path, (width, height), &pixels)
+}
+
+/// Writes RGB pixels, 8 bits a channel, as a PNG.
+///
+/// # Errors
+/// Failure to write.
+pub fn write_png(path: &Path, (width, height): (u32, u32), pixels: &[u8]) -> Result<(), InputError> {
     let file = std::fs::File::create(path).map_err(|e| InputError::io(path, &e))?;
     let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), width, height);
     encoder.set_color(png::ColorType::Rgb);
-    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&pixels));
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
     written.map_err(|e| InputError::new("", e.to_string()).in_file(path))
 }
 
@@ -93,7 +101,7 @@ pub struct Canvas<B: DrawingBackend> {
 ///
 /// # Errors
 /// An unreadable built-in font.
-fn prepare_font() -> Result<(), InputError> {
+pub fn prepare_font() -> Result<(), InputError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT, FontStyle::Normal, font).map_err(|_| InputError::new("font", "cannot be read"))
 }

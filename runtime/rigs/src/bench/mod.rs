@@ -25,6 +25,7 @@ pub(crate) mod soak;
 pub(crate) mod stability;
 pub(crate) mod sweep;
 pub(crate) mod table;
+pub mod thesis;
 pub(crate) mod verdict;
 
 use std::path::{Path, PathBuf};
@@ -79,6 +80,8 @@ enum Campaign {
     /// Endurance of the live link: the frames of an hour at speed, with processes that attach,
     /// detach and are killed.
     Soak(soak::Soak),
+    /// The thesis, row by row: every table, figure and finding beside what is measured.
+    Thesis(thesis::Thesis),
 }
 
 impl Bench {
@@ -90,7 +93,7 @@ impl Bench {
         crate::execute!(
             self.campaign, Campaign:
             Pareto, Kicks, Drops, Many, Detail, Stability, Rollback, Fuzz, Hashes, Counts, Day, Scenes, Heat,
-            Link, Soak
+            Link, Soak, Thesis
         )
     }
 }

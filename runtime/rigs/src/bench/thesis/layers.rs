@@ -1,0 +1,75 @@
+//! Layers of the sheet: the layer that is drawn (figures 5.12 and 5.13), and their number (3.6.3).
+
+use sheetwork::InputError;
+use sheetwork::sheet::Sheet;
+
+use crate::bench::thesis::experiment::{Experiment, rest};
+use crate::bench::thesis::{Finding, Row, Verdict};
+use crate::measure::stability_limit::longest_step;
+
+pub(crate) const BOTTOM: Row = Row {
+    name: "figures-5.12-5.13",
+    title: "Figures 5.12 and 5.13: bottom and top layer over a wedge and a cube",
+    says: "Drawing the bottom or the top layer makes no significant difference to the behaviour; smoothed, the bottom layer \
+           sinks into what it touches. Scene wedge_and_cube.",
+    run: || {
+        let mut run = Experiment::new("wedge_and_cube", &[])?;
+        run.print_at(&[0.15, 0.22, 0.3, 0.5, 1.0, 8.0]);
+        let distance = layer_gap(run.sheet());
+        let measured = format!(
+            "both layers are of one run; the top layer is drawn {:.2} mm above the bottom one on average; smoothed through \
+             its masses, the bottom layer is at most {:.2} mm below the floor; {}",
+            1e3 * distance,
+            1e3 * below_floor(&run)?,
+            rest(&run)
+        );
+        let verdict = Verdict::of(run.is_sound() && distance < 1.2e-3, "it does not rest");
+        Ok(Finding::new(measured, verdict).with(run.strip("A sheet over a wedge and a cube")))
+    },
+};
+
+/// Mean height of the top layer over the bottom layer, m.
+fn layer_gap(sheet: &Sheet) -> f64 {
+    let mean = |layer: usize| {
+        let nodes = sheet.model.layers[layer].range();
+        let count = nodes.len() as f64;
+        nodes.map(|i| sheet.state.x.get(i).y).sum::<f64>() / count
+    };
+    mean(sheet.model.layers.len() - 1) - mean(0)
+}
+
+/// Greatest depth of the drawn bottom layer below the floor, m.
+fn below_floor(run: &Experiment) -> Result<f64, InputError> {
+    let floor = run.world.scene().room.as_ref().map_or(0.0, |room| room.y.0);
+    let surface = run.sheet().surface(0, 4).ok_or_else(|| InputError::new("layer", "has no surface"))?;
+    let mesh = surface.mesh(&run.sheet().state.x);
+    Ok(mesh.positions.iter().map(|p| floor - f64::from(p[1])).fold(0.0, f64::max))
+}
+
+pub(crate) const LAYERS: Row = Row {
+    name: "3.6.3-layers",
+    title: "3.6.3: layers and stability",
+    says: "Layers with additional springs between them support the structure and help to keep the simulation stable, \
+           compared with a single layer.",
+    run: || {
+        let mut lines = Vec::new();
+        let mut steps = Vec::new();
+        for layers in 1..=6 {
+            let grid = format!("(11, {layers}, 11)");
+            let mut fall = Experiment::new("wedge", &[("sheets.0.grid", &grid)])?;
+            let sheet = fall.first();
+            let springs = sheet.springs();
+            let omega = sheet.largest_frequency(400);
+            let tau = springs.damping[0] / springs.stiffness[0];
+            let longest = longest_step(fall.world.engine(), omega, tau);
+            steps.push(longest);
+            fall.run();
+            let end = if fall.world.unstable().is_some() { "unstable" } else { "stable" };
+            lines.push(format!("{layers}: {omega:.0} rad/s, {:.1} ms, {end} at 5 ms", 1e3 * longest));
+        }
+        let measured = format!("layers: fastest mode, longest step of Euler-Richardson: {}", lines.join("; "));
+        let reason = "more springs on a mass make its fastest mode faster, and the longest explicit step shorter; layers \
+                      support the shape of the sheet, not its integration";
+        Ok(Finding::new(measured, Verdict::of(steps[1] >= steps[0], reason)))
+    },
+};
