@@ -8,6 +8,7 @@ use bevy_sheetwork::{SheetColour, SheetLayer};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
+use sheetwork::sheet::surface::SurfaceSmoothing;
 
 use crate::panels::{Display, EditorState, Section, Tool, blind};
 use crate::scenes;
@@ -118,6 +119,10 @@ pub enum Show {
     Bottom,
     /// Flat surface between the nodes.
     Flat,
+    /// B-spline surface with the nodes as control points.
+    BSpline,
+    /// Bézier surface with the nodes as control points.
+    Bezier,
     /// No surface.
     Bare,
 }
@@ -179,6 +184,13 @@ impl Arguments {
             surface: !asked(Show::Bare),
             layer: if asked(Show::Bottom) { SheetLayer::Bottom } else { SheetLayer::Top },
             smooth: !asked(Show::Flat),
+            spline: if asked(Show::Bezier) {
+                SurfaceSmoothing::Bezier
+            } else if asked(Show::BSpline) {
+                SurfaceSmoothing::BSpline
+            } else {
+                SurfaceSmoothing::Interpolating
+            },
             colour: self.sheet_colour(),
             springs: asked(Show::Springs),
             nodes: asked(Show::Masses),

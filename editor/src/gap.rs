@@ -8,20 +8,20 @@ use bevy_sheetwork::render::{clear_of_bodies, display_clearance};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::SurfaceMesh;
+use sheetwork::sheet::surface::{SurfaceMesh, SurfaceSmoothing};
 
 /// Spline segments per cell of the displayed surface.
 pub const PARTS: u32 = 5;
 
 /// Largest distance of any sheet of `world`, m; `None` where no surface is smoothed.
-pub fn largest(world: &World, layer: SheetLayer) -> Option<f64> {
-    world.sheets().iter().filter_map(|sheet| of_sheet(world, sheet, layer)).reduce(f64::max)
+pub fn largest(world: &World, layer: SheetLayer, spline: SurfaceSmoothing) -> Option<f64> {
+    world.sheets().iter().filter_map(|sheet| of_sheet(world, sheet, layer, spline)).reduce(f64::max)
 }
 
 /// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
 /// a sheet without such a layer.
-pub fn drawn(world: &World, sheet: &Sheet, layer: SheetLayer) -> Option<SurfaceMesh> {
-    let mut mesh = sheet.surface(layer.index(sheet)?, PARTS)?.mesh(&sheet.state.x);
+pub fn drawn(world: &World, sheet: &Sheet, layer: SheetLayer, spline: SurfaceSmoothing) -> Option<SurfaceMesh> {
+    let mut mesh = sheet.smoothed_surface(layer.index(sheet)?, PARTS, spline)?.mesh(&sheet.state.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
         let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
@@ -29,13 +29,13 @@ pub fn drawn(world: &World, sheet: &Sheet, layer: SheetLayer) -> Option<SurfaceM
     Some(mesh)
 }
 
-fn of_sheet(world: &World, sheet: &Sheet, layer: SheetLayer) -> Option<f64> {
+fn of_sheet(world: &World, sheet: &Sheet, layer: SheetLayer, spline: SurfaceSmoothing) -> Option<f64> {
     if sheet.open_count() > 0 {
         // The surface consists of the sheet's own triangles.
         return Some(0.0);
     }
     let grid = sheet.model.layers.get(layer.index(sheet)?)?;
-    let mesh = drawn(world, sheet, layer)?;
+    let mesh = drawn(world, sheet, layer, spline)?;
     let corner = |m: u32| sheet.model.uv.get(m as usize).copied().unwrap_or_default();
     let (low, high) = grid.range().map(|m| corner(m as u32)).fold(
         ((1.0, 1.0), (0.0, 0.0)),
@@ -122,7 +122,7 @@ mod tests {
             r#"(gravity: (0, 0, 0), sheets: [(structure: "shell", grid: (9, 1, 3), size: (0.16, 0.04), material: "hips")])"#,
         );
         let mut world = World::new(&scene.expect("valid")).expect("valid");
-        assert!(largest(&world, SheetLayer::Top).expect("a sheet") < 1e-8);
+        assert!(largest(&world, SheetLayer::Top, SurfaceSmoothing::Interpolating).expect("a sheet") < 1e-8);
         // On a cylinder with r = 0.1 m the arc rises r (1 - cos(chord / 2r)) above a chord of 0.02
         // m.
         let (radius, sheet) = (0.1, &mut world.sheets_mut()[0]);
@@ -131,7 +131,7 @@ mod tests {
             let (sin, cos) = (place.x / radius).sin_cos();
             sheet.state.x.set(i, DVec3::new(radius * sin, radius * cos, place.z));
         }
-        let gap = largest(&world, SheetLayer::Top).expect("a sheet");
+        let gap = largest(&world, SheetLayer::Top, SurfaceSmoothing::Interpolating).expect("a sheet");
         let rise = radius * (1.0 - (0.01_f64 / radius).cos());
         assert!((gap / rise - 1.0).abs() < 0.35, "a spline is near the arc: {gap} beside {rise}");
     }

@@ -3,12 +3,29 @@
 use bevy_egui::egui::{DragValue, RichText, Ui};
 use bevy_sheetwork::inspector::controls::choice;
 use bevy_sheetwork::{SheetColour, SheetLayer};
+use sheetwork::sheet::surface::SurfaceSmoothing;
 
 use super::EditorState;
 use super::style::quiet;
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::format_si;
+
+/// Kinds of smoothing: title, value (none for flat triangles), description.
+const SMOOTHINGS: [(&str, Option<SurfaceSmoothing>, &str); 4] = [
+    ("Smoothed", Some(SurfaceSmoothing::Interpolating), "A spline surface through the nodes"),
+    (
+        "B-spline",
+        Some(SurfaceSmoothing::BSpline),
+        "Cubic B-splines with the nodes as control points: they round corners and even out edges",
+    ),
+    (
+        "Bézier",
+        Some(SurfaceSmoothing::Bezier),
+        "One piece over the whole sheet, the thesis's 2 n knots for n nodes: rounder still",
+    ),
+    ("Flat", None, "Flat triangles between the nodes"),
+];
 
 /// Surface, layer, smoothing, colours, springs, nodes, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
@@ -24,12 +41,15 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
             ui.radio_value(&mut display.layer, SheetLayer::Bottom, "Bottom layer");
         });
         ui.horizontal(|ui| {
-            ui.radio_value(&mut display.smooth, true, "Smoothed")
-                .on_hover_text("A spline surface through the nodes");
-            ui.radio_value(&mut display.smooth, false, "Flat").on_hover_text("Flat triangles between the nodes");
+            let mut kind = display.smooth.then_some(display.spline);
+            for (title, value, about) in SMOOTHINGS {
+                ui.radio_value(&mut kind, value, title).on_hover_text(about);
+            }
+            display.smooth = kind.is_some();
+            display.spline = kind.unwrap_or(display.spline);
         });
         if display.smooth
-            && let Some(gap) = gap(ui, session, display.layer)
+            && let Some(gap) = gap(ui, session, display.layer, display.spline)
         {
             ui.label(RichText::new(format!("up to {} from the contact triangles", format_si(gap, "m"))).color(quiet(ui)))
                 .on_hover_text(
@@ -54,14 +74,14 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 
 /// Largest distance between the displayed surface and the contact triangles, m, recomputed after a
 /// change.
-fn gap(ui: &Ui, session: &Session, layer: SheetLayer) -> Option<f64> {
-    type Known = ((u64, u64, u64, bool), Option<f64>);
-    let now = (session.generation(), session.revision(), session.world().steps(), layer == SheetLayer::Top);
+fn gap(ui: &Ui, session: &Session, layer: SheetLayer, spline: SurfaceSmoothing) -> Option<f64> {
+    type Known = ((u64, u64, u64, bool, SurfaceSmoothing), Option<f64>);
+    let now = (session.generation(), session.revision(), session.world().steps(), layer == SheetLayer::Top, spline);
     let id = ui.id().with("gap");
     if let Some((_, gap)) = ui.data(|d| d.get_temp::<Known>(id)).filter(|known| known.0 == now) {
         return gap;
     }
-    let gap = crate::gap::largest(session.world(), layer);
+    let gap = crate::gap::largest(session.world(), layer, spline);
     ui.data_mut(|d| d.insert_temp::<Known>(id, (now, gap)));
     gap
 }

@@ -4,6 +4,7 @@ use bevy_sheetwork::render::ColourScale;
 use bevy_sheetwork::{SheetColour, SheetLayer};
 use clap::ValueEnum;
 use sheetwork::World;
+use sheetwork::sheet::surface::SurfaceSmoothing;
 
 use crate::picture::Look;
 use crate::session::Session;
@@ -17,6 +18,8 @@ pub struct Display {
     pub layer: SheetLayer,
     /// Whether the surface is smoothed by splines or flat between the nodes.
     pub smooth: bool,
+    /// Kind of the splines.
+    pub spline: SurfaceSmoothing,
     /// Field of the colours; `None` for the one that displays the scene's heat.
     pub colour: Option<SheetColour>,
     /// Springs as lines, coloured by strain.
@@ -43,6 +46,7 @@ impl Default for Display {
             surface: true,
             layer,
             smooth: true,
+            spline: SurfaceSmoothing::Interpolating,
             colour,
             springs: false,
             nodes: false,
@@ -64,7 +68,8 @@ impl Display {
 
     /// Options of the software rasteriser.
     pub fn look(&self) -> Look {
-        Look { layer: self.layer, parts: if self.smooth { 4 } else { 1 }, colour: self.colour }
+        let parts = if self.smooth { 4 } else { 1 };
+        Look { layer: self.layer, parts, spline: self.spline, colour: self.colour }
     }
 
     /// Colour scale of the surfaces of `world`; `None` where they have none, or are hidden.

@@ -1,8 +1,12 @@
 //! Study: a bar during a trial, and windows with questions.
 
-use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
+use std::ops::RangeInclusive;
+
+use bevy_egui::egui::{
+    Align, Align2, Button, DragValue, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window,
+};
 use bevy_sheetwork::SheetLayer;
-use sheetwork_rigs::study::{LAST_QUESTIONS, QUESTIONS, Question};
+use sheetwork_rigs::study::{Background, LAST_QUESTIONS, QUESTIONS, Question, Sex, WeeklyHours};
 
 use super::style::{self, quiet};
 use super::{Display, EditorState};
@@ -124,9 +128,10 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
             ui.add(TextEdit::singleline(&mut study.file).desired_width(320.0)).labelled_by(label.id);
             ui.end_row();
             let label = ui.label("Order").on_hover_text("Seed of the random order");
-            ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
+            ui.add(DragValue::new(&mut study.seed)).labelled_by(label.id);
             ui.end_row();
         });
+        background(ui, &mut study.background);
         ui.weak("The open scene is restored afterwards.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() && session.accept(study.begin()).is_some() {
@@ -134,6 +139,56 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
         }
     });
     *stays = open;
+}
+
+/// Questions about the subject; every one may be left out.
+fn background(ui: &mut Ui, of: &mut Background) {
+    ui.collapsing("About you (optional)", |ui| {
+        Grid::new("background").num_columns(2).show(ui, |ui| {
+            years(ui, "Age", &mut of.age, 1.0..=120.0);
+            one_of(ui, "Sex", &mut of.sex, &Sex::ALL, Sex::name);
+            years(ui, "Years of computing", &mut of.years, 0.0..=100.0);
+            one_of(ui, "Hours a week at a computer", &mut of.hours, &WeeklyHours::ALL, WeeklyHours::name);
+            let word: fn(bool) -> &'static str = |yes| if yes { "yes" } else { "no" };
+            one_of(ui, "Familiar with computer simulation (not games)", &mut of.simulation, &[true, false], word);
+            one_of(ui, "Familiar with advanced engineering or physics", &mut of.physics, &[true, false], word);
+        });
+    });
+}
+
+/// Row of a number of years that may be left out.
+fn years(ui: &mut Ui, title: &str, value: &mut Option<f64>, range: RangeInclusive<f64>) {
+    ui.label(title);
+    ui.horizontal(|ui| {
+        let mut given = value.is_some();
+        if ui.checkbox(&mut given, "").changed() {
+            *value = given.then_some(30.0_f64.clamp(*range.start(), *range.end()));
+        }
+        if let Some(number) = value {
+            ui.add(DragValue::new(number).range(range).fixed_decimals(0).suffix(" years"));
+        }
+    });
+    ui.end_row();
+}
+
+/// Row of a choice that may be left out: a second click takes it back.
+fn one_of<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    title: &str,
+    value: &mut Option<T>,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) {
+    ui.label(title);
+    ui.horizontal(|ui| {
+        for choice in all {
+            let chosen = *value == Some(*choice);
+            if ui.selectable_label(chosen, name(*choice)).clicked() {
+                *value = (!chosen).then_some(*choice);
+            }
+        }
+    });
+    ui.end_row();
 }
 
 /// Present questions, below the view so that the sheet stays visible.
@@ -170,6 +225,11 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
             ui.end_row();
         }
     });
+    if study.stage() == Stage::Last {
+        ui.add_space(4.0);
+        let label = ui.label("Comments").on_hover_text("In your own words; may stay empty");
+        ui.add(TextEdit::multiline(&mut study.comment).desired_rows(2)).labelled_by(label.id);
+    }
     ui.add_space(4.0);
     let next = ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong()));
     if next.clicked() && session.accept(study.answer()) == Some(true) {

@@ -8,7 +8,7 @@ use sheetwork::World;
 use sheetwork::rigid::RigidBodyInfo;
 use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::DrawingSurface;
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 
 /// Display settings of the sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,13 +17,15 @@ pub struct Look {
     pub layer: SheetLayer,
     /// Spline segments per cell: 1 (flat) to 16.
     pub parts: u32,
+    /// Kind of the splines.
+    pub spline: SurfaceSmoothing,
     /// Field that colours the sheets; `None` for the one that displays the scene's heat.
     pub colour: Option<SheetColour>,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Self { layer: SheetLayer::Top, parts: 4, colour: None }
+        Self { layer: SheetLayer::Top, parts: 4, spline: SurfaceSmoothing::Interpolating, colour: None }
     }
 }
 
@@ -190,7 +192,8 @@ impl Model {
     }
 
     fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look, scale: Option<&ColourScale>) {
-        let surface = look.layer.index(sheet).and_then(|layer| sheet.surface(layer, look.parts));
+        let layer = look.layer.index(sheet);
+        let surface = layer.and_then(|layer| sheet.smoothed_surface(layer, look.parts, look.spline));
         let Some(surface) = surface else { return };
         let mut mesh = surface.mesh(&sheet.state.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {

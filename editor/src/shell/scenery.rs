@@ -9,6 +9,7 @@ use bevy_sheetwork::render::{
     ColourScale, MeshedSurface, SheetRoom, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
 };
 use sheetwork::scene::Shape;
+use sheetwork::sheet::surface::SurfaceSmoothing;
 
 use super::stage::{self, Quality, Scale};
 use super::{Editor, shapes};
@@ -73,7 +74,7 @@ pub struct SheetPart {
     world: usize,
     index: usize,
     surface: MeshedSurface,
-    smooth: bool,
+    smooth: (bool, SurfaceSmoothing),
 }
 
 /// Dot of node `node` of sheet `sheet`.
@@ -232,9 +233,9 @@ fn furnish(
 fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.shown(world)?.world().sheets().get(index)?;
     let parts = if display.smooth && sheet.model.triangles.is_none() { PARTS } else { 1 };
-    let layer = (display.layer, parts);
+    let layer = (display.layer, parts, display.spline);
     let (mesh, surface) = MeshedSurface::new(sheet, &sheet.state.x, layer, is_coloured(editor, world, index))?;
-    Some((SheetPart { world, index, surface, smooth: display.smooth }, mesh))
+    Some((SheetPart { world, index, surface, smooth: (display.smooth, display.spline) }, mesh))
 }
 
 /// Material of sheet `index`: white for vertex colours, otherwise a colour per material of the
@@ -286,7 +287,7 @@ pub fn choose(
         let Some(session) = editor.session.shown(part.world) else { continue };
         let Some(sheet) = session.world().sheets().get(part.index) else { continue };
         let coloured = is_coloured(&editor, part.world, part.index);
-        if (part.smooth != display.smooth || !part.surface.fits(sheet, display.layer, coloured))
+        if (part.smooth != (display.smooth, display.spline) || !part.surface.fits(sheet, display.layer, coloured))
             && let Some((new, fresh)) = sheet_part(&editor, (part.world, part.index), display)
         {
             material.0 = paint_of(&paints, session, new.index, coloured);

@@ -5,6 +5,7 @@ use bevy_sheetwork::SheetLayer;
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::scene::{Scene, Shape};
+use sheetwork::sheet::surface::SurfaceSmoothing;
 use sheetwork_editor::{gap, scenes};
 
 /// Largest penetration of the displayed surface, m.
@@ -52,12 +53,12 @@ fn away(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 
 /// Run a scene. Returns the penetration of the displayed surface, that of the smoothed surface, and
 /// the gap, m: as displayed and by brute force.
-fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
+fn after(scene: &Scene, seconds: f64, spline: SurfaceSmoothing) -> (f64, f64, f64, f64) {
     let mut world = World::new(scene).expect("valid");
     world.advance(seconds);
     let sheet = &world.sheets()[0];
     assert!(sheet.touching().contains(&true), "it lies on something");
-    let mesh = gap::drawn(&world, sheet, SheetLayer::Top).expect("a layer");
+    let mesh = gap::drawn(&world, sheet, SheetLayer::Top, spline).expect("a layer");
     let (layer, last) = (sheet.model.layers.last().expect("a layer"), sheet.model.layers.len() - 1);
     // Triangles sampled at corners, along sides and inside.
     let deepest = |places: &[[f32; 3]]| {
@@ -71,19 +72,23 @@ fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
         };
         mesh.indices.iter().map(of_triangle).fold(f64::NEG_INFINITY, f64::max)
     };
-    let unkept = sheet.surface(last, gap::PARTS).expect("a surface").mesh(&sheet.state.x);
+    let unkept = sheet.smoothed_surface(last, gap::PARTS, spline).expect("a surface").mesh(&sheet.state.x);
     let triangles = layer.triangles();
     let nearest = |p: &[f32; 3]| {
         let p = Vec3::from(*p).as_dvec3();
         triangles.iter().map(|t| away(p, t.map(|m| sheet.state.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
     };
     let brute = mesh.positions.iter().map(nearest).fold(0.0, f64::max);
-    let shown = gap::largest(&world, SheetLayer::Top).expect("smoothed");
+    let shown = gap::largest(&world, SheetLayer::Top, spline).expect("smoothed");
     (deepest(&mesh.positions), deepest(&unkept.positions), shown, brute)
 }
 
 fn check(name: &str, scene: &Scene, seconds: f64) -> f64 {
-    let (deepest, unkept, shown, brute) = after(scene, seconds);
+    check_spline(name, scene, seconds, SurfaceSmoothing::Interpolating)
+}
+
+fn check_spline(name: &str, scene: &Scene, seconds: f64, spline: SurfaceSmoothing) -> f64 {
+    let (deepest, unkept, shown, brute) = after(scene, seconds, spline);
     let um = |m: f64| 1e6 * m;
     println!(
         "{name}: deepest {:.2} um, without care {:.1} um, gap {:.2} um, by brute force {:.2} um",
@@ -113,4 +118,14 @@ fn on_a_box_and_on_balls_nothing_drawn_is_inside_and_the_gap_is_true() {
     deep = deep.max(check("soft lattice on a dome", &shipped("hemisphere"), 4.0));
     deep = deep.max(check("lattice drawn out over a ridge", &shipped("wedge"), 0.3));
     assert!(deep > MAX_PENETRATION, "without care something would be inside: {deep}");
+}
+
+#[test]
+fn a_b_spline_surface_is_brought_out_of_bodies_too() {
+    // It sinks deeper than the interpolating surface, and the display knows it.
+    let mut box_drop = shipped("box_drop");
+    box_drop.sheets.truncate(1);
+    let splines = [SurfaceSmoothing::Interpolating, SurfaceSmoothing::BSpline];
+    let [through, beside] = splines.map(|spline| check_spline("sheet on a box", &box_drop, 3.0, spline));
+    assert!(beside > 2.0 * through, "{beside} {through}");
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, MaterialChoice};
-use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
+use sheetwork::sheet::material_report::{DirectionalModuli, MaterialReport, ReportRequest, material_report};
 use sheetwork_rigs::measure::Setup;
 
 use sheetwork_rigs::output::{OutputFlags, parse_counts, print_json, print_line};
@@ -151,6 +151,19 @@ fn table(name: &str, r: &MaterialReport) -> Result<(), InputError> {
         ("lost to shear", r.shear_loss.map_or("-".to_owned(), percent)),
         ("lost to soft membrane", percent(r.soft_membrane_loss)),
     ];
+    let moduli = |of: fn(&DirectionalModuli) -> f64| {
+        let all: Vec<String> = r.directions.iter().map(|d| short(of(d))).collect();
+        all.join("  ")
+    };
+    let rows =
+        rows.into_iter().chain((!r.directions.is_empty()).then(|| {
+            ("strip in tension, N/m", format!("{}  at 0, 15, ... 90° to the warp", moduli(|d| d.tensile_n_m)))
+        }));
+    let rows =
+        rows.chain((!r.directions.is_empty()).then(|| {
+            ("strip in bending, N m", format!("{}  at 0, 15, ... 90° to the warp", moduli(|d| d.bending_n_m)))
+        }));
+    let rows: Vec<(&str, String)> = rows.collect();
     let width = rows.iter().map(|(key, _)| key.chars().count()).max().unwrap_or(0);
     for (key, value) in rows {
         print_line(&format!("{key:<width$}  {value}"))?;

@@ -13,6 +13,7 @@ use sheetwork::world::recording::RecordingWriter;
 use sheetwork::{InputError, Report, World, check_range};
 
 use crate::apply_overrides;
+use sheetwork_rigs::drawn_surface::{DrawnSurface, drawn_surfaces};
 use sheetwork_rigs::output::{check_writable, print_json, print_line};
 use sheetwork_rigs::quantities::{self, time};
 
@@ -58,6 +59,10 @@ pub struct Run {
     /// 0.5:gravity=(0,0,0). May be repeated.
     #[arg(long = "at", value_name = "TIME:PATH=VALUE")]
     changes: Vec<String>,
+    /// Measure at the end how deep each smoothed surface of the sheets lies in bodies, and how ragged
+    /// its edges are.
+    #[arg(long)]
+    surfaces: bool,
     /// Print the report as JSON and nothing else.
     #[arg(long)]
     json: bool,
@@ -76,14 +81,21 @@ impl Run {
         world.set_threads(self.threads)?;
         world.set_sleep(!self.no_sleep);
         let report = self.step(&mut world)?;
+        let surfaces = if self.surfaces { drawn_surfaces(&world) } else { Vec::new() };
+        let mut tree = serde_json::to_value(&report).map_err(|e| InputError::new("report", e.to_string()))?;
+        if self.surfaces {
+            tree["drawn_surfaces"] =
+                serde_json::to_value(&surfaces).map_err(|e| InputError::new("report", e.to_string()))?;
+        }
         if let Some(file) = &self.report {
-            let text = serde_json::to_string_pretty(&report).map_err(|e| InputError::new("report", e.to_string()))?;
+            let text = serde_json::to_string_pretty(&tree).map_err(|e| InputError::new("report", e.to_string()))?;
             std::fs::write(file, text).map_err(|e| InputError::io(file, &e))?;
         }
         if self.json {
-            print_json(&report)?;
+            print_json(&tree)?;
         } else {
             print_line(&table(&report))?;
+            surfaces.iter().try_for_each(|s| print_line(&surface_line(s)))?;
         }
         Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
@@ -227,6 +239,19 @@ fn table(report: &Report) -> String {
         lines.push(format!("{:>9.4} s  {}: {}{body}{opening}", event.time_s, event.sheet, kind.unwrap_or_default()));
     }
     lines.join("\n")
+}
+
+/// Line of a drawn surface.
+fn surface_line(s: &DrawnSurface) -> String {
+    let depth = s.depth_m.map_or("outside of bodies".to_owned(), |d| format!("{:.3} mm inside a body", 1e3 * d));
+    format!(
+        "surface    {} layer {}, {:<13}  {depth}; {:.3} mm from the nodes, edge bends by {:.1}°",
+        s.sheet,
+        s.layer,
+        s.smoothing,
+        1e3 * s.off_nodes_m,
+        s.edge_kink_deg
+    )
 }
 
 /// Place and cause of an opened cell.

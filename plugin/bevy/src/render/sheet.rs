@@ -1,6 +1,6 @@
 //! Mesh of a sheet, updated from its nodes.
 //!
-//! One layer is displayed, smoothed by splines through its nodes ([`DrawingSurface`]). The topology
+//! One layer is displayed, smoothed by splines ([`DrawingSurface`]). The topology
 //! is built once. Positions and normals are then written in place, only for a visible sheet that
 //! has moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist
 //! only where they are requested.
@@ -9,11 +9,12 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
+use bevy::reflect::reflect_remote;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::rigid::RigidView;
 use sheetwork::sheet::Sheet as SheetInWorld;
-use sheetwork::sheet::surface::DrawingSurface;
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 
 use super::clear::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
@@ -45,6 +46,9 @@ pub struct SheetDisplay {
     /// Spline segments per cell, 1 to 16; 1 displays flat triangles. Reduced for sheets that would
     /// exceed about 10 000 vertices.
     pub smoothing: u32,
+    /// Kind of the splines: through the nodes, or with the nodes as control points.
+    #[reflect(remote = SurfaceSmoothingReflect)]
+    pub spline: SurfaceSmoothing,
     /// Whether a sheet without `MeshMaterial3d<StandardMaterial>` gets the default material. Unset
     /// it for a material of another type.
     pub default_material: bool,
@@ -56,10 +60,19 @@ pub struct SheetDisplay {
     pub colour: SheetColour,
 }
 
+#[reflect_remote(SurfaceSmoothing)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SurfaceSmoothingReflect {
+    Interpolating,
+    BSpline,
+    Bezier,
+}
+
 impl Default for SheetDisplay {
     fn default() -> Self {
         let colour = SheetColour::Plain;
-        Self { layer: SheetLayer::Top, smoothing: 4, default_material: true, clear_of_bodies: true, colour }
+        let spline = SurfaceSmoothing::Interpolating;
+        Self { layer: SheetLayer::Top, smoothing: 4, spline, default_material: true, clear_of_bodies: true, colour }
     }
 }
 
@@ -85,15 +98,15 @@ pub struct MeshedSurface {
 }
 
 impl MeshedSurface {
-    /// Mesh of a layer of `sheet` with its nodes at `x`, in `parts` spline segments per cell, and
-    /// its surface; `coloured` meshes have vertex colours. `None` for a sheet without this layer.
+    /// Mesh of a layer of `sheet` with its nodes at `x`, in `parts` segments per cell of a `spline`,
+    /// and its surface; `coloured` meshes have vertex colours. `None` for a sheet without this layer.
     pub fn new(
         sheet: &SheetInWorld,
         x: &Vectors,
-        (layer, parts): (SheetLayer, u32),
+        (layer, parts, spline): (SheetLayer, u32, SurfaceSmoothing),
         coloured: bool,
     ) -> Option<(Mesh, Self)> {
-        let surface = sheet.surface(layer.index(sheet)?, parts)?;
+        let surface = sheet.smoothed_surface(layer.index(sheet)?, parts, spline)?;
         let made = surface.mesh(x);
         let indices = made.indices.iter().flatten().copied().collect();
         let mut mesh = triangle_mesh(made.positions, made.normals, made.uvs, indices);
@@ -148,7 +161,7 @@ impl MeshedSurface {
 #[derive(Component)]
 pub(super) struct DisplayedSheet {
     surface: MeshedSurface,
-    smoothing: u32,
+    smoothing: (u32, SurfaceSmoothing),
     masses: usize,
     grid: (u32, u32, u32),
     /// State displayed by the mesh.
@@ -161,16 +174,17 @@ type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 impl DisplayedSheet {
     /// Mesh and component of a sheet; `None` if it has no surface.
     fn new(sheet: &SheetInWorld, motion: &SheetMotion, display: &SheetDisplay, coloured: bool) -> Option<(Mesh, Self)> {
-        let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?));
+        let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?, display.spline));
         let (mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
-        let (smoothing, grid) = (display.smoothing, sheet.model.grid);
+        let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
         Some((mesh, Self { surface, smoothing, masses: x.len(), grid, at: None }))
     }
 
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
     fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
         self.surface.fits(sheet, display.layer, coloured)
-            && (self.smoothing, self.masses, self.grid) == (display.smoothing, nodes, sheet.model.grid)
+            && self.smoothing == (display.smoothing, display.spline)
+            && (self.masses, self.grid) == (nodes, sheet.model.grid)
     }
 }
 

@@ -204,3 +204,21 @@ fn words(line: &str) -> Vec<String> {
     words.retain(|w| !w.is_empty());
     words
 }
+
+#[test]
+fn the_b_spline_surface_of_the_thesis_sinks_deeper_into_the_wedge_and_has_the_smoother_edge() {
+    // Thesis 5.3.4 and figure 5.14. Depths before the correction that the display makes.
+    let place = TestFolder::new("run-surfaces");
+    let found = place.json(&["run", "assets/scenes/wedge.ron", "--surfaces", "--json"]);
+    let all = found["drawn_surfaces"].as_array().expect("a list");
+    let of = |smoothing: &str, key: &str| {
+        let one = all.iter().find(|s| s["layer"] == 0 && s["smoothing"] == smoothing).expect("measured");
+        one[key].as_f64().unwrap_or(0.0)
+    };
+    let kinds = ["interpolating", "b-spline", "bezier"];
+    let depth = kinds.map(|kind| of(kind, "depth_m"));
+    assert!(depth[1] > 1.2 * depth[0] && depth[2] > 1.5 * depth[1], "{depth:?}");
+    assert!(depth[1] > 5e-4 && depth[1] < 2e-3, "a millimetre below the faces of the wedge: {depth:?}");
+    let kink = ["flat", "interpolating", "b-spline"].map(|kind| of(kind, "edge_kink_deg"));
+    assert!(kink[0] > 2.0 * kink[1] && kink[1] > 1.5 * kink[2], "{kink:?}");
+}

@@ -42,6 +42,55 @@ fn statistics_of_the_thesis_answers_equal_its_tables() {
 }
 
 #[test]
+fn statements_of_the_thesis_are_checked_against_its_answers() {
+    let place = TestFolder::new("study-claims");
+    let found = place.json(&["study", "--json"]);
+    let verdict = |says: &str| {
+        let all = found["claims"].as_array().expect("a list").iter();
+        let claim = all.clone().find(|c| c["says"] == says).unwrap_or_else(|| panic!("{says}"));
+        claim["verdict"].as_str().expect("a word").to_owned()
+    };
+    // Section 6.5 ranks TRiMM above Provot 2D; the sums of its answers are 1293 and 1322.
+    assert_eq!(verdict("all tests: TRiMM is above Provot 2D"), "contradicted");
+    assert_eq!(verdict("cube: TRiMM is above Provot 2D"), "contradicted");
+    assert_eq!(verdict("all tests: Provot 3D is above all others"), "order-only");
+    assert_eq!(verdict("wedge2: Provot 3D is above all others"), "order-only");
+    let all = &found["readings"][3];
+    let means: Vec<(&str, f64)> = all["order"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|s| (s["sheet"].as_str().expect("a name"), s["mean"].as_f64().expect("a number")))
+        .collect();
+    assert_eq!(means, [("provot3d", 139.5), ("provot2d", 132.2), ("slamm", 129.8), ("trimm", 129.3)]);
+    // Ranks differ on the cube; no pair of sheets does after correction for 18 comparisons.
+    let cube = &found["readings"][0];
+    assert!((cube["friedman"]["statistic"].as_f64().expect("a number") - 11.51).abs() < 0.005);
+    assert!(cube["pairs"].as_array().expect("a list").iter().all(|p| p["p_holm"].as_f64().expect("a number") > 0.05));
+    assert!(found["population"].is_null());
+}
+
+#[test]
+fn background_and_comments_are_read_and_their_errors_located() {
+    let place = TestFolder::new("study-background");
+    let head = "subject,test,sheet,A1,A2,A3,A4,A5,B1,B2,B3,C1,C2,age,sex,years,hours,simulation,physics,comment\n";
+    let seen = "a,cube,slamm,1,1,1,1,1,1,1,1,,,,,,,,,\n";
+    let good = format!(
+        "{head}a,background,,,,,,,,,,,,31,female,9.5,>20,yes,no,\n{seen}a,overall,,,,,,,,,,5,6,,,,,,,too slow\n"
+    );
+    let file = place.write("good.csv", &good);
+    let found = place.json(&["study", file, "--json"]);
+    let population = &found["population"];
+    assert_eq!((population["n"].as_u64(), population["women"].as_u64()), (Some(1), Some(1)));
+    assert_eq!(population["years"]["mean"].as_f64(), Some(9.5));
+    assert_eq!(found["comments"][0][1], "too slow");
+    let bad = place.write("hours.csv", &good.replace(">20", "many"));
+    place.expect_rejection(&["study", bad], &["hours.csv:2", "hours", "many", ">20"]);
+    let bad = place.write("line.csv", &good.replace("1,,,,,,,,,\n", "1,,,44,,,,,,\n"));
+    place.expect_rejection(&["study", bad], &["line.csv:3", "age", "background"]);
+}
+
+#[test]
 fn tables_are_readable_and_errors_are_located() {
     let place = TestFolder::new("study-tables");
     let ran = place.run(&["study", THESIS, "--against", "slamm"]);

@@ -13,7 +13,6 @@ use crate::measure::crossing_detector::CrossingDetector;
 use crate::measure::random_sequence::RandomSequence;
 use crate::measure::{Runner, body, plane};
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{
     BodySpec, ContactDefaults, IntegratorKind, Material, MaterialChoice, Placement, Polyhedron, Scene, Shape, SheetSpec,
@@ -144,10 +143,7 @@ fn drawn(draw: &mut RandomSequence) -> Result<(Scene, String), InputError> {
 /// A library material at 0.5 to 2 times its thickness, or a random modulus from 30 MPa to 200 GPa.
 fn material(draw: &mut RandomSequence) -> (Material, &'static str) {
     let (name, mut material) = if draw.unit() < 0.5 {
-        // Excludes the first material, the thesis's with 185 Pa.
-        let (name, _, material) =
-            &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
-        (*name, material.clone())
+        draw.material()
     } else {
         let young = draw.scale(3e7, 2e11);
         (

@@ -8,7 +8,6 @@ use glam::DVec3;
 
 use crate::measure::random_sequence::RandomSequence;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::{IntegratorKind, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World};
 
@@ -76,8 +75,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
 
 /// Draw a sheet, the speed (m/s) of its kick, and their description.
 fn draw_sheet(draw: &mut RandomSequence, structures: &[StructureKind]) -> (SheetSpec, f64, String) {
-    let (name, _, material) = &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
-    let mut material = material.clone();
+    let (name, mut material) = draw.material();
     material.thickness *= draw.scale(0.5, 2.0);
     let structure = draw.pick(structures);
     let length = draw.scale(0.03, 2.0);

@@ -2,6 +2,23 @@
 //! 42(4), 2016).
 
 use glam::DVec3;
+use sheetwork::scene::Material;
+use sheetwork::scene::material::LIBRARY;
+
+/// Materials that are drawn. A material that is added to the library does not change the draws.
+const DRAWN_MATERIALS: [&str; 11] = [
+    "hips",
+    "pvc",
+    "pvc-plasticised",
+    "packaging-pvc",
+    "pet",
+    "paper",
+    "card",
+    "playing-card",
+    "steel-foil",
+    "aluminium-foil",
+    "rubber",
+];
 
 /// A pseudo-random sequence.
 pub(crate) struct RandomSequence(u64);
@@ -37,6 +54,13 @@ impl RandomSequence {
     /// A random element.
     pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.unit() * from.len() as f64) as usize % from.len()]
+    }
+
+    /// A random material of the library, with its name.
+    pub fn material(&mut self) -> (&'static str, Material) {
+        let name = self.pick(&DRAWN_MATERIALS);
+        let found = LIBRARY.iter().find(|row| row.0 == name);
+        (name, found.map_or_else(Material::default, |row| row.2.clone()))
     }
 
     /// Random rotations about the three axes, degrees.

@@ -1,5 +1,7 @@
 //! Input of the rigs: sheet, integrator and situation, with the defaults of the command line.
 
+use std::path::Path;
+
 use clap::{Args, Command};
 use glam::DVec3;
 
@@ -11,7 +13,7 @@ use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     Air, BurgersCreep, ContactDefaults, IntegratorKind, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec,
-    SpringLaw, material,
+    SpringLaw,
 };
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, ParameterId as Id, World, check_range};
@@ -162,9 +164,13 @@ pub struct ElasticFlags {
     /// Thickness, m (default 5e-4).
     #[arg(long, value_parser = length)]
     thickness: Option<f64>,
-    /// Material by name, for constants without a flag above.
+    /// Material by name or file, for constants without a flag above.
     #[arg(long)]
     material: Option<String>,
+    /// Angle from the length of the sheet to the warp of an orthotropic material, degrees; an angle
+    /// between the axes needs --outlined.
+    #[arg(long, value_parser = angle)]
+    direction: Option<f64>,
 }
 
 /// Constants of yield and creep on the command line.
@@ -299,10 +305,15 @@ impl Setup {
     /// The set-up with the constants of its flags in its material.
     ///
     /// # Errors
-    /// An unknown name of a material.
+    /// An unknown name or file of a material, or a direction of a material without warp.
     pub fn with_flags_applied(self) -> Result<Self, InputError> {
         let Self { elastic: e, inelastic: i, .. } = &self;
-        let base = e.material.as_deref().map_or_else(|| Ok(self.material.clone()), material::by_name)?;
+        let named = |name: &str| MaterialChoice::from(name).resolve(Path::new(""));
+        let mut base = e.material.as_deref().map_or_else(|| Ok(self.material.clone()), named)?;
+        if let Some(direction) = e.direction {
+            let isotropic = || InputError::new("direction", "is for a material with stiffness along warp and weft");
+            base.orthotropic.as_mut().ok_or_else(isotropic)?.direction = direction;
+        }
         let gives_creep = [i.relaxation_time, i.retardation_time, i.retarded].iter().any(Option::is_some);
         let creep = base.burgers.or(gives_creep.then_some(DEFAULT_CREEP));
         let material = Material {

@@ -3,7 +3,8 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use crate::study::{LAST_QUESTIONS, OVERALL, QUESTIONS, SHEETS, TESTS};
+use crate::study::background::{BACKGROUND_COLUMNS, Background};
+use crate::study::{BACKGROUND, LAST_QUESTIONS, OVERALL, QUESTIONS, SHEETS, TESTS};
 use sheetwork::InputError;
 
 /// Answers of one subject for one sheet of one test.
@@ -35,11 +36,15 @@ pub struct Overall {
     pub subject: String,
     /// 1 to 9, or none.
     pub answers: [Option<u8>; LAST_QUESTIONS.len()],
+    /// Comment in the subject's own words; empty for none.
+    pub comment: String,
 }
 
 /// All answers of a study.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
+    /// Background of the subjects who gave it.
+    pub background: Vec<Background>,
     /// Answers for each sheet.
     pub ratings: Vec<Rating>,
     /// Answers at the end.
@@ -48,6 +53,18 @@ pub struct Answers {
 
 /// Columns before the questions.
 const HEAD: [&str; 4] = ["subject", "order", "test", "sheet"];
+
+/// Column of the comments, on the line of the end.
+const COMMENT: &str = "comment";
+
+/// Positions of the columns in a table. Those of order, background and comment may be missing.
+struct Columns {
+    head: [usize; 3],
+    order: Option<usize>,
+    questions: Vec<usize>,
+    background: [Option<usize>; BACKGROUND_COLUMNS.len()],
+    comment: Option<usize>,
+}
 
 fn keys() -> impl Iterator<Item = &'static str> {
     QUESTIONS.iter().chain(&LAST_QUESTIONS).map(|q| q.key)
@@ -78,30 +95,40 @@ impl Answers {
             let at = heads.iter().position(|h| h.trim_start_matches('\u{feff}') == name);
             at.ok_or_else(|| InputError::new(name, "is a column that the table lacks").at_line(1))
         };
-        let head = [column(HEAD[0])?, column(HEAD[2])?, column(HEAD[3])?];
-        let order = column(HEAD[1]).ok();
-        let questions = keys().map(column).collect::<Result<Vec<_>, _>>()?;
+        let columns = Columns {
+            head: [column(HEAD[0])?, column(HEAD[2])?, column(HEAD[3])?],
+            order: column(HEAD[1]).ok(),
+            questions: keys().map(column).collect::<Result<Vec<_>, _>>()?,
+            background: BACKGROUND_COLUMNS.map(|name| column(name).ok()),
+            comment: column(COMMENT).ok(),
+        };
         let mut all = Self::default();
         for record in reader.records() {
             let record = record.map_err(failed)?;
             let line = record.position().map_or(0, |p| p.line() as usize);
-            all.take(&record, head, order, &questions).map_err(|e| e.at_line(line))?;
+            all.take(&record, &columns).map_err(|e| e.at_line(line))?;
         }
         Ok(all)
     }
 
-    fn take(
-        &mut self,
-        record: &csv::StringRecord,
-        head: [usize; 3],
-        order: Option<usize>,
-        questions: &[usize],
-    ) -> Result<(), InputError> {
-        let [subject, test, sheet] = head.map(|i| record.get(i).unwrap_or_default().to_owned());
+    fn take(&mut self, record: &csv::StringRecord, columns: &Columns) -> Result<(), InputError> {
+        let text = |at: Option<usize>| at.and_then(|i| record.get(i)).unwrap_or_default();
+        let [subject, test, sheet] = columns.head.map(|i| text(Some(i)).to_owned());
         if subject.is_empty() {
             return Err(InputError::new("subject", "says who answered, and is empty"));
         }
-        let values = questions.iter().zip(keys()).map(|(i, key)| answer(key, record.get(*i).unwrap_or_default()));
+        let background = columns.background.map(text);
+        if test == BACKGROUND {
+            if self.background.iter().any(|b| b.subject == subject) {
+                return Err(InputError::new("subject", format!("{subject} has a line of background before")));
+            }
+            self.background.push(Background::parse(subject, background)?);
+            return Ok(());
+        }
+        for (name, given) in BACKGROUND_COLUMNS.iter().zip(background) {
+            only_on(name, given, BACKGROUND)?;
+        }
+        let values = columns.questions.iter().zip(keys()).map(|(i, key)| answer(key, text(Some(*i))));
         let values = values.collect::<Result<Vec<_>, _>>()?;
         let (each, last) = values.split_at(QUESTIONS.len());
         if test == OVERALL {
@@ -109,15 +136,16 @@ impl Answers {
                 return Err(InputError::new("subject", format!("{subject} has ended the session before")));
             }
             let answers = std::array::from_fn(|i| last[i]);
-            self.overall.push(Overall { subject, answers });
+            self.overall.push(Overall { subject, answers, comment: text(columns.comment).to_owned() });
             return Ok(());
         }
-        known("test", &test, TESTS.iter().chain(&[OVERALL]))?;
+        only_on(COMMENT, text(columns.comment), OVERALL)?;
+        known("test", &test, TESTS.iter().chain(&[BACKGROUND, OVERALL]))?;
         known("sheet", &sheet, SHEETS.iter())?;
         if self.ratings.iter().any(|r| (&r.subject, &r.test, &r.sheet) == (&subject, &test, &sheet)) {
             return Err(InputError::new("subject", format!("{subject} has rated {sheet} in {test} before")));
         }
-        let order = match order.and_then(|i| record.get(i)).filter(|text| !text.is_empty()) {
+        let order = match Some(text(columns.order)).filter(|text| !text.is_empty()) {
             Some(text) => {
                 let wrong = |_| InputError::new("order", format!("\"{text}\" is not a whole number"));
                 Some(text.parse().map_err(wrong)?)
@@ -133,6 +161,7 @@ impl Answers {
     pub fn subjects(&self) -> Vec<&str> {
         let mut all: Vec<&str> = Vec::new();
         let named = self.ratings.iter().map(|r| &r.subject).chain(self.overall.iter().map(|o| &o.subject));
+        let named = named.chain(self.background.iter().map(|b| &b.subject));
         for subject in named {
             if !all.contains(&subject.as_str()) {
                 all.push(subject);
@@ -151,6 +180,7 @@ impl Answers {
         }
         self.ratings.extend(other.ratings);
         self.overall.extend(other.overall);
+        self.background.extend(other.background);
         Ok(())
     }
 
@@ -163,19 +193,29 @@ impl Answers {
         let text = |answers: &[Option<u8>]| -> Vec<String> {
             answers.iter().map(|a| a.map_or_else(String::new, |a| a.to_string())).collect()
         };
+        let empty = |count: usize| vec![String::new(); count];
+        let extra = BACKGROUND_COLUMNS.len() + 1;
         let mut writer = csv::Writer::from_writer(to);
-        writer.write_record(HEAD.into_iter().chain(keys())).map_err(failed)?;
+        let heads = HEAD.into_iter().chain(keys()).chain(BACKGROUND_COLUMNS).chain([COMMENT]);
+        writer.write_record(heads).map_err(failed)?;
         for subject in self.subjects() {
+            for b in self.background.iter().filter(|b| b.subject == subject) {
+                let head = [b.subject.clone(), String::new(), BACKGROUND.to_owned(), String::new()];
+                let questions = empty(QUESTIONS.len() + LAST_QUESTIONS.len());
+                let line = head.into_iter().chain(questions).chain(b.texts()).chain(empty(1));
+                writer.write_record(line).map_err(failed)?;
+            }
             for r in self.ratings.iter().filter(|r| r.subject == subject) {
                 let order = r.order.map_or_else(String::new, |o| o.to_string());
                 let head = [r.subject.clone(), order, r.test.clone(), r.sheet.clone()];
-                let last = text(&[None; LAST_QUESTIONS.len()]);
-                writer.write_record(head.into_iter().chain(text(&r.answers)).chain(last)).map_err(failed)?;
+                let rest = empty(LAST_QUESTIONS.len() + extra);
+                writer.write_record(head.into_iter().chain(text(&r.answers)).chain(rest)).map_err(failed)?;
             }
             for o in self.overall.iter().filter(|o| o.subject == subject) {
                 let head = [o.subject.clone(), String::new(), OVERALL.to_owned(), String::new()];
-                let each = text(&[None; QUESTIONS.len()]);
-                writer.write_record(head.into_iter().chain(each).chain(text(&o.answers))).map_err(failed)?;
+                let last = text(&o.answers).into_iter().chain(empty(BACKGROUND_COLUMNS.len()));
+                let line = head.into_iter().chain(empty(QUESTIONS.len())).chain(last).chain([o.comment.clone()]);
+                writer.write_record(line).map_err(failed)?;
             }
         }
         writer.flush().map_err(|e| InputError::new("", e.to_string()))
@@ -189,6 +229,14 @@ fn answer(key: &str, text: &str) -> Result<Option<u8>, InputError> {
     }
     let number = text.parse().ok().filter(|n| (1..=9).contains(n));
     number.map(Some).ok_or_else(|| InputError::new(key, format!("\"{text}\" is no answer: 1 to 9, or N/A")))
+}
+
+/// Rejects a value outside the lines of the test that its column is for.
+fn only_on(column: &str, text: &str, test: &str) -> Result<(), InputError> {
+    if text.is_empty() {
+        return Ok(());
+    }
+    Err(InputError::new(column, format!("\"{text}\" belongs to the line with the test `{test}`")))
 }
 
 fn known<'a>(field: &str, name: &str, all: impl Iterator<Item = &'a &'a str>) -> Result<(), InputError> {

@@ -3,15 +3,26 @@
 //! The design is that of the thesis (chapter 6, appendices C and D). Each of three tests shows the
 //! same drop with several sheets, one after the other and without their names. Eight questions
 //! follow each sheet, five on accuracy and three on speed; two more follow at the end. Answers are
-//! 1 (poor) to 9 (good), or none. The file is CSV with a line for each sheet seen and one line with
-//! the test `overall` for the end of a subject's session; `assets/study/thesis.csv` has the answers
-//! of the thesis.
+//! 1 (poor) to 9 (good), or none. The file is CSV with a line for each sheet seen, one line with the
+//! test `overall` for the end of a subject's session, and at most one with the test `background`;
+//! `assets/study/thesis.csv` has the answers of the thesis.
 
 pub(crate) mod answers;
+pub(crate) mod background;
+pub(crate) mod claims;
+pub(crate) mod rank_tests;
+pub(crate) mod reading;
 pub(crate) mod statistics;
+pub(crate) mod trial;
 
 pub use crate::study::answers::{Answers, Overall, Rating};
+pub use crate::study::background::{Background, Population, Sex, Share, THESIS_POPULATION, WeeklyHours, population};
+pub use crate::study::claims::{Claim, Measure, Verdict};
+pub use crate::study::rank_tests::{Friedman, Wilcoxon, friedman, holm, wilcoxon};
+use crate::study::reading::t_test_count;
+pub use crate::study::reading::{ALL_TESTS, PairReading, SIGNIFICANCE, SheetScore, TTestCount, TestReading};
 pub use crate::study::statistics::{Paired, Summary, paired, summary};
+pub use crate::study::trial::{Trial, TrialSpeed, measure_speed, scene};
 
 use serde::Serialize;
 
@@ -59,6 +70,9 @@ pub const SHEETS: [&str; 5] = ["slamm", "trimm", "provot3d", "provot2d", "shell"
 /// Test name of the line that ends a subject's session.
 pub const OVERALL: &str = "overall";
 
+/// Test name of the line with a subject's background.
+pub const BACKGROUND: &str = "background";
+
 /// Default sheet of comparison, from the thesis.
 pub const AGAINST: &str = "provot2d";
 
@@ -73,6 +87,16 @@ pub struct Findings {
     pub tests: Vec<TestFindings>,
     /// Results of the questions at the end.
     pub overall: Vec<QuestionFindings>,
+    /// Population; none where no subject gave a background.
+    pub population: Option<Population>,
+    /// Comments: subject and text.
+    pub comments: Vec<(String, String)>,
+    /// Student's t tests of single questions against the sheet of comparison, by their number.
+    pub t_tests: TTestCount,
+    /// Order of the sheets and its significance, in each test and in all.
+    pub readings: Vec<TestReading>,
+    /// Statements of the thesis, checked.
+    pub claims: Vec<Claim>,
 }
 
 /// Results of one test.
@@ -115,10 +139,17 @@ impl Answers {
             let found = SheetFindings { sheet: String::new(), summary: summary(&values), against: None };
             QuestionFindings { question: question.key.to_owned(), sheets: vec![found] }
         });
+        let tests: Vec<TestFindings> = tests.map(|test| self.of_test(test, against)).collect();
+        let comments = self.overall.iter().filter(|o| !o.comment.is_empty());
         Findings {
+            population: population(&self.background),
+            comments: comments.map(|o| (o.subject.clone(), o.comment.clone())).collect(),
+            readings: self.readings(),
+            claims: self.claims(),
             subjects: self.subjects().len(),
             against: against.to_owned(),
-            tests: tests.map(|test| self.of_test(test, against)).collect(),
+            t_tests: t_test_count(&tests),
+            tests,
             overall: overall.collect(),
         }
     }

@@ -273,6 +273,36 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
         row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04, 2.3e-5], 0.001, Some(5.0e7), None)
             .with_fracture(0.03, Some(660.0)),
     ),
+    // The four sheets that the thesis dropped (5.2.2). It names material and thickness and says how
+    // they bend; constants are those of the class. Styrene: as `hips` (E 1.6 to 2.4 GPa, 1040
+    // kg/m³; Cardarelli, Materials Handbook). The 0.4 mm PVC has no bending stiffness to speak of
+    // and is dense: plasticised and filled (1350 to 1700 kg/m³; Practical Guide to Polyvinyl
+    // Chloride, Rapra), E an estimate. The packaging grade is thinner and less dense: rigid,
+    // modified for impact (1350 to 1420 kg/m³ there), its thickness an estimate.
+    (
+        "styrene-0.25mm",
+        "the thesis's 0.25 mm styrene",
+        row([2.0e9, 0.38, 1045.0, 2.5e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+            .with_fracture(0.4, Some(240.0)),
+    ),
+    (
+        "styrene-0.5mm",
+        "the thesis's 0.5 mm styrene",
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+            .with_fracture(0.4, Some(240.0)),
+    ),
+    (
+        "soft-pvc-0.4mm",
+        "the thesis's 0.4 mm PVC, soft",
+        row([1.0e7, 0.45, 1400.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0))
+            .with_fracture(2.0, Some(180.0)),
+    ),
+    (
+        "packaging-grade-pvc",
+        "the thesis's packaging/industrial grade PVC, 0.15 mm",
+        row([2.4e9, 0.38, 1350.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(4.5e7), Some(78.0))
+            .with_fracture(0.5, Some(160.0)),
+    ),
     (
         "rubber",
         "rubber sheet, 1 mm",
@@ -429,6 +459,10 @@ mod tests {
             ("steel-foil", 0.134),
             ("aluminium-foil", 0.040),
             ("rubber", 0.031),
+            ("styrene-0.25mm", 0.106),
+            ("styrene-0.5mm", 0.168),
+            ("soft-pvc-0.4mm", 0.023),
+            ("packaging-grade-pvc", 0.074),
         ];
         assert_eq!(tabled.len(), LIBRARY.len() - 1);
         for (name, length) in tabled {
@@ -436,6 +470,41 @@ mod tests {
             let found = (m.plate_stiffness() / (m.areal_mass() * 9.81)).cbrt();
             assert!((found - length).abs() < 6e-4, "{name}: {found}");
         }
+    }
+
+    #[test]
+    fn the_sheets_of_the_thesis_are_in_its_order() {
+        // Sections 5.2.2 and 5.2.3: thicker styrene is heavier and bends wider; the 0.4 mm PVC is
+        // denser than styrene and drapes freely; packaging PVC is thinner and less dense than it.
+        let of = |name: &str| by_name(name).expect("there");
+        let (thin, thick) = (of("styrene-0.25mm"), of("styrene-0.5mm"));
+        let (soft, packaging) = (of("soft-pvc-0.4mm"), of("packaging-grade-pvc"));
+        let length = |m: &Material| (m.plate_stiffness() / (m.areal_mass() * 9.81)).cbrt();
+        assert_eq!([&thin, &thick, &soft].map(|m| m.thickness), [2.5e-4, 5e-4, 4e-4]);
+        assert!(thick.areal_mass() > thin.areal_mass() && length(&thick) > 1.5 * length(&thin));
+        assert!(soft.density > thick.density && length(&soft) < 0.25 * length(&thin));
+        assert!(packaging.thickness < 0.5 * soft.thickness && packaging.density < soft.density);
+        assert!(length(&packaging) < length(&thin));
+    }
+
+    #[test]
+    fn a_sheet_of_kawabata_goes_in_as_it_comes() {
+        let text = r#"(sheets: [(structure: "shell", grid: (9, 1, 9), material: (orthotropic: (
+            units: Kawabata, extension_warp: 4.2, extension_weft: 5.0, shear: 0.62, poisson: 0.2,
+            bending_warp: 0.052, bending_weft: 0.045, bending_bias: 0.038, bending_poisson: 0)))])"#;
+        let scene = Scene::parse(text).expect("valid");
+        let found = scene.sheets[0].material.resolve(Path::new("")).expect("valid").orthotropic.expect("measured");
+        assert!((found.young_warp - 500.0 * 0.980_665 / 0.042).abs() < 1e-6, "{found:?}");
+        assert!((found.bending_at(45.0) / 0.038 / 9.806_65e-5 - 1.0).abs() < 1e-12);
+        // What is written is in N/m and N m, and reads as the same material.
+        assert_eq!(Scene::parse(&scene.to_text().expect("text")).expect("valid"), scene);
+        let turned = |path: &str, value: &str| scene.with_override(&format!("sheets.0.{path}"), value);
+        assert!(turned("material.orthotropic.direction", "90").is_ok());
+        let error = turned("material.orthotropic.direction", "45").expect_err("a grid").to_string();
+        assert!(error.contains("outline"), "{error}");
+        let bad = text.replace("poisson: 0.2", "young_bias: 900").replace("units: Kawabata,", "units: Kawabata,\n");
+        let error = Scene::parse(&bad).expect_err("contradictory").to_string();
+        assert!(error.contains("Poisson's ratio of") && error.contains("young_bias"), "{error}");
     }
 
     #[test]

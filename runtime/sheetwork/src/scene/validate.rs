@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::error::{InputError, check_range, reject_if};
-use crate::material::calibration::StiffnessTarget;
+use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
@@ -228,8 +228,19 @@ pub(crate) fn placement(p: &Placement) -> ValidationResult {
     Id::PlacementRotation.check_each("placement.rotation", p.rotation.to_array())
 }
 
+/// Check that the structure of a sheet can have the warp of its material at an angle to its axes: a
+/// grid has no coupling of extension and shear.
+pub(crate) fn warp_direction(s: &SheetSpec, m: &Material) -> ValidationResult {
+    let along = m.orthotropic.as_ref().is_none_or(Orthotropic::is_along_axes);
+    let problem = "is for a shell with an outline, whose triangles may lie at any angle to the warp; a grid takes \
+                   0, 90 or 180 degrees";
+    reject_if!(!along && s.outline.is_none(), "material.orthotropic.direction", "{problem}");
+    Ok(())
+}
+
 fn sheet(s: &SheetSpec) -> ValidationResult {
     s.material.check(|constants| material("material", constants))?;
+    s.material.check(|constants| warp_direction(s, constants))?;
     grid(s)?;
     Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;

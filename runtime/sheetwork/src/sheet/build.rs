@@ -18,6 +18,7 @@ use crate::mesh::outline::{MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
+use crate::scene::validate::warp_direction;
 use crate::scene::{Region, RegionVector, Scene, SheetSpec, adhesion, fracture, rest_shape, sheet_name};
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
@@ -54,6 +55,7 @@ impl Sheet {
     /// Build sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
     fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
+        warp_direction(spec, &material)?;
         let mut parts = match &spec.file {
             Some(file) => read_parts(&sht::read_sht_file(&scene.base.join(file))?)?,
             None => generated(spec, &material, &scene.base, described)?,

@@ -13,7 +13,7 @@
 use serde::Serialize;
 
 use crate::error::{InputError, check_range};
-use crate::material::calibration::{CalibrationRequest, DeliveredRatios, calibrate, strip_bending};
+use crate::material::calibration::{CalibrationRequest, DeliveredRatios, Orthotropic, calibrate, strip_bending};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{Material, validate};
 
@@ -34,6 +34,15 @@ pub struct ReportRequest {
     pub gravity: f64,
 }
 
+/// Moduli of a narrow strip that is cut at an angle to the warp (thesis equations 1.14 and 1.15).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[allow(missing_docs)] // Each key says what it is and in which unit.
+pub struct DirectionalModuli {
+    pub degrees_from_warp: f64,
+    pub tensile_n_m: f64,
+    pub bending_n_m: f64,
+}
+
 /// Requested and delivered properties of a material in a sheet. Keys carry their units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)] // Each key says what it is and in which unit; the module has the formulas.
@@ -46,6 +55,7 @@ pub struct MaterialReport {
     pub yield_stress_pa: Option<f64>,
     pub glass_transition_c: Option<f64>,
     pub orthotropic: bool,
+    pub directions: Vec<DirectionalModuli>,
     pub plate_stiffness_n_m: f64,
     pub plate_stiffness_across_n_m: f64,
     pub twist_stiffness_n_m: f64,
@@ -105,6 +115,7 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
         yield_stress_pa: material.yield_stress,
         glass_transition_c: material.glass_transition,
         orthotropic: material.orthotropic.is_some(),
+        directions: material.orthotropic.as_ref().map_or_else(Vec::new, directions),
         plate_stiffness_n_m: bending,
         plate_stiffness_across_n_m: target.bending[1][1],
         twist_stiffness_n_m: target.bending[2][2],
@@ -128,6 +139,16 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
         soft_membrane_loss: loss,
         notes,
     })
+}
+
+/// Moduli in steps of 15 degrees from warp to weft.
+fn directions(measured: &Orthotropic) -> Vec<DirectionalModuli> {
+    let at = |degrees| DirectionalModuli {
+        degrees_from_warp: degrees,
+        tensile_n_m: measured.young_at(degrees),
+        bending_n_m: measured.bending_at(degrees),
+    };
+    [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0].map(at).to_vec()
 }
 
 /// Fraction of its bending stiffness that a cantilever of the sheet loses at its root because the

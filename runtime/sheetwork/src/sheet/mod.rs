@@ -11,6 +11,7 @@ pub(crate) mod air_parameters;
 mod assembly;
 #[doc(hidden)]
 pub mod attachment;
+pub(crate) mod b_spline;
 pub(crate) mod bonds;
 pub(crate) mod buckling;
 pub(crate) mod build;
@@ -70,7 +71,7 @@ pub use crate::sheet::region::select;
 pub(crate) use crate::sheet::snapshot::SavedSheetState;
 pub(crate) use crate::sheet::state::Interpenetration;
 pub use crate::sheet::state::{Counters, SheetState, Status};
-use crate::sheet::surface::DrawingSurface;
+use crate::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 
 use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
@@ -163,6 +164,12 @@ impl Sheet {
     /// `None` for a layer that does not exist. A sheet with open cells is drawn flat between its
     /// nodes, without the open cells.
     pub fn surface(&self, index: usize, parts: u32) -> Option<DrawingSurface> {
+        self.smoothed_surface(index, parts, SurfaceSmoothing::Interpolating)
+    }
+
+    /// Drawing surface as [`Sheet::surface`], with a choice of smoothing. A triangle mesh is
+    /// subdivided through its nodes in any case.
+    pub fn smoothed_surface(&self, index: usize, parts: u32, smoothing: SurfaceSmoothing) -> Option<DrawingSurface> {
         if self.open_cell_set().is_some() {
             let layer = self.model.layers.get(index)?;
             let mut surface = DrawingSurface::new(layer, &self.model.uv, 1);
@@ -170,13 +177,12 @@ impl Sheet {
             surface.set_triangles(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
             return Some(surface);
         }
+        let (uv, folds) = (&self.model.uv, &self.model.folds);
         match &self.model.meshes.present {
-            Some(mesh) => (index == 0).then(|| DrawingSurface::from_mesh(mesh, &self.model.uv, parts)),
-            None => self
-                .model
-                .layers
-                .get(index)
-                .map(|layer| DrawingSurface::with_creases(layer, &self.model.uv, parts, &self.model.folds)),
+            Some(mesh) => (index == 0).then(|| DrawingSurface::from_mesh(mesh, uv, parts)),
+            None => {
+                self.model.layers.get(index).map(|layer| DrawingSurface::smoothed(layer, uv, parts, folds, smoothing))
+            }
         }
     }
 

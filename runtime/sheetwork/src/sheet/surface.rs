@@ -1,11 +1,13 @@
-//! Drawing surface of a sheet as triangles: one layer, flat between its nodes or smoothed through
-//! them.
+//! Drawing surface of a sheet as triangles: one layer, flat between its nodes or smoothed.
 //!
-//! The smoothed surface of a grid is a tensor product of Catmull-Rom splines, which, unlike NURBS,
-//! passes through every node. Between nodes a smooth surface can still dip below a sharp edge. The
-//! rows of a triangular layer are shifted by half a cell in turn; splines along the rows bring them
-//! to common columns first, which makes the drawn outline straight. Triangles of a mesh are
-//! subdivided (`smooth_surface`).
+//! The interpolating surface of a grid is a tensor product of Catmull-Rom splines, which passes
+//! through every node. Between nodes a smooth surface can still dip below a sharp edge. The rows of
+//! a triangular layer are shifted by half a cell in turn; splines along the rows bring them to
+//! common columns first, which makes the drawn outline straight. Triangles of a mesh are subdivided
+//! (`smooth_surface`).
+//!
+//! The surfaces of the thesis have the nodes as control points (`b_spline`): they cut corners, so
+//! that they sink into bodies and even out ragged edges.
 //!
 //! Every drawn vertex is a fixed combination of nodes. An update is a sparse product and does not
 //! allocate.
@@ -15,6 +17,7 @@ use glam::Vec3;
 use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::structure::LatticeLayer;
+use crate::sheet::b_spline::clamped_b_spline;
 use crate::sheet::smooth_surface::{NodeWeights, halve};
 
 /// Triangles to draw, in single precision.
@@ -39,6 +42,36 @@ pub struct DrawingSurface {
     weights: Vec<f32>,
     uvs: Vec<[f32; 2]>,
     indices: Vec<[u32; 3]>,
+}
+
+/// Smoothing of a drawing surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SurfaceSmoothing {
+    /// Splines through the nodes.
+    #[default]
+    Interpolating,
+    /// Uniform cubic B-splines, clamped at the edges, with the nodes as control points: NURBS with
+    /// weights of 1.
+    BSpline,
+    /// One piece of the highest degree in each direction, a Bézier surface: the thesis's 2 n knots
+    /// for n nodes. The degree is limited to 23, the highest of the OpenGL utility library that it
+    /// used.
+    Bezier,
+}
+
+impl SurfaceSmoothing {
+    /// All kinds, with their names in listings and on command lines.
+    pub const ALL: [(Self, &'static str); 3] =
+        [(Self::Interpolating, "interpolating"), (Self::BSpline, "b-spline"), (Self::Bezier, "bezier")];
+
+    /// Degree of a B-spline; `None` for the interpolating surface.
+    fn degree(self) -> Option<u32> {
+        match self {
+            Self::Interpolating => None,
+            Self::BSpline => Some(3),
+            Self::Bezier => Some(23),
+        }
+    }
 }
 
 /// Columns and rows of nodes, ascending, along which a sheet is creased from edge to edge.
@@ -76,25 +109,30 @@ impl DrawingSurface {
     /// Surface of `layer` as [`DrawingSurface::new`], with splines that end on both sides of
     /// `folds`, so that a crease is equally sharp on every grid.
     pub fn with_creases(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32, folds: &CreaseLines) -> Self {
+        Self::smoothed(layer, uv, parts, folds, SurfaceSmoothing::Interpolating)
+    }
+
+    /// Surface of `layer` as [`DrawingSurface::with_creases`], smoothed as chosen.
+    pub fn smoothed(
+        layer: &LatticeLayer,
+        uv: &[(f64, f64)],
+        parts: u32,
+        folds: &CreaseLines,
+        smoothing: SurfaceSmoothing,
+    ) -> Self {
         let parts = parts.clamp(1, 16);
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {
             return Self::flat(layer, uv);
         }
         let (columns, rows) = ((layer.nx - 1) * parts + 1, (layer.nz - 1) * parts + 1);
-        let middle = if layer.triangular { 0.25 } else { 0.0 };
+        let place = |k: u32| f64::from(k) / f64::from(parts);
         let mut vertices = Vec::new();
         for r in 0..rows {
-            let along_z = catmull_rom(f64::from(r) / f64::from(parts), layer.nz, &folds.rows);
             for c in 0..columns {
-                let mut sum = NodeWeights::new();
-                for (j, wz) in &along_z {
-                    let stagger = if layer.triangular && j % 2 == 1 { 0.5 } else { 0.0 };
-                    let u = f64::from(c) / f64::from(parts) + middle - stagger;
-                    for (i, wx) in catmull_rom(u, layer.nx, &folds.columns) {
-                        sum.push((layer.at(i, *j), wx * wz));
-                    }
-                }
-                vertices.push(sum);
+                vertices.push(match smoothing.degree() {
+                    Some(degree) => control_weights(layer, (place(c), place(r)), folds, degree),
+                    None => through_nodes(layer, (place(c), place(r)), folds),
+                });
             }
         }
         let mut surface = Self::from_combinations(vertices, uv);
@@ -206,6 +244,32 @@ impl DrawingSurface {
             *n = Vec3::from(*n).normalize_or(Vec3::Y).to_array();
         }
     }
+}
+
+/// Weights at column `u` and row `v` of the surface through the nodes.
+fn through_nodes(layer: &LatticeLayer, (u, v): (f64, f64), folds: &CreaseLines) -> NodeWeights {
+    let middle = if layer.triangular { 0.25 } else { 0.0 };
+    let mut sum = NodeWeights::new();
+    for (j, wz) in catmull_rom(v, layer.nz, &folds.rows) {
+        let stagger = if layer.triangular && j % 2 == 1 { 0.5 } else { 0.0 };
+        for (i, wx) in catmull_rom(u + middle - stagger, layer.nx, &folds.columns) {
+            sum.push((layer.at(i, j), wx * wz));
+        }
+    }
+    sum
+}
+
+/// Weights at column `u` and row `v` of the surface with the nodes as control points.
+fn control_weights(layer: &LatticeLayer, (u, v): (f64, f64), folds: &CreaseLines, degree: u32) -> NodeWeights {
+    let along = |place: f64, n: u32, folds: &[u32]| {
+        let inner = || folds.iter().copied().filter(|f| (1..n - 1).contains(f));
+        let first = inner().filter(|f| f64::from(*f) <= place).max().unwrap_or(0);
+        let last = inner().filter(|f| f64::from(*f) > place).min().unwrap_or(n - 1);
+        clamped_b_spline((place - f64::from(first)) / f64::from(last - first), first, last, degree)
+    };
+    let columns = along(u, layer.nx, &folds.columns);
+    let rows = along(v, layer.nz, &folds.rows);
+    rows.iter().flat_map(|(j, wz)| columns.iter().map(move |(i, wx)| (layer.at(*i, *j), wx * wz))).collect()
 }
 
 /// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2, ...; beyond the ends the
@@ -320,5 +384,70 @@ mod tests {
             let near = |q: &[f32; 3]| Vec3::from(*q).distance(p.as_vec3()) < 1e-6;
             assert!(mesh.positions.iter().any(near), "no drawn vertex at {p}");
         }
+    }
+
+    /// Surface of a square layer of 12 by 12 nodes 10 cm apart whose heights are `f` (m).
+    fn over(f: impl Fn(f64, f64) -> f64, smoothing: SurfaceSmoothing) -> Vec<[f64; 3]> {
+        let spec = SheetSpec {
+            structure: "samm".parse().expect("known"),
+            grid: (12, 1, 12),
+            size: (1.1, 1.1),
+            ..SheetSpec::thesis()
+        };
+        let mut sheet = Sheet::build(&Scene { sheets: vec![spec], ..Scene::thesis() }, 0).expect("valid");
+        for i in 0..sheet.node_count() {
+            let mut p = sheet.state.x.get(i);
+            p.y = f(p.x, p.z);
+            sheet.state.x.set(i, p);
+        }
+        let surface = sheet.smoothed_surface(0, 4, smoothing).expect("a layer");
+        surface.mesh(&sheet.state.x).positions.iter().map(|p| p.map(f64::from)).collect()
+    }
+
+    #[test]
+    fn a_plane_is_exact_and_a_b_spline_lies_a_sixth_of_the_second_difference_inside_a_paraboloid() {
+        use SurfaceSmoothing::{BSpline, Bezier, Interpolating};
+        for smoothing in [Interpolating, BSpline, Bezier] {
+            let off = over(|x, z| 0.3 * x - 0.2 * z, smoothing);
+            let worst = off.iter().map(|[x, y, z]| (y - 0.3 * x + 0.2 * z).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-6, "{smoothing:?}: {worst}");
+        }
+        // y = ½ (κ₁ x² + κ₂ z²): second differences h² κ along rows and columns, so that the surface
+        // lies h²/6 (κ₁ + κ₂) above; where the knots are not uniform, within three cells of the
+        // edges, it is something else.
+        let (h, k1, k2) = (0.1, 0.8, 0.3);
+        let paraboloid = |x: f64, z: f64| 0.5 * (k1 * x * x + k2 * z * z);
+        let inner = |p: &&[f64; 3]| p[0].abs() < 0.2 && p[2].abs() < 0.2;
+        let spline = over(paraboloid, BSpline);
+        assert!(spline.iter().filter(inner).count() > 100);
+        for [x, y, z] in spline.iter().filter(inner) {
+            let rise = y - paraboloid(*x, *z);
+            assert!((rise / (h * h / 6.0 * (k1 + k2)) - 1.0).abs() < 2e-4, "{rise}");
+        }
+        for [x, y, z] in over(paraboloid, Interpolating).iter().filter(inner) {
+            assert!((y - paraboloid(*x, *z)).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn b_splines_end_at_the_corners_and_even_out_the_zigzag_of_a_triangular_layer() {
+        let sheet = sheet("trimm");
+        let layer = &sheet.model.layers[0];
+        let drawn = |smoothing, parts| {
+            let surface = sheet.smoothed_surface(0, parts, smoothing).expect("a layer");
+            surface.mesh(&sheet.state.x).positions
+        };
+        let smooth = drawn(SurfaceSmoothing::BSpline, 4);
+        let corner = sheet.state.x.get(layer.at(0, 0) as usize).as_vec3();
+        assert!(smooth.iter().any(|p| Vec3::from(*p).distance(corner) < 1e-6));
+        // Left edge of the sheet: the nodes of its rows are half a cell apart in turn.
+        let left = |places: &[[f32; 3]], columns: usize| {
+            let edge: Vec<f32> = places.iter().step_by(columns).map(|p| p[0]).collect();
+            let inner = &edge[edge.len() / 4..3 * edge.len() / 4 + 1];
+            inner.iter().copied().fold(f32::MIN, f32::max) - inner.iter().copied().fold(f32::MAX, f32::min)
+        };
+        let flat: Vec<[f32; 3]> = layer.range().map(|i| sheet.state.x.get(i).as_vec3().to_array()).collect();
+        let (before, after) = (left(&flat, 6), left(&smooth, 21));
+        assert!(before > 0.04 && after < 0.5 * before, "{before} {after}");
     }
 }

@@ -29,6 +29,7 @@ pub(crate) mod free_edge;
 pub(crate) mod homogenise;
 pub(crate) mod mass;
 pub(crate) mod nnls;
+pub(crate) mod orthotropic;
 pub(crate) mod target;
 #[cfg(test)]
 mod tests;
@@ -39,7 +40,8 @@ use crate::mesh::structure::{Lattice, LatticeSpec, LatticeSpring, StructureKind,
 pub use crate::material::calibration::anticlastic::strip_bending;
 pub use crate::material::calibration::clamp::WallSpring;
 pub use crate::material::calibration::delivered::DeliveredRatios;
-pub use crate::material::calibration::target::{Orthotropic, StiffnessTarget, Voigt};
+pub use crate::material::calibration::orthotropic::{FabricUnits, MeasuredFabric, Orthotropic};
+pub use crate::material::calibration::target::{StiffnessTarget, Voigt};
 
 /// Default distance between layers, in spacings of the grid.
 ///

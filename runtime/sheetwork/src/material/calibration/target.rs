@@ -8,9 +8,8 @@
 //!   B = E t/(1-ν²) and D = E t³/(12 (1-ν²)), A = B [1 ν 0; ν 1 0; 0 0 (1-ν)/2] and the same for D.
 //! - Orthotropic (section 85 there): the moduli per width as the Kawabata system measures them.
 
-use serde::{Deserialize, Serialize};
-
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
+use crate::material::calibration::orthotropic::{Orthotropic, turned};
 use crate::units::parameters::ParameterId as Id;
 
 /// A symmetric 3 by 3 matrix over (11, 22, 12).
@@ -25,29 +24,6 @@ pub struct StiffnessTarget {
     pub bending: Voigt,
 }
 
-/// Measured stiffness of an orthotropic sheet along warp (the length) and weft (the width), per
-/// width.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Orthotropic {
-    /// Uniaxial tensile stiffness along the warp, E t, N/m; 1e-6 to 1e12.
-    pub young_warp: f64,
-    /// Uniaxial tensile stiffness along the weft, N/m; 1e-6 to 1e12.
-    pub young_weft: f64,
-    /// In-plane shear stiffness G t, N/m; 0 to 1e12.
-    pub shear: f64,
-    /// Contraction along the weft per extension along the warp; its square times weft over warp
-    /// stiffness is below 1.
-    pub poisson: f64,
-    /// Cylindrical bending stiffness along the warp, N m; 1e-15 to 1e9.
-    pub bending_warp: f64,
-    /// Cylindrical bending stiffness along the weft, N m; 1e-15 to 1e9.
-    pub bending_weft: f64,
-    /// Twisting stiffness: twisting moment per 2 κ12, N m; D (1-ν)/2 for an isotropic plate; 0 to
-    /// 1e9.
-    pub twist: f64,
-}
-
 impl StiffnessTarget {
     /// Target as by [`Self::isotropic`], from values that have been checked.
     pub(crate) fn of_plate(young: f64, poisson: f64, thickness: f64) -> Self {
@@ -56,8 +32,8 @@ impl StiffnessTarget {
         Self { membrane: plane(scale), bending: plane(scale * thickness * thickness / 12.0) }
     }
 
-    /// Target of measured stiffness. The Poisson coupling of bending is that of the membrane: D12 =
-    /// √(ν12 ν21 D11 D22).
+    /// Target of measured stiffness. The Poisson coupling of bending is that of the membrane, D12 =
+    /// √(ν12 ν21 D11 D22), where none is given.
     ///
     /// # Errors
     /// When a value is out of range, or the values together have no positive energy.
@@ -68,9 +44,8 @@ impl StiffnessTarget {
         Id::BendingWarp.check("bending_warp", data.bending_warp)?;
         Id::BendingWeft.check("bending_weft", data.bending_weft)?;
         Id::Twist.check("twist", data.twist)?;
-        // ν12 ν21 below 1 keeps the energy positive.
-        let most = 0.999 * (data.young_warp / data.young_weft).sqrt();
-        check_range("poisson", data.poisson, -most, most, "")?;
+        Id::WarpDirection.check("direction", data.direction)?;
+        data.check_ratios()?;
         Ok(Self::of_measured(data))
     }
 
@@ -79,11 +54,13 @@ impl StiffnessTarget {
         let back = data.poisson * data.young_weft / data.young_warp;
         let share = 1.0 - data.poisson * back;
         let (a11, a22) = (data.young_warp / share, data.young_weft / share);
-        let coupling = data.poisson.signum() * (data.poisson * back * data.bending_warp * data.bending_weft).sqrt();
-        Self {
-            membrane: [[a11, data.poisson * a22, 0.0], [data.poisson * a22, a22, 0.0], [0.0, 0.0, data.shear]],
-            bending: [[data.bending_warp, coupling, 0.0], [coupling, data.bending_weft, 0.0], [0.0, 0.0, data.twist]],
+        let coupling = data.bending_coupling();
+        let membrane = [[a11, data.poisson * a22, 0.0], [data.poisson * a22, a22, 0.0], [0.0, 0.0, data.shear]];
+        let bending = [[data.bending_warp, coupling, 0.0], [coupling, data.bending_weft, 0.0], [0.0, 0.0, data.twist]];
+        if data.direction == 0.0 {
+            return Self { membrane, bending };
         }
+        Self { membrane: turned(&membrane, data.direction), bending: turned(&bending, data.direction) }
     }
 
     /// Requested Poisson's ratio in bending: D12 over the geometric mean of D11 and D22.
@@ -147,6 +124,7 @@ mod tests {
             bending_warp: d,
             bending_weft: d,
             twist: d * (1.0 - nu) / 2.0,
+            ..Orthotropic::default()
         });
         let wanted = StiffnessTarget::of_plate(e, nu, t);
         let found = found.expect("valid");
@@ -168,6 +146,7 @@ mod tests {
             bending_warp: 1e-5,
             bending_weft: 5e-6,
             twist: 3e-6,
+            ..Orthotropic::default()
         };
         assert_eq!(StiffnessTarget::orthotropic(&cloth).expect_err("ν12 ν21 above 1").field, "poisson");
         assert!(StiffnessTarget::orthotropic(&Orthotropic { poisson: 0.2, ..cloth }).is_ok());

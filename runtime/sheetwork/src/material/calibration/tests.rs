@@ -193,6 +193,7 @@ fn orthotropic_bending_is_fitted_where_central_springs_can() {
         bending_warp: warp,
         bending_weft: weft,
         twist: (poisson * poisson * 0.5 * warp * weft).sqrt(),
+        ..Orthotropic::default()
     };
     let target = StiffnessTarget::orthotropic(&data).expect("valid");
     let found = calibrate(&CalibrationRequest { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;

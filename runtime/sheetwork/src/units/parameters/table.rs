@@ -275,6 +275,8 @@ parameters! {
     BendingWeft: number("sheets.*.material.orthotropic.bending_weft", "N m", (1e-15, 1e9)).required(),
     /// Twisting stiffness of a woven sheet.
     Twist: number("sheets.*.material.orthotropic.twist", "N m", (0.0, 1e9)).required(),
+    /// Angle from the length of a sheet to the warp.
+    WarpDirection: number("sheets.*.material.orthotropic.direction", "degrees", (-180.0, 180.0)).default("0"),
     /// Nodes along the length of a sheet.
     GridLength: number("sheets.*.grid.0", "masses", (2.0, 2000.0)),
     /// Nodes along the width of a sheet.
