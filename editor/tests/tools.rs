@@ -189,6 +189,26 @@ fn several_steps_back_in_one_frame_are_several() {
 }
 
 #[test]
+fn mouse_modes_rotate_pan_and_zoom_the_view_or_leave_it() {
+    let mut harness = whole();
+    let corner = harness.state().1.viewport.left_bottom() + Vec2::new(40.0, -40.0);
+    let mut moved = |tool: Tool| {
+        harness.state_mut().1.tool = tool;
+        harness.run_steps(1);
+        let before = harness.state().1.camera;
+        drag(&mut harness, corner, corner + Vec2::new(60.0, 0.0));
+        button(&mut harness, corner + Vec2::new(60.0, 0.0), false);
+        let after = harness.state().1.camera;
+        (after.yaw != before.yaw, after.target != before.target, after.distance - before.distance)
+    };
+    assert_eq!(moved(Tool::Look), (true, false, 0.0));
+    assert_eq!(moved(Tool::Pan), (false, true, 0.0));
+    let (turned, panned, further) = moved(Tool::Zoom);
+    assert!(!turned && !panned && further < 0.0, "a drag to the right zooms in: {further}");
+    assert_eq!(moved(Tool::None), (false, false, 0.0));
+}
+
+#[test]
 fn the_grab_tool_pulls_at_the_sheet_and_elsewhere_turns_the_view() {
     let mut harness = whole();
     harness.key_press(Key::G);

@@ -28,6 +28,12 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.selectable_value(&mut state.tool, tool, title).on_hover_text(about);
         }
     });
+    ui.horizontal(|ui| {
+        ui.label("Mouse");
+        for (tool, title, about) in Tool::MODES {
+            ui.selectable_value(&mut state.tool, tool, title).on_hover_text(about);
+        }
+    });
     ui.horizontal_wrapped(|ui| {
         for (title, yaw, pitch) in VIEWS {
             if ui.small_button(title).on_hover_text(format!("Seen from the {title}")).clicked() {

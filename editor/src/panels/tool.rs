@@ -24,10 +24,24 @@ pub enum Tool {
     Heat,
     /// Cut a sheet along a line.
     Cut,
+    /// Pan the view.
+    Pan,
+    /// Zoom the view.
+    Zoom,
+    /// Leave view and scene as they are.
+    None,
 }
 
 impl Tool {
-    /// All tools: name and description.
+    /// Mouse modes of the view (thesis 4.8.1): name and description.
+    pub const MODES: [(Self, &'static str, &'static str); 4] = [
+        (Self::Look, "Rotate", "Left drag rotates the view (Q)"),
+        (Self::Pan, "Pan", "Left drag pans the view"),
+        (Self::Zoom, "Zoom", "Left drag to the right zooms in, to the left out"),
+        (Self::None, "None", "Left drag does nothing"),
+    ];
+
+    /// Tools: name and description.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Look, "Look", "Left drag rotates the view (Q)"),
         (Self::Grab, "Grab", "Left drag pulls a sheet with a spring; its force is shown (G)"),

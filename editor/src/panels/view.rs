@@ -57,7 +57,12 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 fn navigate(ui: &Ui, session: &Session, state: &mut EditorState, response: &Response, (own, taken): (Rect, bool)) {
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
     if response.dragged_by(PointerButton::Primary) && !taken {
-        state.camera.orbit(drag);
+        match state.tool {
+            Tool::Pan => state.camera.pan(drag, Vec2::new(own.width(), own.height())),
+            Tool::Zoom => state.camera.zoom(drag.x / NOTCH),
+            Tool::None => {}
+            _ => state.camera.orbit(drag),
+        }
     }
     if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
         state.camera.pan(drag, Vec2::new(own.width(), own.height()));
@@ -138,7 +143,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
 fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> Option<Held> {
     let ray = state.camera.ray(from, size);
     match state.tool {
-        Tool::Look | Tool::Pin => None,
+        Tool::Look | Tool::Pin | Tool::Pan | Tool::Zoom | Tool::None => None,
         Tool::Grab => {
             let hit = pick::sheet(session.world(), ray, state.display.layer == SheetLayer::Top)?;
             let before = pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001);
@@ -187,7 +192,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
                 session.end_stroke();
             }
         }
-        Tool::Look | Tool::Grab | Tool::Crease | Tool::Cut => {}
+        Tool::Look | Tool::Grab | Tool::Crease | Tool::Cut | Tool::Pan | Tool::Zoom | Tool::None => {}
     }
 }
 

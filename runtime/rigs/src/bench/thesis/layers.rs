@@ -5,6 +5,7 @@ use sheetwork::sheet::Sheet;
 
 use crate::bench::thesis::experiment::{Experiment, rest};
 use crate::bench::thesis::{Finding, Row, Verdict};
+use crate::drawn_surface::drawn_surfaces;
 use crate::measure::stability_limit::longest_step;
 
 pub(crate) const BOTTOM: Row = Row {
@@ -45,6 +46,35 @@ fn below_floor(run: &Experiment) -> Result<f64, InputError> {
     let mesh = surface.mesh(&run.sheet().state.x);
     Ok(mesh.positions.iter().map(|p| floor - f64::from(p[1])).fold(0.0, f64::max))
 }
+
+pub(crate) const SMOOTHED: Row = Row {
+    name: "figure-5.14",
+    title: "Figure 5.14: the sheet with and without NURBS",
+    says: "Without smoothing the edges of the sheet are ragged; the smoothed sheet looks better, but sinks into bodies, as \
+           contact knows only the masses. Scene cube during the impact.",
+    run: || {
+        let mut run = Experiment::new("cube", &[])?;
+        run.run_to(0.3);
+        let all = drawn_surfaces(&run.world);
+        let of = |name: &str| all.iter().find(|s| s.layer == 1 && s.smoothing == name);
+        let text = |name: &str| {
+            let found = of(name)?;
+            let depth = 1e3 * found.depth_m.unwrap_or(0.0);
+            Some(format!(
+                "{name}: sharpest bend of its edge {:.0}°, {depth:.2} mm deep in the cube",
+                found.edge_kink_deg
+            ))
+        };
+        let names = ["flat", "interpolating", "b-spline", "bezier"];
+        let lines: Vec<String> = names.into_iter().filter_map(text).collect();
+        let kink = |name: &str| of(name).map_or(f64::NAN, |s| s.edge_kink_deg);
+        let depth = |name: &str| of(name).and_then(|s| s.depth_m).unwrap_or(0.0);
+        let holds = kink("b-spline") < 0.5 * kink("flat") && depth("b-spline") > depth("interpolating");
+        run.print_at(&[0.3, 0.5, 1.0]);
+        let reason = "the smoothed surface does not sink deeper, or its edge is as ragged";
+        Ok(Finding::new(lines.join("; "), Verdict::of(holds, reason)).with(run.strip("A sheet falls on a cube")))
+    },
+};
 
 pub(crate) const LAYERS: Row = Row {
     name: "3.6.3-layers",
