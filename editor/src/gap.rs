@@ -8,7 +8,7 @@ use bevy_sheetwork::render::{clear_of_bodies, display_clearance};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::{SurfaceMesh, SurfaceSmoothing};
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceMesh, SurfaceSmoothing};
 
 /// Spline segments per cell of the displayed surface.
 pub const PARTS: u32 = 5;
@@ -21,7 +21,7 @@ pub fn largest(world: &World, layer: SheetLayer, spline: SurfaceSmoothing) -> Op
 /// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
 /// a sheet without such a layer.
 pub fn drawn(world: &World, sheet: &Sheet, layer: SheetLayer, spline: SurfaceSmoothing) -> Option<SurfaceMesh> {
-    let mut mesh = sheet.smoothed_surface(layer.index(sheet)?, PARTS, spline)?.mesh(&sheet.state.x);
+    let mut mesh = DrawingSurface::of_sheet(sheet, layer.index(sheet)?, PARTS, spline)?.mesh(&sheet.state.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
         let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);

@@ -193,7 +193,7 @@ impl Model {
 
     fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look, scale: Option<&ColourScale>) {
         let layer = look.layer.index(sheet);
-        let surface = layer.and_then(|layer| sheet.smoothed_surface(layer, look.parts, look.spline));
+        let surface = layer.and_then(|layer| DrawingSurface::of_sheet(sheet, layer, look.parts, look.spline));
         let Some(surface) = surface else { return };
         let mut mesh = surface.mesh(&sheet.state.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {

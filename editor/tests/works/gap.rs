@@ -5,7 +5,7 @@ use bevy_sheetwork::SheetLayer;
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::scene::{Scene, Shape};
-use sheetwork::sheet::surface::SurfaceSmoothing;
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use sheetwork_editor::{gap, scenes};
 
 /// Largest penetration of the displayed surface, m.
@@ -72,7 +72,7 @@ fn after(scene: &Scene, seconds: f64, spline: SurfaceSmoothing) -> (f64, f64, f6
         };
         mesh.indices.iter().map(of_triangle).fold(f64::NEG_INFINITY, f64::max)
     };
-    let unkept = sheet.smoothed_surface(last, gap::PARTS, spline).expect("a surface").mesh(&sheet.state.x);
+    let unkept = DrawingSurface::of_sheet(sheet, last, gap::PARTS, spline).expect("a surface").mesh(&sheet.state.x);
     let triangles = layer.triangles();
     let nearest = |p: &[f32; 3]| {
         let p = Vec3::from(*p).as_dvec3();

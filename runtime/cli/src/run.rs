@@ -59,7 +59,7 @@ pub struct Run {
     /// 0.5:gravity=(0,0,0). May be repeated.
     #[arg(long = "at", value_name = "TIME:PATH=VALUE")]
     changes: Vec<String>,
-    /// Measure at the end how deep each smoothed surface of the sheets lies in bodies, and how ragged
+    /// Measure at the end how deep each drawn surface of the sheets lies in bodies, and how ragged
     /// its edges are.
     #[arg(long)]
     surfaces: bool,

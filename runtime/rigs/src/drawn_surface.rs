@@ -8,7 +8,7 @@
 use glam::Vec3;
 use serde::Serialize;
 use sheetwork::World;
-use sheetwork::sheet::surface::{SurfaceMesh, SurfaceSmoothing};
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceMesh, SurfaceSmoothing};
 
 /// Spline segments per cell, as the editor draws.
 const PARTS: u32 = 5;
@@ -22,12 +22,12 @@ pub struct DrawnSurface {
     pub layer: usize,
     /// `flat`, or the name of a smoothing.
     pub smoothing: &'static str,
-    /// Depth of the deepest point inside a body, floor and walls included, m; none where no point is
-    /// inside. Points are five to a cell along either side.
+    /// Depth of the deepest point inside a body, floor and walls included, m; none where no point
+    /// is inside. Points are five to a cell along either side.
     pub depth_m: Option<f64>,
     /// Largest distance of a node of the layer from the surface's vertices, m.
     pub off_nodes_m: f64,
-    /// Sharpest angle between neighbouring sides of the outline, its four corners left out, degrees.
+    /// Sharpest angle between neighbouring sides of the outline, without its corners, degrees.
     pub edge_kink_deg: f64,
 }
 
@@ -39,7 +39,7 @@ pub fn drawn_surfaces(world: &World) -> Vec<DrawnSurface> {
     for sheet in world.sheets().iter().filter(|s| s.model.triangles.is_none()) {
         for (index, layer) in sheet.model.layers.iter().enumerate() {
             for (parts, smoothing, name) in kinds.into_iter().chain(smooth) {
-                let Some(surface) = sheet.smoothed_surface(index, parts, smoothing) else { continue };
+                let Some(surface) = DrawingSurface::of_sheet(sheet, index, parts, smoothing) else { continue };
                 let mesh = surface.mesh(&sheet.state.x);
                 let columns = ((layer.nx - 1) * parts + 1) as usize;
                 let off = layer.range().map(|i| {
@@ -100,8 +100,8 @@ mod tests {
 
     #[test]
     fn a_b_spline_sinks_into_the_edge_of_a_box_and_has_the_smoother_edge() {
-        // A strip whose nodes follow a right angle over the edge of a box at x = 0, in cells of 2 cm:
-        // the second difference at the bend is 2 cm · √2 along the diagonal, of which a cubic
+        // A strip whose nodes follow a right angle over the edge of a box at x = 0, in cells of 2
+        // cm: the second difference at the bend is 2 cm · √2 along the diagonal, of which a cubic
         // B-spline leaves a sixth, 4.7 mm, on the inside; it is 3.3 mm below both faces.
         let scene = Scene::parse(
             r#"(gravity: (0, 0, 0), sheets: [(structure: "samm", grid: (13, 1, 5), size: (0.24, 0.08))],

@@ -98,15 +98,16 @@ pub struct MeshedSurface {
 }
 
 impl MeshedSurface {
-    /// Mesh of a layer of `sheet` with its nodes at `x`, in `parts` segments per cell of a `spline`,
-    /// and its surface; `coloured` meshes have vertex colours. `None` for a sheet without this layer.
+    /// Mesh of a layer of `sheet` with its nodes at `x`, in `parts` segments per cell of a
+    /// `spline`, and its surface; `coloured` meshes have vertex colours. `None` for a sheet without
+    /// this layer.
     pub fn new(
         sheet: &SheetInWorld,
         x: &Vectors,
         (layer, parts, spline): (SheetLayer, u32, SurfaceSmoothing),
         coloured: bool,
     ) -> Option<(Mesh, Self)> {
-        let surface = sheet.smoothed_surface(layer.index(sheet)?, parts, spline)?;
+        let surface = DrawingSurface::of_sheet(sheet, layer.index(sheet)?, parts, spline)?;
         let made = surface.mesh(x);
         let indices = made.indices.iter().flatten().copied().collect();
         let mut mesh = triangle_mesh(made.positions, made.normals, made.uvs, indices);

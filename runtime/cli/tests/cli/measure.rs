@@ -171,7 +171,7 @@ fn a_strip_cut_at_an_angle_droops_as_its_modulus_says() {
     let warp = drop("0");
     for (degrees, h) in [("30", 4.035), ("45", 3.7), ("90", 4.4)] {
         let ratio = drop(degrees) / warp * h / 5.1;
-        // A clamp keeps the root of a strip at an angle from twisting: 1 % at a tenth of its length.
+        // The clamp keeps the root of a strip at an angle from twisting: 1 % at this width.
         assert!((ratio - 1.0).abs() < 0.02, "{degrees}: {ratio}");
     }
     let grid = ["measure", "cantilever", "--material", wool, "--direction", "45"];

@@ -235,7 +235,7 @@ mod tests {
                 ["5", "15", "8", "10", "9", "12", "14", "7", "9", "10"][i],
                 ">20",
                 if i < 3 { "yes" } else { "no" },
-                if i % 2 == 0 { "yes" } else { "no" },
+                if i.is_multiple_of(2) { "yes" } else { "no" },
             ];
             Background::parse(i.to_string(), texts).expect("valid")
         };

@@ -3,9 +3,9 @@
 //! The design is that of the thesis (chapter 6, appendices C and D). Each of three tests shows the
 //! same drop with several sheets, one after the other and without their names. Eight questions
 //! follow each sheet, five on accuracy and three on speed; two more follow at the end. Answers are
-//! 1 (poor) to 9 (good), or none. The file is CSV with a line for each sheet seen, one line with the
-//! test `overall` for the end of a subject's session, and at most one with the test `background`;
-//! `assets/study/thesis.csv` has the answers of the thesis.
+//! 1 (poor) to 9 (good), or none. The file is CSV with a line for each sheet seen, one line with
+//! the test `overall` for the end of a subject's session, and at most one with the test
+//! `background`; `assets/study/thesis.csv` has the answers of the thesis.
 
 pub(crate) mod answers;
 pub(crate) mod background;

@@ -216,8 +216,8 @@ mod tests {
 
     #[test]
     fn wilcoxon_equals_its_published_table() {
-        // Two-sided p of the smaller sum of ranks (Siegel, Nonparametric Statistics, table G, and the
-        // counts it is made of: 2 × 25/1024 for n = 10, T = 8).
+        // Two-sided p of the smaller sum of ranks (Siegel, Nonparametric Statistics, table G, and
+        // the counts it is made of: 2 × 25/1024 for n = 10, T = 8).
         let table: [(usize, &[usize], f64); 5] =
             [(5, &[], 0.0625), (6, &[], 0.03125), (8, &[3], 0.0390625), (10, &[8], 0.048828125), (7, &[2], 0.046875)];
         for (n, negative, p) in table {

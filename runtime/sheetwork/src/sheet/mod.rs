@@ -164,26 +164,7 @@ impl Sheet {
     /// `None` for a layer that does not exist. A sheet with open cells is drawn flat between its
     /// nodes, without the open cells.
     pub fn surface(&self, index: usize, parts: u32) -> Option<DrawingSurface> {
-        self.smoothed_surface(index, parts, SurfaceSmoothing::Interpolating)
-    }
-
-    /// Drawing surface as [`Sheet::surface`], with a choice of smoothing. A triangle mesh is
-    /// subdivided through its nodes in any case.
-    pub fn smoothed_surface(&self, index: usize, parts: u32, smoothing: SurfaceSmoothing) -> Option<DrawingSurface> {
-        if self.open_cell_set().is_some() {
-            let layer = self.model.layers.get(index)?;
-            let mut surface = DrawingSurface::new(layer, &self.model.uv, 1);
-            let closed = self.closed_triangles(layer.triangles());
-            surface.set_triangles(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
-            return Some(surface);
-        }
-        let (uv, folds) = (&self.model.uv, &self.model.folds);
-        match &self.model.meshes.present {
-            Some(mesh) => (index == 0).then(|| DrawingSurface::from_mesh(mesh, uv, parts)),
-            None => {
-                self.model.layers.get(index).map(|layer| DrawingSurface::smoothed(layer, uv, parts, folds, smoothing))
-            }
-        }
+        DrawingSurface::of_sheet(self, index, parts, SurfaceSmoothing::Interpolating)
     }
 
     /// Springs of a lattice.

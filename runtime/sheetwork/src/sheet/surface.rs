@@ -17,6 +17,7 @@ use glam::Vec3;
 use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::structure::LatticeLayer;
+use crate::sheet::Sheet;
 use crate::sheet::b_spline::clamped_b_spline;
 use crate::sheet::smooth_surface::{NodeWeights, halve};
 
@@ -103,17 +104,32 @@ impl DrawingSurface {
     /// 16); 1 draws flat triangles between the nodes. `uv` are the material coordinates of the
     /// sheet.
     pub fn new(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32) -> Self {
-        Self::with_creases(layer, uv, parts, &CreaseLines::default())
+        Self::smoothed(layer, uv, parts, &CreaseLines::default(), SurfaceSmoothing::Interpolating)
     }
 
-    /// Surface of `layer` as [`DrawingSurface::new`], with splines that end on both sides of
-    /// `folds`, so that a crease is equally sharp on every grid.
-    pub fn with_creases(layer: &LatticeLayer, uv: &[(f64, f64)], parts: u32, folds: &CreaseLines) -> Self {
-        Self::smoothed(layer, uv, parts, folds, SurfaceSmoothing::Interpolating)
+    /// Surface of layer `index` of a sheet, as [`Sheet::surface`], with a choice of smoothing. A
+    /// triangle mesh is subdivided through its nodes in any case.
+    pub fn of_sheet(sheet: &Sheet, index: usize, parts: u32, smoothing: SurfaceSmoothing) -> Option<Self> {
+        let uv = &sheet.model.uv;
+        if sheet.open_cell_set().is_some() {
+            let layer = sheet.model.layers.get(index)?;
+            let mut surface = Self::new(layer, uv, 1);
+            let closed = sheet.closed_triangles(layer.triangles());
+            surface.indices = closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect();
+            return Some(surface);
+        }
+        match &sheet.model.meshes.present {
+            Some(mesh) => (index == 0).then(|| Self::from_mesh(mesh, uv, parts)),
+            None => {
+                let layer = sheet.model.layers.get(index)?;
+                Some(Self::smoothed(layer, uv, parts, &sheet.model.folds, smoothing))
+            }
+        }
     }
 
-    /// Surface of `layer` as [`DrawingSurface::with_creases`], smoothed as chosen.
-    pub fn smoothed(
+    /// Surface of `layer` as [`DrawingSurface::new`], smoothed as chosen, with splines that end on
+    /// both sides of `folds`, so that a crease is equally sharp on every grid.
+    fn smoothed(
         layer: &LatticeLayer,
         uv: &[(f64, f64)],
         parts: u32,
@@ -162,11 +178,6 @@ impl DrawingSurface {
             surface.first.push(surface.masses.len() as u32);
         }
         surface
-    }
-
-    /// Replace the triangles.
-    pub(crate) fn set_triangles(&mut self, triangles: Vec<[u32; 3]>) {
-        self.indices = triangles;
     }
 
     /// Triangle mesh at the positions `x` (m).
@@ -325,7 +336,6 @@ fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> NodeWeights {
 mod tests {
     use super::*;
     use crate::scene::{Scene, SheetSpec};
-    use crate::sheet::Sheet;
 
     fn sheet(structure: &str) -> Sheet {
         let spec = SheetSpec {
@@ -400,7 +410,7 @@ mod tests {
             p.y = f(p.x, p.z);
             sheet.state.x.set(i, p);
         }
-        let surface = sheet.smoothed_surface(0, 4, smoothing).expect("a layer");
+        let surface = DrawingSurface::of_sheet(&sheet, 0, 4, smoothing).expect("a layer");
         surface.mesh(&sheet.state.x).positions.iter().map(|p| p.map(f64::from)).collect()
     }
 
@@ -412,9 +422,9 @@ mod tests {
             let worst = off.iter().map(|[x, y, z]| (y - 0.3 * x + 0.2 * z).abs()).fold(0.0, f64::max);
             assert!(worst < 1e-6, "{smoothing:?}: {worst}");
         }
-        // y = ½ (κ₁ x² + κ₂ z²): second differences h² κ along rows and columns, so that the surface
-        // lies h²/6 (κ₁ + κ₂) above; where the knots are not uniform, within three cells of the
-        // edges, it is something else.
+        // y = ½ (κ₁ x² + κ₂ z²): second differences h² κ along rows and columns, so that the
+        // surface lies h²/6 (κ₁ + κ₂) above; not so within three cells of the edges, where the
+        // knots are not uniform.
         let (h, k1, k2) = (0.1, 0.8, 0.3);
         let paraboloid = |x: f64, z: f64| 0.5 * (k1 * x * x + k2 * z * z);
         let inner = |p: &&[f64; 3]| p[0].abs() < 0.2 && p[2].abs() < 0.2;
@@ -434,7 +444,7 @@ mod tests {
         let sheet = sheet("trimm");
         let layer = &sheet.model.layers[0];
         let drawn = |smoothing, parts| {
-            let surface = sheet.smoothed_surface(0, parts, smoothing).expect("a layer");
+            let surface = DrawingSurface::of_sheet(&sheet, 0, parts, smoothing).expect("a layer");
             surface.mesh(&sheet.state.x).positions
         };
         let smooth = drawn(SurfaceSmoothing::BSpline, 4);
