@@ -162,7 +162,9 @@ fn add_contacts(
                 continue;
             }
             let (a, b) = (target.start.local_point(start).as_vec3(), target.end.local_point(end).as_vec3());
-            let PathHit::Surface(surface) = target.test_path(a, b, 0.0, &mut { NO_FACE }) else { continue };
+            let (near, known) = clearance.nearest_face[i];
+            let mut face = if near == handle { known } else { NO_FACE };
+            let PathHit::Surface(surface) = target.test_path(a, b, 0.0, &mut face) else { continue };
             let depth = offset - (end - surface.point).dot(surface.normal);
             let is_known = |c: &LimitContact| {
                 c.count == 1 && c.nodes[0] as usize == i && c.normal.dot(surface.normal) > SETTINGS.same_face_cosine
