@@ -14,10 +14,15 @@ use crate::rigid::Support;
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 
 impl ContactWorkspace {
+    /// Contacts of sheets with their gap (m) with the forces of the last solve and the index of
+    /// their collider in the island.
+    pub fn measured_contacts(&self) -> impl Iterator<Item = ((&ContactConstraint, &f64), &u32)> {
+        self.detected.contacts.iter().zip(&self.gaps.now).zip(&self.detected.colliders)
+    }
+
     /// Call `touched` for every closed contact, with the index of its collider in the island.
     pub fn for_each_closed(&self, mut touched: impl FnMut(&ContactConstraint, u32)) {
-        let all = self.detected.contacts.iter().zip(&self.gaps.now).zip(&self.detected.colliders);
-        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
+        for ((contact, _), part) in self.measured_contacts().filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
             touched(contact, *part);
         }
     }

@@ -35,6 +35,31 @@ struct LimitedCell {
 /// impulse.
 const COLLAPSED_AREA_THRESHOLD: f64 = 0.3;
 
+/// Height of a node above the limit of its cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellHeight {
+    /// The node and the corners of its cell.
+    pub nodes: [u32; 5],
+    /// Gradient of the height with respect to them.
+    pub gradient: [DVec3; 5],
+    /// Height above the limit, m; negative below it.
+    pub excess: f64,
+    /// Height at rest, m.
+    rest: f64,
+}
+
+impl CellHeight {
+    /// Smallest rate (m/s) of the height in a step of `dt` (s): back to the limit over a few steps
+    /// from below it, and not beyond it from above.
+    pub fn smallest_rate(&self, dt: f64) -> f64 {
+        if self.excess < 0.0 {
+            (-RECOVERY_FRACTION * self.excess / dt).min(MAXIMUM_RECOVERY_RATE * self.rest)
+        } else {
+            -self.excess / dt
+        }
+    }
+}
+
 /// Thickness limit of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ThicknessLimit {
@@ -83,6 +108,32 @@ impl ThicknessLimit {
         for cell in &self.cells {
             cell.limit(self.fraction, x, v, inverse_mass, fixed, dt);
         }
+    }
+
+    /// Number of limited cells.
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether no cell is limited.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// Cell `index` at positions `x` (m) as a distance: its height above the limit (m) over the
+    /// rest area, with the gradient of it for each node; `None` for a collapsed cell.
+    pub(crate) fn height(&self, index: usize, x: &Vectors) -> Option<CellHeight> {
+        let cell = self.cells.get(index)?;
+        let (place, corners) = (x.get(cell.apex as usize), cell.base.map(|i| x.get(i as usize)));
+        let (volume, normal) = cell.volume(place, corners);
+        if normal.length() < COLLAPSED_AREA_THRESHOLD * cell.area {
+            return None;
+        }
+        let scale = cell.rest.signum() / cell.area;
+        let [a, b, c, d] = cell.gradients(place, corners, normal).map(|g| g * scale);
+        let excess = (volume - self.fraction * cell.rest) * scale;
+        let ([p, q, r, s], rest) = (cell.base, cell.rest.abs() / cell.area);
+        Some(CellHeight { nodes: [cell.apex, p, q, r, s], gradient: [normal * scale, a, b, c, d], excess, rest })
     }
 
     /// Smallest height of a node above its cell at `x` (m), as a fraction of the rest height; 1 for

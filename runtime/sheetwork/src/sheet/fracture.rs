@@ -24,6 +24,7 @@ use serde::Serialize;
 
 use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::fracture::OpenCells;
+use crate::elements::thickness_limit::ThicknessLimit;
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
@@ -437,6 +438,15 @@ fn update_contact_of_open_cells(sheet: &mut Sheet) {
     if let (Some(limit), Some(tears)) = (&mut sheet.parameters.thickness_limit, &sheet.state.fracture) {
         limit.set_open_cells(&tears.detached);
     }
+    reset_flexion_impulses(sheet);
+}
+
+/// Clear the impulses of the flexion limit and of the thickness limit solved with it.
+pub(crate) fn reset_flexion_impulses(sheet: &mut Sheet) {
+    let parameters = &sheet.parameters;
+    let triples = parameters.flexion.limit.as_ref().map(|limit| limit.triples.len());
+    let cells = triples.and(parameters.thickness_limit.as_ref()).map_or(0, ThicknessLimit::len);
+    sheet.state.flexion_impulses.reset(triples.unwrap_or(0), cells);
 }
 
 /// Flexion triples whose two springs are intact.

@@ -75,6 +75,7 @@ use crate::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 
 use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
+use crate::elements::flexion_limit::solver::FlexionWorkspace;
 use crate::elements::grab_spring::GrabSpring;
 use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::error::InputError;
@@ -128,6 +129,7 @@ pub(crate) struct StepWorkspace {
     /// Unit normal and fraction of the impact of each node in this step; the fraction is 0 without
     /// an impact.
     pub layer_impacts: Vec<LayerImpact>,
+    pub flexion: FlexionWorkspace,
     pub stage: stage::StageWorkspace,
     /// Positions (m) of the first and last node and the bounding box (m) of a sheet at rest.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
@@ -360,6 +362,7 @@ impl Sheet {
         }
         self.parameters.flexion.limit =
             limit.map(|limit| FlexionLimit { triples: fracture::closed_triples(self), limit });
+        fracture::reset_flexion_impulses(self);
         self.wake();
         Ok(())
     }

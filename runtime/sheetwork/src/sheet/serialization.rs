@@ -122,6 +122,7 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
         interpenetration: _,
         displaced: _,
         touching,
+        flexion_impulses,
         adhesion,
         heat,
         inelastic: _,
@@ -146,6 +147,8 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
     clearance(to);
     to.option(adhesion.as_ref(), |stuck, to| stuck.serialise(to));
     to.option(buckle_detector.as_ref(), |watch, to| watch.serialise(to));
+    // Their number follows from the limits and the open cells.
+    flexion_impulses.numbers().into_iter().for_each(|list| to.numbers(list));
 }
 
 /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
@@ -175,6 +178,7 @@ pub(crate) fn deserialise_state(
     sheet.state.displaced = false;
     deserialise_adhesion(sheet, from)?;
     deserialise_buckle_detector(sheet, from)?;
+    sheet.state.flexion_impulses.numbers_mut().into_iter().try_for_each(|list| from.numbers(list))?;
     // Deserialising the other state may have woken the sheet.
     sheet.state.set_rest(rest);
     Ok(())

@@ -87,6 +87,7 @@ pub(crate) fn restore(sheet: &mut Sheet, state: &SavedSheetState) -> ReadResult 
     let recovery = if from.flag()? { Some(RecoveryState::deserialise(&mut from)?) } else { None };
     serialization::deserialise_adhesion(sheet, &mut from)?;
     sheet.state.touching.fill(false);
+    sheet.state.flexion_impulses.clear();
     sheet.work.stage.has_diverged = false;
     instability::restore_recovery_state(sheet, recovery);
     sheet.engine.restart();

@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use crate::elements::flexion_limit::solver::LimitImpulses;
 use crate::math::Vectors;
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::bonds::AdhesionState;
@@ -94,6 +95,8 @@ pub struct SheetState {
     pub(crate) displaced: bool,
     /// Nodes that touched a body in the last step.
     pub(crate) touching: Vec<bool>,
+    /// Impulses of the flexion limit, and of the thickness limit solved with it, in the last step.
+    pub(crate) flexion_impulses: LimitImpulses,
     /// Adhesive bonds.
     pub(crate) adhesion: Option<Box<AdhesionState>>,
     /// Temperatures; `None` for a sheet without a thermal network.

@@ -140,6 +140,16 @@ impl Clearance {
         any
     }
 
+    /// Whether node `i` at `end` (m) is clear of every body, contact offset `offset` (m) included,
+    /// given its position `tested` (m) if this step tested it.
+    pub fn is_clear(&self, i: usize, end: DVec3, tested: DVec3, offset: f64) -> bool {
+        let Some(near) = self.nearest.get(i) else { return true };
+        let (distance, from) =
+            if *near < 0.0 { (self.valid_until[i] - self.moved, self.tested_at.get(i)) } else { (*near, tested) };
+        let slack = distance - 2.0 * offset;
+        slack > 0.0 && end.distance_squared(from) < slack * slack
+    }
+
     /// End the step: store positions and distances of the nodes that were tested.
     pub fn end(&mut self, x: &Vectors) {
         for i in (0..x.len()).filter(|i| self.nearest[*i] >= 0.0) {

@@ -15,6 +15,7 @@ use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
 use crate::contact::node::clearance::{Clearance, FirstHit, RemainingPath};
+use crate::contact::node::flexion;
 use crate::contact::node::response::{NodeContactSurface, NodePath, respond_to_surface, time_of_impact};
 use crate::contact::node::target::{NO_FACE, PathHit, StepTarget};
 use crate::contact::node::through_thickness::propagate_impacts;
@@ -48,6 +49,7 @@ pub(crate) fn resolve_node_contact(
     }
     let inverse_mass = &sheet.inverse_mass;
     if !clearance.begin(&sheet.state.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+        flexion::hold_limit(sheet, clearance, Some(view), (dt, remaining), touched);
         return;
     }
     let Some((low, high)) = swept_bounds(sheet) else { return };
@@ -69,6 +71,7 @@ pub(crate) fn resolve_node_contact(
     if !clearance.between_bodies.is_empty() {
         separate_from_two_bodies(sheet, clearance, view, around, (dt, remaining));
     }
+    flexion::hold_limit(sheet, clearance, Some(view), (dt, remaining), touched);
     clearance.end(&sheet.state.x);
 }
 
@@ -176,6 +179,7 @@ fn respond(
     another: bool,
 ) -> bool {
     let out = respond_to_surface(flight, surface, node_contact::contact_offset(sheet));
+    flexion::record(sheet, i, surface, &out);
     sheet.state.x.set(i, out.x);
     sheet.state.v.set(i, out.v);
     sheet.state.counters.contacts += 1;

@@ -3,10 +3,11 @@
 //!
 //! `detection` runs the steps, `clearance` skips distant nodes, `target` tests a node's path
 //! against a collider, `response` computes impact and friction, `through_thickness` shares impacts
-//! between layers.
+//! between layers, `flexion` holds the flexion limit of sheets that have one.
 
 pub(crate) mod clearance;
 pub mod detection;
+pub(crate) mod flexion;
 pub mod response;
 pub(crate) mod target;
 pub mod through_thickness;

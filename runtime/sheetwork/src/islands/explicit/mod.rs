@@ -17,6 +17,7 @@ use crate::parallel::*;
 use glam::DVec3;
 
 use crate::collision::narrow_phase::DetectionScope;
+use crate::contact::node::flexion::hold_limits_with_contacts;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_explicit};
 use crate::contact::{IslandView, SheetContact};
 use crate::islands::contact_log::ContactLog;
@@ -131,6 +132,9 @@ impl IslandContext<'_> {
         island.each_response(|sheet, response| {
             node_contact::apply_contact(sheet, (touched && response.is_touched()).then_some(&response.jump));
         });
+        if touched {
+            hold_limits_with_contacts(&mut island, workspace, dt);
+        }
         let brought = energy_of_surroundings(&island);
         let IslandView { sheets, solver_bodies, .. } = island;
         let lone = idle && sheets.len() == 1;

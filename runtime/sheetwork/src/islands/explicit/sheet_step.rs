@@ -1,6 +1,6 @@
 //! One step of a sheet by an explicit integrator: the order of its phases.
 //!
-//!   move kinematic nodes → integrator → flexion limit → instability detector → contact
+//!   move kinematic nodes → integrator → instability detector → contact and flexion limit
 //!     → thickness limit
 //!     → (again, where the integrator took less than the step)
 //!     → contact with dynamic bodies and sharp edges ([`crate::islands::explicit`])
@@ -8,6 +8,7 @@
 
 use crate::contact::SheetContact;
 use crate::contact::node::detection::resolve_node_contact;
+use crate::contact::node::flexion;
 use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::resting::fall_asleep;
 use crate::islands::settings::{InstabilitySettings, StepSettings};
@@ -83,13 +84,11 @@ fn substep(
         Some(_) if node_contact::is_explicit(sheet) => instability::advance(sheet, touches, context, time, part)?,
         _ => accelerations::advance(sheet, context.field, time, part).elapsed,
     };
-    if let Some(limit) = &sheet.parameters.flexion.limit {
-        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, taken);
-    }
     if is_unstable(sheet) {
         stop_unstable(sheet, touches, context, taken);
         return None;
     }
+    flexion::begin(sheet);
     if let Some(view) = context.view {
         let remaining = (context.dt - done - taken).max(0.0);
         let mut recorder = ContactRecorder { touches, view };
@@ -97,8 +96,11 @@ fn substep(
             let touched = &mut |collider| recorder.touched(collider);
             resolve_node_contact(sheet, &mut contact.clearance, view, (taken, remaining), touched);
         });
+    } else {
+        flexion::hold_limit(sheet, &mut contact.clearance, None, (taken, 0.0), &mut |_| {});
     }
-    if let Some(limit) = &sheet.parameters.thickness_limit {
+    let is_held = sheet.parameters.flexion.limit.is_some() && sheet.work.flexion.is_coupled;
+    if let Some(limit) = sheet.parameters.thickness_limit.as_ref().filter(|_| !is_held) {
         limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, taken);
     }
     Some(taken)

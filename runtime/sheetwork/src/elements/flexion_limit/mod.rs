@@ -5,6 +5,12 @@
 //! gradient of cos θ stop its growth and return the excess in about 1/`RECOVERY_FRACTION` steps.
 //! The gradient sums to zero and has no moment, so linear and angular momentum are conserved to
 //! rounding. (The thesis moves the nodes, which does not conserve them.)
+//!
+//! That is enough in free flight and with implicit integrators. A sheet of an explicit integrator
+//! that lies on something or hangs from something has its limit and its contacts solved together
+//! (`solver`): one after the other, each would undo the other in every step.
+
+pub mod solver;
 
 use glam::DVec3;
 
@@ -37,6 +43,12 @@ impl FlexionLimit {
                 limit_one(triple.map(|i| i as usize), floor, x, v, inverse_mass, dt);
             }
         }
+    }
+
+    /// Whether a triple bends by more than `margin` (rad) below the limit at positions `x` (m).
+    pub fn is_near(&self, x: &Vectors, margin: f64) -> bool {
+        let floor = (self.limit.to_radians() - margin).max(0.0).cos();
+        self.triples.iter().any(|t| bend(t.map(|i| x.get(i as usize))).is_some_and(|b| b.0 < floor))
     }
 
     /// Largest angle at positions `x` (m), degrees.
