@@ -49,6 +49,10 @@ pub struct BodySpec {
     /// last; no exchange before the first. Empty for a constant temperature.
     #[serde(default)]
     pub temperature_schedule: Vec<OvenKey>,
+    /// Rise of the temperature along the axes of the body from its origin, where it is
+    /// `temperature`, K/m; each component within ±1e5.
+    #[serde(default)]
+    pub temperature_slope: DVec3,
 }
 
 /// The shape of a body.
@@ -85,6 +89,7 @@ impl BodySpec {
             restitution: None,
             temperature: None,
             temperature_schedule: Vec::new(),
+            temperature_slope: DVec3::ZERO,
         }
     }
 

@@ -381,6 +381,7 @@ fn body(b: &BodySpec) -> ValidationResult {
     Id::BodyFriction.check_option("friction", b.friction)?;
     Id::BodyTemperature.check_option("temperature", b.temperature)?;
     schedule("temperature_schedule", &b.temperature_schedule)?;
+    Id::BodyTemperatureSlope.check_each("temperature_slope", b.temperature_slope.to_array())?;
     Id::BodyRestitution.check_option("restitution", b.restitution)
 }
 

@@ -182,6 +182,8 @@ parameters! {
     /// Temperature of a body's schedule.
     BodyScheduleTemperature: number("bodies.*.temperature_schedule.*.temperature", "°C", TEMPERATURE)
         .kind(Optional).default("none"),
+    /// Rise of the temperature of a body along its axes.
+    BodyTemperatureSlope: number("bodies.*.temperature_slope", "K/m", (-1e5, 1e5)).kind(Vector).default("(0, 0, 0)"),
     /// Convection coefficient at the nozzle.
     HeatGunConvection: number("heat_gun.convection", "W/(m² K)", (0.0, 1e6)),
     /// Half angle of the jet.
