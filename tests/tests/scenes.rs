@@ -170,6 +170,8 @@ fn the_shipped_polyhedra_stand_in_the_room_of_the_thesis() {
         ("polyhedra/wedge.pol", 1),
         ("polyhedra/cube.pol", 1),
         ("polyhedra/hemisphere.pol", 1),
+        ("polyhedra/half_cylinder.pol", 1),
+        ("polyhedra/upright_cylinder.pol", 1),
         ("polyhedra/slope.pol", 1),
         ("polyhedra/two_walls.pol", 2),
         ("polyhedra/two_bodies.pol", 2),

@@ -5,7 +5,7 @@
 //! sources. Other fields, such as the grid, make sheets that the present state does not fit: the
 //! world restarts.
 
-use sheetwork::scene::{Air, MaterialChoice, Placement, Region, Scene, SheetSpec};
+use sheetwork::scene::{Air, BodySpec, MaterialChoice, Placement, Region, Scene, SheetSpec};
 
 /// Update of the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -90,7 +90,7 @@ fn without_state_kept(scene: &Scene) -> Scene {
         || scene.heat_gun.is_some()
         || !scene.heaters.is_empty()
         || scene.ambient_temperature != blank.ambient_temperature
-        || scene.bodies.iter().any(|b| b.temperature.is_some())
+        || scene.bodies.iter().any(BodySpec::is_hot)
         || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient || !s.spots.is_empty());
     let mut scene = Scene {
         bodies: Vec::new(),
@@ -136,7 +136,7 @@ pub fn shifted(placement: &Placement, by: glam::DVec3) -> Placement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sheetwork::scene::{BodySpec, OvenSpec, PinSpec, Shape};
+    use sheetwork::scene::{OvenSpec, PinSpec, Shape};
 
     fn scene() -> Scene {
         Scene { sheets: vec![SheetSpec { material: "hips".into(), ..SheetSpec::thesis() }], ..Scene::thesis() }

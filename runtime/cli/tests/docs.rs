@@ -53,7 +53,7 @@ fn fullest() -> Scene {
             grid: (11, 1, 11),
             detail: (levels: [(grid: (11, 11), within: 1), (grid: (5, 5))]),
         )],
-        bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
+        bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)], temperature_schedule: [(time: 0)])],
         heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
         oven: (schedule: [(time: 0, temperature: 100)]),
         heat_gun: (path: [(time: 0)]),

@@ -306,6 +306,7 @@ pub(crate) fn insert_body(
 ) -> Result<BodyMotion, InputError> {
     let mut spec = spec.clone();
     delay(&mut spec.path, world.time());
+    spec.temperature_schedule.iter_mut().for_each(|key| key.time += world.time());
     let id = world.add_body(&spec)?;
     let name = world.body_name(id).unwrap_or_default().to_owned();
     let (generation, built_from) = (world.generation(), built_from.clone());

@@ -25,6 +25,7 @@ pub(crate) mod frequency;
 pub(crate) mod ground;
 pub(crate) mod harmonic;
 pub(crate) mod hole;
+pub mod hot_wedge;
 pub(crate) mod impact;
 pub(crate) mod incline;
 pub mod kicks;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{PathKey, Placement, Polyhedron};
+use crate::scene::{OvenKey, PathKey, Placement, Polyhedron};
 
 /// A rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +45,14 @@ pub struct BodySpec {
     /// Temperature, °C, -273.15 to 5000, of a body that exchanges heat by contact; `None` for a
     /// body without.
     pub temperature: Option<f64>,
+    /// Temperatures at times, in place of `temperature`: linear in between, constant after the
+    /// last; no exchange before the first. Empty for a constant temperature.
+    #[serde(default)]
+    pub temperature_schedule: Vec<OvenKey>,
+    /// Rise of the temperature along the axes of the body from its origin, where it is
+    /// `temperature`, K/m; each component within ±1e5.
+    #[serde(default)]
+    pub temperature_slope: DVec3,
 }
 
 /// The shape of a body.
@@ -80,11 +88,18 @@ impl BodySpec {
             friction: None,
             restitution: None,
             temperature: None,
+            temperature_schedule: Vec::new(),
+            temperature_slope: DVec3::ZERO,
         }
     }
 
     /// Whether the body is dynamic.
     pub fn is_dynamic(&self) -> bool {
         self.mass.is_some() || self.density.is_some()
+    }
+
+    /// Whether the body exchanges heat with sheets.
+    pub fn is_hot(&self) -> bool {
+        self.temperature.is_some() || !self.temperature_schedule.is_empty()
     }
 }

@@ -42,14 +42,26 @@ pub struct OvenSpec {
     pub schedule: Vec<OvenKey>,
 }
 
-/// Temperature of an oven at a time.
+/// Temperature of an oven or of a hot body at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OvenKey {
     /// Simulated time, s; 0 to 1e6, increasing along the schedule.
     pub time: f64,
-    /// Temperature, °C, -273.15 to 5000; `None` switches the oven off from this time.
+    /// Temperature, °C, -273.15 to 5000; `None` switches the oven, or the exchange of the body, off
+    /// from this time.
     pub temperature: Option<f64>,
+}
+
+impl OvenKey {
+    /// Temperature of `schedule` at `time` (s), °C; `None` while it is off.
+    pub(crate) fn at(schedule: &[Self], time: f64) -> Option<f64> {
+        let after = schedule.partition_point(|k| k.time <= time);
+        let before = schedule.get(after.checked_sub(1)?)?;
+        let from = before.temperature?;
+        let next = schedule.get(after).and_then(|k| Some((k.time, k.temperature?)));
+        Some(next.map_or(from, |(at, to)| from + (to - from) * (time - before.time) / (at - before.time)))
+    }
 }
 
 impl Default for OvenSpec {
@@ -59,25 +71,12 @@ impl Default for OvenSpec {
 }
 
 impl OvenSpec {
-    /// Temperature at `time` (s), °C, in a room at `room` (°C) without the oven; `None` while it is
-    /// off.
-    pub(crate) fn celsius_at(&self, time: f64, room: f64) -> Option<f64> {
+    /// Temperature at `time` (s), °C; `None` while it is off.
+    pub(crate) fn celsius_at(&self, time: f64) -> Option<f64> {
         if !self.on {
             return None;
         }
-        if self.schedule.is_empty() {
-            return Some(self.temperature);
-        }
-        let after = self.schedule.partition_point(|k| k.time <= time);
-        let before = self.schedule.get(after.checked_sub(1)?)?;
-        let from = before.temperature?;
-        match self.schedule.get(after) {
-            Some(next) if next.temperature.is_some() => {
-                let to = next.temperature.unwrap_or(room);
-                Some(from + (to - from) * (time - before.time) / (next.time - before.time))
-            }
-            _ => Some(from),
-        }
+        if self.schedule.is_empty() { Some(self.temperature) } else { OvenKey::at(&self.schedule, time) }
     }
 }
 
@@ -237,10 +236,10 @@ mod tests {
         let key = |time, temperature| OvenKey { time, temperature };
         let schedule = vec![key(1.0, Some(20.0)), key(2.0, Some(120.0)), key(5.0, None), key(6.0, Some(50.0))];
         let oven = OvenSpec { schedule, ..OvenSpec::default() };
-        let at = |time| oven.celsius_at(time, 20.0);
+        let at = |time| oven.celsius_at(time);
         assert_eq!((at(0.5), at(1.5), at(2.0), at(4.0)), (None, Some(70.0), Some(120.0), Some(120.0)));
         assert_eq!((at(5.5), at(6.0), at(100.0)), (None, Some(50.0), Some(50.0)));
-        assert_eq!(OvenSpec { on: false, ..oven.clone() }.celsius_at(4.0, 20.0), None);
-        assert_eq!(OvenSpec::default().celsius_at(0.0, 20.0), Some(140.0));
+        assert_eq!(OvenSpec { on: false, ..oven.clone() }.celsius_at(4.0), None);
+        assert_eq!(OvenSpec::default().celsius_at(0.0), Some(140.0));
     }
 }

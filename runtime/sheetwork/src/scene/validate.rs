@@ -10,8 +10,8 @@ use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, PathKey, PinSpec, Placement, Region,
-    RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
+    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, OvenKey, PathKey, PinSpec, Placement,
+    Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -391,7 +391,18 @@ fn body(b: &BodySpec) -> ValidationResult {
     reject_if!(b.material.as_ref().is_some_and(String::is_empty), "material", "has no name");
     Id::BodyFriction.check_option("friction", b.friction)?;
     Id::BodyTemperature.check_option("temperature", b.temperature)?;
+    schedule("temperature_schedule", &b.temperature_schedule)?;
+    Id::BodyTemperatureSlope.check_each("temperature_slope", b.temperature_slope.to_array())?;
     Id::BodyRestitution.check_option("restitution", b.restitution)
+}
+
+/// Check the temperatures over time of an oven or a body.
+fn schedule(field: &str, keys: &[OvenKey]) -> ValidationResult {
+    for (i, key) in keys.iter().enumerate() {
+        Id::OvenScheduleTime.check(&format!("{field}.{i}.time"), key.time)?;
+        Id::OvenScheduleTemperature.check_option(&format!("{field}.{i}.temperature"), key.temperature)?;
+    }
+    increasing(field, "time", "s", keys.iter().map(|key| key.time))
 }
 
 /// Check the heat settings of a scene, without bodies.
@@ -407,11 +418,7 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
     if let Some(oven) = &scene.oven {
         Id::OvenTemperature.check("oven.temperature", oven.temperature)?;
         Id::OvenConvection.check_option("oven.convection", oven.convection)?;
-        for (i, key) in oven.schedule.iter().enumerate() {
-            Id::OvenScheduleTime.check(&format!("oven.schedule.{i}.time"), key.time)?;
-            Id::OvenScheduleTemperature.check_option(&format!("oven.schedule.{i}.temperature"), key.temperature)?;
-        }
-        increasing("oven.schedule", "time", "s", oven.schedule.iter().map(|key| key.time))?;
+        schedule("oven.schedule", &oven.schedule)?;
     }
     if let Some(gun) = &scene.heat_gun {
         Id::HeatGunTemperature.check("heat_gun.temperature", gun.temperature)?;

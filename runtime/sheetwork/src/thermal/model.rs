@@ -6,7 +6,7 @@
 
 use crate::error::InputError;
 use crate::rigid::{RigidView, RigidWorld};
-use crate::scene::{HeatMode, Placement, Scene};
+use crate::scene::{BodySpec, HeatMode, Placement, Scene};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Sheet, Status, temperature};
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, Surroundings, TABLE, hot_body};
@@ -36,7 +36,7 @@ impl ThermalModel {
             || scene.oven.is_some()
             || !scene.heaters.is_empty()
             || scene.heat_gun.is_some()
-            || scene.bodies.iter().any(|b| b.temperature.is_some())
+            || scene.bodies.iter().any(BodySpec::is_hot)
             || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient || !s.spots.is_empty());
         if warm { Self::new(scene).map(Some) } else { Ok(None) }
     }
@@ -61,11 +61,13 @@ impl ThermalModel {
         self.sources.push(source);
     }
 
-    /// Add a body at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
-    pub fn add_body(&mut self, name: &str, celsius: f64, conductance: f64) {
+    /// Add the hot body `name` of `spec` with contact conductance `conductance` (W/(m² K)).
+    pub fn add_body(&mut self, name: &str, spec: &BodySpec, conductance: f64) {
+        let source = hot_body::of(name, spec, conductance);
         // The source of a removed body is reused.
-        if !self.set_parameter(Id::BodyTemperature, name, celsius) {
-            self.add(hot_body::of(name, celsius, conductance));
+        match self.sources.iter_mut().find(|s| s.path() == source.path()) {
+            Some(old) => *old = source,
+            None => self.add(source),
         }
     }
 

@@ -49,12 +49,12 @@ impl World {
         let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
         validate::scene(&checked)?;
         rigid.add(&self.scene, &spec, 0)?;
-        if let Some(celsius) = spec.temperature {
+        if spec.is_hot() {
             if self.heat.is_none() {
                 self.heat = Some(Box::new(ThermalModel::new(&self.scene)?));
             }
             let conductance = self.scene.contact_conductance;
-            self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
+            self.heat.iter_mut().for_each(|heat| heat.add_body(&name, &spec, conductance));
         }
         self.scene.bodies.push(spec);
         self.structure.add_body(&self.scene);

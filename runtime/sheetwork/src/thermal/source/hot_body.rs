@@ -3,19 +3,21 @@
 //! A patch at a gap g (m) from the surface of the body exchanges q = (T_body - T)/(1/h_c + g/k_air)
 //! per area, through the contact and the air in the gap, where it faces the surface. Beyond
 //! `MAX_GAP` the exchange is neglected: the convection of the room is larger. The temperature of
-//! the body is constant.
+//! the body is constant or follows its schedule, and rises linearly from the origin of the body
+//! along its `temperature_slope` (K/m).
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rapier3d::math::Real;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::prelude::Collider;
 
 use crate::error::InputError;
-use crate::scene::{Scene, body_name};
+use crate::scene::{BodySpec, OvenKey, Scene, body_name};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
-use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind};
+use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, oven};
 use crate::units::parameters::ParameterId as Id;
+use crate::units::temperature::REFERENCE;
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;
@@ -26,30 +28,43 @@ pub(crate) const KIND: SourceKind =
     SourceKind { name: "bodies", about: "hot bodies, through contact and the air in between", build };
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn HeatSource>>, InputError> {
-    let hot = scene.bodies.iter().enumerate().filter_map(|(i, b)| Some((body_name(&b.name, i), b.temperature?)));
-    Ok(hot.map(|(name, celsius)| of(&name, celsius, scene.contact_conductance)).collect())
+    let hot = scene.bodies.iter().enumerate().filter(|(_, b)| b.is_hot());
+    Ok(hot.map(|(i, b)| of(&body_name(&b.name, i), b, scene.contact_conductance)).collect())
 }
 
-/// Body `name` at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
-pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn HeatSource> {
-    Box::new(HotBody { name: name.to_owned(), celsius, conductance })
+/// Hot body `name` of `spec` with contact conductance `conductance` (W/(m² K)).
+pub(crate) fn of(name: &str, spec: &BodySpec, conductance: f64) -> Box<dyn HeatSource> {
+    let schedule = spec.temperature_schedule.clone();
+    // Until the first exchange, a scheduled body shows the temperature at which it starts.
+    let first = schedule.first().and_then(|key| key.temperature);
+    let celsius = first.or(spec.temperature).unwrap_or(REFERENCE);
+    Box::new(HotBody { name: name.to_owned(), celsius, schedule, slope: spec.temperature_slope, conductance })
 }
 
 struct HotBody {
     name: String,
+    /// Temperature at the last exchange, °C.
     celsius: f64,
+    /// Temperatures over time; empty for a constant one.
+    schedule: Vec<OvenKey>,
+    /// Rise of the temperature along the axes of the body, K/m.
+    slope: DVec3,
     /// Contact conductance, W/(m² K).
     conductance: f64,
 }
 
+/// Position of a body, m, and its rotation.
+type Pose = (DVec3, DQuat);
+
 impl HotBody {
-    fn give_from(&self, collider: &Collider, offset: f64, target: &mut HeatedSheet) {
+    fn give_from(&self, collider: &Collider, (origin, turn): Pose, offset: f64, target: &mut HeatedSheet) {
         let Some((low, high)) = target.sheet.state.x.bounds() else { return };
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((MAX_GAP + offset) as Real);
         if !around.intersects(&collider.compute_aabb()) {
             return;
         }
         let (shape, pose) = (collider.shape(), collider.position());
+        let slope = turn * self.slope;
         for i in 0..target.faces.patches.len() {
             let (patch, normal) = (target.faces.patches[i], target.faces.normals[i]);
             let place = target.sheet.state.x.get(patch.mass as usize);
@@ -60,7 +75,8 @@ impl HotBody {
             if gap > MAX_GAP || towards.dot(normal) < 0.0 || normal == DVec3::ZERO {
                 continue;
             }
-            target.couple(patch, self.celsius, patch.area / (1.0 / self.conductance + gap / AIR));
+            let celsius = self.celsius + slope.dot(found.point.as_dvec3() - origin);
+            target.couple(patch, celsius, patch.area / (1.0 / self.conductance + gap / AIR));
         }
     }
 }
@@ -68,11 +84,15 @@ impl HotBody {
 impl HeatSource for HotBody {
     fn add_exchange(&mut self, _index: usize, moment: &SourceInputs, target: &mut HeatedSheet) {
         let (Some(view), Some(rigid)) = (moment.view, moment.rigid) else { return };
-        let Some(index) = rigid.index_of(&self.name) else { return };
+        let Some((index, pose)) = rigid.index_of(&self.name).and_then(|i| Some((i, rigid.pose(i)?))) else { return };
+        if !self.schedule.is_empty() {
+            let Some(celsius) = OvenKey::at(&self.schedule, moment.time) else { return };
+            self.celsius = celsius;
+        }
         let offset = node_contact::contact_offset(target.sheet);
         for handle in rigid.colliders(index) {
             if let Some(collider) = view.colliders.get(*handle) {
-                self.give_from(collider, offset, target);
+                self.give_from(collider, pose, offset, target);
             }
         }
     }
@@ -94,15 +114,19 @@ impl HeatSource for HotBody {
     }
 
     fn set_parameter(&mut self, _id: Id, value: f64) {
+        // A set temperature replaces the schedule.
+        self.schedule.clear();
         self.celsius = value;
     }
 
     fn serialise_settings(&self, to: &mut StateWriter) {
         to.number(self.celsius);
+        to.states(&self.schedule);
     }
 
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         self.celsius = from.number()?;
+        self.schedule = oven::read_schedule(from)?;
         Ok(())
     }
 }

@@ -21,6 +21,12 @@ pub(crate) fn of(spec: &OvenSpec) -> Box<dyn HeatSource> {
 /// Parameter path of the oven.
 pub(crate) const PATH: &str = "oven";
 
+/// Read the schedule that `StateWriter::states` wrote.
+pub(crate) fn read_schedule(from: &mut StateReader) -> ReadResult<Vec<OvenKey>> {
+    let keys: Vec<(f64, Option<f64>)> = from.states(9)?;
+    Ok(keys.into_iter().map(|(time, temperature)| OvenKey { time, temperature }).collect())
+}
+
 struct Oven {
     spec: OvenSpec,
 }
@@ -29,7 +35,7 @@ state!(OvenKey { time, temperature });
 
 impl HeatSource for Oven {
     fn modify_surroundings(&self, time: f64, room: &mut Surroundings) {
-        if let Some(celsius) = self.spec.celsius_at(time, room.celsius) {
+        if let Some(celsius) = self.spec.celsius_at(time) {
             room.celsius = celsius;
             room.convection = self.spec.convection.unwrap_or(room.convection);
         }
@@ -73,8 +79,7 @@ impl HeatSource for Oven {
 
     fn deserialise_settings(&mut self, from: &mut StateReader) -> ReadResult {
         (self.spec.on, self.spec.temperature) = from.read()?;
-        let keys: Vec<(f64, Option<f64>)> = from.states(9)?;
-        self.spec.schedule = keys.into_iter().map(|(time, temperature)| OvenKey { time, temperature }).collect();
+        self.spec.schedule = read_schedule(from)?;
         Ok(())
     }
 }

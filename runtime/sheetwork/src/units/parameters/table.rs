@@ -113,7 +113,7 @@ parameters! {
     HeaterOn: word("heaters.*.on", Boolean).live(),
     /// Temperature of all hot faces of a heater.
     HeaterTemperature: number("heaters.*.temperature", "°C", TEMPERATURE).live().same_as("ambient_temperature"),
-    /// Temperature of a hot body.
+    /// Temperature of a hot body; setting it replaces the schedule.
     BodyTemperature: number("bodies.*.temperature", "°C", TEMPERATURE).live().same_as("ambient_temperature"),
     /// Whether the heat gun is on.
     HeatGunOn: word("heat_gun.on", Boolean).live(),
@@ -177,6 +177,13 @@ parameters! {
     OvenScheduleTime: number("oven.schedule.*.time", "s", TIME).required(),
     /// Temperature of the oven's schedule.
     OvenScheduleTemperature: number("oven.schedule.*.temperature", "°C", TEMPERATURE).kind(Optional).default("none"),
+    /// Time of a temperature of a body's schedule.
+    BodyScheduleTime: number("bodies.*.temperature_schedule.*.time", "s", TIME).required(),
+    /// Temperature of a body's schedule.
+    BodyScheduleTemperature: number("bodies.*.temperature_schedule.*.temperature", "°C", TEMPERATURE)
+        .kind(Optional).default("none"),
+    /// Rise of the temperature of a body along its axes.
+    BodyTemperatureSlope: number("bodies.*.temperature_slope", "K/m", (-1e5, 1e5)).kind(Vector).default("(0, 0, 0)"),
     /// Convection coefficient at the nozzle.
     HeatGunConvection: number("heat_gun.convection", "W/(m² K)", (0.0, 1e6)),
     /// Half angle of the jet.
