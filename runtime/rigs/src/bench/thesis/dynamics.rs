@@ -227,3 +227,30 @@ pub(crate) const DOME: Row = Row {
         Ok(Finding::new(measured, verdict).with(run.strip("A sheet folds over itself on a dome")))
     },
 };
+
+pub(crate) const FLEXION: Row = Row {
+    name: "6.2-flexion",
+    title: "6.2, figure 6.2: limit of the flexion angle",
+    says: "Where the angle between two springs in line exceeds a preset value, it is held at that value. Scene wedge with \
+           sheets.0.structure=provot3d and sheets.0.flexion_limit.",
+    run: || {
+        let mut lines = Vec::new();
+        let mut holds = true;
+        for (structure, grid) in [("provot2d", "(11, 1, 11)"), ("provot3d", "(11, 2, 11)")] {
+            for limit in ["60", "40", "20", "10"] {
+                let set =
+                    [("sheets.0.structure", structure), ("sheets.0.grid", grid), ("sheets.0.flexion_limit", limit)];
+                let mut run = Experiment::new("wedge", &set)?;
+                let mut most = 0.0_f64;
+                run.run_watching(8.0, |world| {
+                    most = most.max(world.sheets()[0].largest_flexion_angle().unwrap_or(f64::INFINITY));
+                });
+                let end = run.sheet().largest_flexion_angle().unwrap_or(f64::INFINITY);
+                let wanted: f64 = limit.parse().unwrap_or(f64::NAN);
+                holds &= most < wanted + 1.0 && run.is_sound();
+                lines.push(format!("{structure} {limit}°: at most {most:.2}°, {end:.2}° at the end, {}", rest(&run)));
+            }
+        }
+        Ok(Finding::new(lines.join("; "), Verdict::of(holds, "the limit is exceeded, or the sheet does not rest")))
+    },
+};

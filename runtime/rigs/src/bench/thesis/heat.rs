@@ -1,11 +1,14 @@
-//! Heat by the formulas of the thesis (4.11, 5.3.4: figures 5.23 to 5.26).
+//! Heat: the real experiments on hot wedges (5.2.4: figures 5.8 and 5.9), and the formulas of the
+//! thesis (4.11, 5.3.4: figures 5.23 to 5.26).
 
-use sheetwork::InputError;
 use sheetwork::islands::event::EventKind;
+use sheetwork::scene::Scene;
+use sheetwork::{BuildError, InputError};
 
 use crate::bench::thesis::experiment::Experiment;
 use crate::bench::thesis::measures::{half_stretch, probe, stretch_x, stretch_z};
 use crate::bench::thesis::{Finding, Row, Verdict};
+use crate::measure::hot_wedge::{WedgeCriteria, WedgeEvent, figure_5_8, figure_5_9};
 
 /// Times of the prints: fall, impact, settling, and the oven that is on from 3 s.
 const TIMES: [f64; 6] = [0.18, 0.28, 1.0, 2.9, 4.0, 8.0];
@@ -31,6 +34,56 @@ fn oven(scene: &str, overrides: &[(&str, &str)]) -> Result<(Experiment, [f64; 2]
     let end = stretch(&run);
     Ok((run, before, end))
 }
+
+/// Runs a hot wedge: the events of its figure, each within a fifth of its time in the thesis, and
+/// prints at thermal times (s) after the heating begins at `start` (s).
+fn hot_wedge(
+    scene: &str,
+    events: fn(&Scene, &WedgeCriteria) -> Result<Vec<WedgeEvent>, BuildError>,
+    (start, times): (f64, &[f64]),
+    caption: &str,
+) -> Result<Finding, InputError> {
+    let mut run = Experiment::new(scene, &[])?;
+    let found = events(run.world.scene(), &WedgeCriteria::default())?;
+    let lapse = run.world.scene().time_lapse;
+    for time in times {
+        let until = start + time / lapse - run.world.time();
+        run.world.advance(until);
+        run.print();
+    }
+    let line = |event: &WedgeEvent| {
+        let (from, to) = event.thesis_s;
+        let wanted = if from == to { format!("{from:.0}") } else { format!("{from:.0} to {to:.0}") };
+        let at = event.time_s.map_or_else(|| "never".to_owned(), |t| format!("{t:.0} s"));
+        format!("{}: {at} (thesis {wanted} s)", event.name)
+    };
+    let lines: Vec<String> = found.iter().map(line).collect();
+    let late: Vec<&str> = found.iter().filter(|e| !e.agrees(0.2)).map(|e| e.name).collect();
+    let reason = format!("not within a fifth of the time: {}", late.join(", "));
+    Ok(Finding::new(lines.join("; "), Verdict::of(late.is_empty(), &reason)).with(run.strip(caption)))
+}
+
+pub(crate) const STYRENE: Row = Row {
+    name: "figure-5.8",
+    title: "Figure 5.8: styrene of 0.25 mm melts over a hot wedge",
+    says: "Creases at 1 to 3 minutes, a sharper ridge at 6, warp at 9.5 to 15, the overhang bends over the front at 20, \
+           crumples at 22 and encloses it at 26. Scene hot_wedge; its comment names the three fitted numbers.",
+    run: || {
+        let times = [0.0, 180.0, 570.0, 1200.0, 1320.0, 1560.0];
+        hot_wedge("hot_wedge", figure_5_8, (1.0, &times), "Styrene of 0.25 mm on a wedge that warms up")
+    },
+};
+
+pub(crate) const PACKAGING: Row = Row {
+    name: "figure-5.9",
+    title: "Figure 5.9: packaging PVC melts over a hot wedge",
+    says: "The overhang drapes at 14 s, melts first at 24 to 44 s, a hole opens at 54 s and is wider at 64 s; a patch of \
+           the face is liquid at 4 minutes, the whole face at 6. Scene pvc_hot_wedge; its comment names the fitted numbers.",
+    run: || {
+        let times = [0.0, 14.0, 54.0, 64.0, 240.0, 360.0];
+        hot_wedge("pvc_hot_wedge", figure_5_9, (0.0, &times), "Packaging PVC on a hot wedge")
+    },
+};
 
 pub(crate) const OVEN_DOME: Row = Row {
     name: "figure-5.23",
