@@ -6,7 +6,8 @@
 //! - bend: angle between the normals of adjoining cells, degrees;
 //! - gap: mean distance of the ends of the middle row from the wedge, m;
 //! - cover: part of the front face of the wedge that the overhang hides, seen along z;
-//! - open cells of the overhang and of the faces, and the temperature of the hottest node of the overhang, °C.
+//! - open cells of the overhang and of the faces, and the temperature of the hottest node of the
+//!   overhang, °C.
 
 use glam::DVec3;
 
