@@ -6,8 +6,8 @@
 //!
 //!   y = W (Gᵀ Λ + p),  x = x* + ϑ h y,  v = v* + y,
 //!
-//! ϑ being the weight of an acceleration in the displacement of the integrator. Two stages solve for
-//! the same Λ and p:
+//! ϑ being the weight of an acceleration in the displacement of the integrator. Two stages solve
+//! for the same Λ and p:
 //!
 //! 1. positions: κ(x₀) + G (x - x₀) in its disc, contact gaps at least 0, points in contact carried
 //!    along by the surface within the friction bound;
