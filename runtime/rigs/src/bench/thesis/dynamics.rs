@@ -104,10 +104,12 @@ pub(crate) const FRICTION_NONE: Row = Row {
     },
 };
 
-/// The sheet of a structure on the wedge: the run, its yaw (degrees), and its greatest extension.
+/// The sheet of a structure on the wedge, with the printed springs between the layers: the run, its
+/// yaw (degrees), and its greatest extension.
 fn on_wedge(structure: &str) -> Result<(Experiment, f64, f64), InputError> {
-    let mut run = Experiment::new("wedge", &[("sheets.0.structure", structure)])?;
-    let start = Experiment::new("wedge", &[("sheets.0.structure", structure)])?;
+    let set = [("sheets.0.structure", structure), ("sheets.0.inter_layer", "Planar")];
+    let mut run = Experiment::new("wedge", &set)?;
+    let start = Experiment::new("wedge", &set)?;
     let mut most = 1.0_f64;
     for time in [0.15, 0.22, 0.3, 0.4, 0.6, 3.0] {
         run.run_watching(time, |world| most = most.max(stretch_x(start.first(), &world.sheets()[0])));

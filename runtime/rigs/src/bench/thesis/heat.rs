@@ -60,7 +60,12 @@ fn hot_wedge(
     let lines: Vec<String> = found.iter().map(line).collect();
     let late: Vec<&str> = found.iter().filter(|e| !e.agrees(0.2)).map(|e| e.name).collect();
     let reason = format!("not within a fifth of the time: {}", late.join(", "));
-    Ok(Finding::new(lines.join("; "), Verdict::of(late.is_empty(), &reason)).with(run.strip(caption)))
+    let measured = format!(
+        "{}. Temperatures of wedge and air, and the thresholds of the events, are fitted to these times; order and \
+         materials are not",
+        lines.join("; ")
+    );
+    Ok(Finding::new(measured, Verdict::of(late.is_empty(), &reason)).with(run.strip(caption)))
 }
 
 pub(crate) const STYRENE: Row = Row {

@@ -1,9 +1,9 @@
 //! Layers of the sheet: the layer that is drawn (figures 5.12 and 5.13), and their number (3.6.3).
 
 use sheetwork::InputError;
-use sheetwork::sheet::Sheet;
 
 use crate::bench::thesis::experiment::{Experiment, rest};
+use crate::bench::thesis::measures::layer_distance;
 use crate::bench::thesis::{Finding, Row, Verdict};
 use crate::drawn_surface::drawn_surfaces;
 use crate::measure::stability_limit::longest_step;
@@ -16,7 +16,7 @@ pub(crate) const BOTTOM: Row = Row {
     run: || {
         let mut run = Experiment::new("wedge_and_cube", &[])?;
         run.print_at(&[0.15, 0.22, 0.3, 0.5, 1.0, 8.0]);
-        let distance = layer_gap(run.sheet());
+        let distance = 1e-3 * layer_distance(run.first(), run.sheet());
         let measured = format!(
             "both layers are of one run; the top layer is drawn {:.2} mm above the bottom one on average; smoothed through \
              its masses, the bottom layer is at most {:.2} mm below the floor; {}",
@@ -28,16 +28,6 @@ pub(crate) const BOTTOM: Row = Row {
         Ok(Finding::new(measured, verdict).with(run.strip("A sheet over a wedge and a cube")))
     },
 };
-
-/// Mean height of the top layer over the bottom layer, m.
-fn layer_gap(sheet: &Sheet) -> f64 {
-    let mean = |layer: usize| {
-        let nodes = sheet.model.layers[layer].range();
-        let count = nodes.len() as f64;
-        nodes.map(|i| sheet.state.x.get(i).y).sum::<f64>() / count
-    };
-    mean(sheet.model.layers.len() - 1) - mean(0)
-}
 
 /// Greatest depth of the drawn bottom layer below the floor, m.
 fn below_floor(run: &Experiment) -> Result<f64, InputError> {

@@ -16,6 +16,7 @@ mod dynamics;
 mod engines;
 mod experiment;
 mod heat;
+mod inter_layer;
 mod layers;
 mod measures;
 mod picture;

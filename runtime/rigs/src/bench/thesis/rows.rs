@@ -1,11 +1,12 @@
 //! Table of the rows, in the order of the thesis.
 
 use crate::bench::thesis::{
-    Row, arithmetic, counts, damping, drops, dynamics, engines, heat, layers, stiffness, study,
+    Row, arithmetic, counts, damping, drops, dynamics, engines, heat, inter_layer, layers, stiffness, study,
 };
 
 /// All rows.
 pub(crate) const TABLE: &[Row] = &[
+    inter_layer::SWEEP,
     arithmetic::TABLE_3_1,
     arithmetic::TABLE_3_2,
     damping::SPRING,
