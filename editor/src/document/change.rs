@@ -63,7 +63,7 @@ fn without_live(scene: &Scene) -> Scene {
         }
         (sheet.damping, sheet.damping_ratio, sheet.drag) = (base.damping, base.damping_ratio, base.drag);
         (sheet.friction, sheet.restitution) = (None, None);
-        sheet.flexion_limit = base.flexion_limit;
+        (sheet.flexion_limit, sheet.inter_layer_stiffness) = (base.flexion_limit, base.inter_layer_stiffness);
     }
     if let Some(oven) = &mut scene.oven {
         (oven.on, oven.temperature) = (true, 0.0);

@@ -7,7 +7,7 @@ use bevy_sheetwork::inspector::controls::{
     ControlOptions, DEGREES, MM, PLAIN, choice, input, name, number, tell, vector,
 };
 use sheetwork::mesh::structure::TABLE;
-use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
+use sheetwork::scene::{InterLayerLaw, PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;
 use super::style::quiet;
@@ -90,6 +90,9 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
         edit(session, index, "structure", |s| {
             s.structure = chosen;
             s.grid.1 = s.grid.1.clamp(low, high);
+            if s.grid.1 < 2 {
+                s.inter_layer_stiffness = None;
+            }
         });
     }
     ui.end_row();
@@ -105,7 +108,13 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
         let mut law = spec.springs;
         choice(ui, &label, ("springs", now, 140.0), &mut law, laws);
         if law != spec.springs {
-            edit(session, index, "springs", |s| s.springs = law);
+            edit(session, index, "springs", |s| {
+                s.springs = law;
+                if law != SpringLaw::Uniform {
+                    // The other laws determine the springs between layers too.
+                    (s.inter_layer, s.inter_layer_stiffness) = (InterLayerLaw::Planar, None);
+                }
+            });
         }
         ui.end_row();
     }

@@ -21,8 +21,8 @@ use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
-    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PinSpec,
-    Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
+    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, InterLayerLaw, Material, MaterialChoice,
+    PinSpec, Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
 };
 
 /// Range of a parameter, the attribute of its reflected field.
@@ -54,6 +54,10 @@ pub(super) struct SheetSpecReflect {
     material: MaterialChoice,
     #[reflect(remote = SpringLawReflect)]
     springs: SpringLaw,
+    #[reflect(remote = InterLayerLawReflect)]
+    inter_layer: InterLayerLaw,
+    #[reflect(@range(Id::InterLayerStiffness))]
+    inter_layer_stiffness: Option<f64>,
     #[reflect(@range(Id::NodeMass))]
     node_mass: Option<f64>,
     #[reflect(@range(Id::Damping))]
@@ -127,6 +131,15 @@ pub(super) enum SpringLawReflect {
     Uniform,
     Calibrated,
     Length,
+}
+
+#[reflect_remote(InterLayerLaw)]
+#[derive(Clone, Debug)]
+pub(super) enum InterLayerLawReflect {
+    Planar,
+    Modulus(f64),
+    SumModulus(f64),
+    SumStiffness(f64),
 }
 
 #[reflect_remote(MaterialChoice)]

@@ -141,6 +141,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         friction: old.friction,
         restitution: old.restitution,
         flexion_limit: old.flexion_limit,
+        inter_layer_stiffness: old.inter_layer_stiffness,
         grid: (old.grid.0, new.grid.1, old.grid.2),
         ..new.clone()
     };
@@ -160,6 +161,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         running.set_damping(new.damping)?;
         running.set_damping_ratio(ratio)?;
         running.set_drag(new.drag.0, new.drag.1)?;
+        running.set_inter_layer_stiffness(new.inter_layer_stiffness)?;
         running.set_flexion_limit(new.flexion_limit)
     });
     running.parameters.friction = new.friction.unwrap_or(defaults.friction).clamp(0.0, 10.0);

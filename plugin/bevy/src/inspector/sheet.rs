@@ -1,4 +1,5 @@
-//! Controls of a sheet's behaviour: damping, drag, friction, restitution, pressure, bending limit.
+//! Controls of a sheet's behaviour: damping, drag, friction, restitution, pressure, stiffness
+//! between layers, bending limit.
 
 use bevy_egui::egui::Ui;
 use sheetwork::ParameterId as Id;
@@ -12,6 +13,7 @@ use super::units::{DisplayUnit, Quantity};
 pub fn behaviour(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     damping(ui, access, index);
     contact(ui, access, index);
+    inter_layer_stiffness(ui, access, index);
     flexion_limit(ui, access, index);
 }
 
@@ -46,6 +48,16 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
     let shown = DisplayUnit::fixed(Quantity::Pressure, "Pa", 1.0);
     parameter_row(ui, access, ("Pressure", about, &path("pressure")), pressure, shown, &ControlOptions::speed(0.2));
+}
+
+/// Stiffness of the springs between layers, for lattices whose springs are not calibrated.
+fn inter_layer_stiffness(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
+    let Some(now) = sheet.inter_layer_stiffness() else { return };
+    let path = format!("sheets.{index}.inter_layer_stiffness");
+    let about = "Stiffness of the springs between layers, N/m: it resists bending and holds the layers apart";
+    let shown = DisplayUnit::fixed(Quantity::Stiffness, "N/m", 1.0);
+    usual_row(ui, access, ("Between layers", about, &path), now, shown, Id::InterLayerStiffness);
 }
 
 /// Bending angle limit, for structures with flexion springs.

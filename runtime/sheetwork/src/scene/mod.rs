@@ -15,6 +15,7 @@ pub mod fracture;
 pub(crate) mod heat_sources;
 pub mod heater_file;
 pub mod integrator;
+pub mod inter_layer;
 #[doc(hidden)]
 pub mod library;
 pub(crate) mod literal;
@@ -45,6 +46,7 @@ pub use crate::scene::body::{BodySpec, Shape};
 pub use crate::scene::contact::{ContactDefaults, PairSpec};
 pub use crate::scene::heat_sources::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
 pub use crate::scene::integrator::IntegratorKind;
+pub use crate::scene::inter_layer::InterLayerLaw;
 pub use crate::scene::lod::{DetailLevel, DetailSpec};
 pub use crate::scene::material::{Adhesion, BurgersCreep, Material, MaterialChoice};
 pub use crate::scene::polyhedron::Polyhedron;
@@ -288,6 +290,11 @@ pub struct SheetSpec {
     pub material: MaterialChoice,
     /// Law of the spring stiffnesses of a lattice.
     pub springs: SpringLaw,
+    /// Law of the stiffness of the springs between layers (spring law `Uniform`).
+    pub inter_layer: InterLayerLaw,
+    /// Stiffness of the springs between layers, N/m, 1e-9 to 1e12, in place of that of
+    /// `inter_layer`. For the spring law `Uniform`, and for a sheet of a file.
+    pub inter_layer_stiffness: Option<f64>,
     /// Mass of each node, kg, 1e-12 to 1e6; it replaces density x thickness x area of the node.
     pub node_mass: Option<f64>,
     /// Dashpot along every spring, as a fraction of the critical damping of the spring with its two
@@ -379,6 +386,8 @@ impl Default for SheetSpec {
             cuts: Vec::new(),
             material: MaterialChoice::Named("card".into()),
             springs: SpringLaw::Calibrated,
+            inter_layer: InterLayerLaw::Planar,
+            inter_layer_stiffness: None,
             node_mass: None,
             damping: 0.115,
             damping_ratio: None,

@@ -234,6 +234,7 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     Id::Size.check_each("size", [s.size.0, s.size.1])?;
     outline(s)?;
     Id::Gap.check("gap", s.gap)?;
+    crate::scene::inter_layer::check(s)?;
     Id::Damping.check("damping", s.damping)?;
     Id::DampingRatio.check_option("damping_ratio", s.damping_ratio)?;
     air_loads(s)?;

@@ -23,7 +23,7 @@ use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::{FractureState, open_slits};
 use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
-use crate::sheet::{Sheet, creases, region, temperature};
+use crate::sheet::{Sheet, creases, inter_layer, region, temperature};
 
 impl Sheet {
     /// Build sheet number `index` of `scene`.
@@ -64,6 +64,7 @@ impl Sheet {
         sheet.name = sheet_name(&sheet.name, index);
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
+        inter_layer::initialise(&mut sheet, spec)?;
         rest_shape::check_material(spec, &sheet.parameters.material)?;
         let law = InelasticLaw::new(&sheet.parameters.material, spec.creep, spec.plastic);
         sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);

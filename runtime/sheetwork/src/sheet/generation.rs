@@ -68,13 +68,14 @@ pub(crate) fn generated(
     if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
         return calibrated(spec, material, described);
     }
-    let lattice = generate(&LatticeSpec {
+    let layout = LatticeSpec {
         structure: spec.structure,
         grid: spec.grid,
         size: spec.size,
         gap: spec.gap,
         cross_over: spec.cross_over,
-    })?;
+    };
+    let lattice = generate(&layout)?;
     let n = lattice.positions.len();
     let sheet_mass = material.areal_mass() * spec.size.0 * spec.size.1;
     let mass = match spec.node_mass {
@@ -83,7 +84,8 @@ pub(crate) fn generated(
         None => vec![sheet_mass / n as f64; n],
     };
     let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
-    let stiffness = stiffnesses(spec, material, &lattice, &rest);
+    let mut stiffness = stiffnesses(spec, material, &lattice, &rest);
+    spec.inter_layer.apply(&layout, &lattice, &mut stiffness);
     Ok(parts_at_rest(spec, lattice, rest, stiffness, mass))
 }
 

@@ -25,6 +25,7 @@ pub(crate) mod generation;
 pub(crate) mod grab;
 pub(crate) mod implicit_system;
 pub(crate) mod instability;
+pub(crate) mod inter_layer;
 pub mod layer_stack;
 pub mod material_report;
 pub mod model;
@@ -79,6 +80,7 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::error::InputError;
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
+use crate::mesh::spring_class::SpringClass;
 use crate::scene::{Adhesion, IntegratorKind, Material};
 pub(crate) use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack};
@@ -395,7 +397,8 @@ impl Sheet {
     }
 
     /// Update stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
-    /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k.
+    /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k. Springs
+    /// between layers may have a stiffness of their own ([`inter_layer`]).
     fn refresh(&mut self) {
         let law = self.law();
         self.elements.iter_mut().for_each(|e| e.set_law(&law));
@@ -410,7 +413,9 @@ impl Sheet {
         } else {
             self.parameters.material.young * self.parameters.material.thickness
         };
+        let between_layers = self.parameters.springs.inter_layer.unit(unit);
         for i in 0..self.springs.len() {
+            let unit = if self.springs.class[i] == SpringClass::Inter { between_layers } else { unit };
             let (ma, mb) = (self.model.mass[self.springs.a[i] as usize], self.model.mass[self.springs.b[i] as usize]);
             let mut k = self.parameters.springs.per_unit[i] * unit;
             if let Some(heat) = &self.state.heat {

@@ -6,6 +6,7 @@ use crate::elements::thickness_limit::ThicknessLimit;
 use crate::math::Vectors;
 use crate::scene::Material;
 use crate::sheet::air_drag::AirDrag;
+use crate::sheet::inter_layer::InterLayerSprings;
 
 /// Parameters of a running sheet.
 pub struct SheetParameters {
@@ -40,6 +41,8 @@ pub(crate) struct SpringParameters {
     /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness for calibrated
     /// springs.
     pub per_unit: Vec<f64>,
+    /// Stiffness between layers.
+    pub inter_layer: InterLayerSprings,
     /// Whether the springs are calibrated to the bending stiffness.
     pub is_calibrated: bool,
     /// Delivered over requested bending stiffness; `None` for springs that are not calibrated.

@@ -41,6 +41,7 @@ pub(crate) fn serialise_settings(sheet: &Sheet, to: &mut StateWriter) {
         sheet.parameters.damping_ratio,
     ]);
     sheet.flexion_angle_limit().serialise(to);
+    sheet.own_inter_layer_stiffness().serialise(to);
     sheet.parameters.drag.serialise_settings(to);
     sheet.state.inelastic.as_ref().map(|f| f.celsius()).serialise(to);
     to.text(instability::chosen_engine(sheet).name());
@@ -66,6 +67,10 @@ pub(crate) fn deserialise_settings(sheet: &mut Sheet, from: &mut StateReader, to
     let limit = from.read()?;
     if limit != sheet.flexion_angle_limit() {
         sheet.set_flexion_limit(limit).map_err(|_| CorruptState)?;
+    }
+    let between_layers = from.read()?;
+    if between_layers != sheet.own_inter_layer_stiffness() {
+        sheet.set_inter_layer_stiffness(between_layers).map_err(|_| CorruptState)?;
     }
     sheet.parameters.drag.deserialise_settings(from)?;
     let celsius = from.read()?;

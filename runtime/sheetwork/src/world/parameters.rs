@@ -131,6 +131,13 @@ const ACCESSORS: &[(Id, Accessor)] = &[
     (Id::MaterialThesisConductivity, thesis_coefficient!(thesis_conductivity)),
     (Id::Damping, Accessor::Sheet(|s| (!s.follows_material()).then(|| s.damping()), Sheet::set_damping)),
     (Id::DampingRatio, Accessor::Sheet(|s| s.follows_material().then(|| s.damping_ratio()), Sheet::set_damping_ratio)),
+    (
+        Id::InterLayerStiffness,
+        SheetText(
+            |s| s.inter_layer_stiffness().map(|_| optional_text(s.own_inter_layer_stiffness())),
+            |w, i, path, v| w.sheets[i].set_inter_layer_stiffness(optional(path, v)?),
+        ),
+    ),
     (Id::DragAcross, Accessor::Sheet(|s| Some(s.drag().0), |s, v| s.set_drag(v, s.drag().1))),
     (Id::DragAlong, Accessor::Sheet(|s| Some(s.drag().1), |s, v| s.set_drag(s.drag().0, v))),
     (Id::Pressure, Accessor::Sheet(|s| Some(s.pressure()), Sheet::set_pressure)),

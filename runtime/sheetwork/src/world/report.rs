@@ -58,6 +58,9 @@ pub struct SheetReport {
     pub max_penetration_m: f64,
     /// Largest speed of a node at the end, m/s.
     pub max_speed_m_s: f64,
+    /// Mean distance of the layers, m; `None` for a single layer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer_distance_m: Option<f64>,
     /// Temperatures, °C.
     pub temperature_c: TemperatureReport,
     /// Positions of the probes, m.
@@ -160,6 +163,7 @@ impl World {
             energy_j: sheet.energy(self.gravity),
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
+            layer_distance_m: sheet.layer_distance(),
             temperature_c: TemperatureReport::of(sheet, room),
             probes: sheet.probes.iter().map(|p| (p.name.clone(), p.at(&sheet.state.x).to_array())).collect(),
             steps_accepted: sheet.state.counters.accepted,

@@ -32,7 +32,7 @@ use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::error::InputError;
 use crate::scene::{Region, SheetSpec};
 use crate::sheet::remap::layer_offsets::LatticeLayout;
-use crate::sheet::{RecoveryState, Sheet, Status, attachment, buckling, instability, temperature};
+use crate::sheet::{RecoveryState, Sheet, Status, attachment, buckling, instability, inter_layer, temperature};
 use crate::units::temperature::REFERENCE;
 
 /// Iterations for the largest frequency, which give an accuracy of a few percent.
@@ -156,6 +156,7 @@ fn copy_settings_from(sheet: &mut Sheet, old: &Sheet, tolerance: f64) -> Result<
     if !sheet.parameters.flexion.triples.is_empty() {
         sheet.set_flexion_limit(old.flexion_angle_limit())?;
     }
+    inter_layer::copy_stiffness(sheet, old)?;
     sheet.parameters.drag.copy_settings(&old.parameters.drag);
     if let Some((flow, before)) = sheet.state.inelastic.as_mut().zip(old.state.inelastic.as_ref()) {
         flow.set_celsius(before.celsius());

@@ -145,6 +145,9 @@ parameters! {
     Damping: number("sheets.*.damping", "of critical", (0.0, 10.0)).live().usual(0.0, 1.0),
     /// Damping ratio of the slowest bending mode.
     DampingRatio: number("sheets.*.damping_ratio", "of critical", (0.0, 10.0)).live().usual(0.0, 0.5).same_as("sheets.0.material.damping_ratio"),
+    /// Stiffness of the springs between the layers of a lattice.
+    InterLayerStiffness: number("sheets.*.inter_layer_stiffness", "N/m", (1e-9, 1e12))
+        .kind(Optional).live().usual_logarithmic(0.01, 10.0),
     /// Drag coefficient for air across the sheet.
     DragAcross: number("sheets.*.drag.0", "", (0.0, 10.0)).live().usual(0.0, 2.0),
     /// Drag coefficient for air along the sheet.
