@@ -85,6 +85,9 @@ impl Run {
         } else {
             print_line(&table(&report))?;
         }
+        if world.unstable().is_some() {
+            stable_steps(&World::new(&scene)?).iter().for_each(|note| eprintln!("note: {note}"));
+        }
         Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
@@ -179,6 +182,25 @@ impl Run {
         let style = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {elapsed} elapsed, {eta} left");
         ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     }
+}
+
+/// For every sheet of an explicit integrator with a fixed step that is longer than 1 rad of the
+/// fastest mode at rest: the step in radians, and the step of 1 rad, which every explicit
+/// integrator holds.
+fn stable_steps(world: &World) -> Vec<String> {
+    let engine = world.engine().info();
+    if engine.implicit || engine.adaptive {
+        return Vec::new();
+    }
+    let dt = world.dt();
+    let each = world.sheets().iter().filter_map(|sheet| {
+        let radians = sheet.largest_frequency(200) * dt;
+        (radians > 1.0).then(|| {
+            let (name, stable) = (&sheet.name, dt / radians);
+            format!("{name}: the step of {dt} s is {radians:.2} rad of its fastest mode; {stable:.2e} s is 1 rad")
+        })
+    });
+    each.collect()
 }
 
 fn table(report: &Report) -> String {

@@ -68,8 +68,8 @@ fn generated_card_scenes_are_valid() {
 #[test]
 fn a_written_sheet_moves_like_the_generated_one() {
     let place = TestFolder::new("same");
-    let flags = ["generate", "--structure", "slamm", "--grid", "7x2x6", "--node-mass", "4e-4", "--output", "leaf.sht"];
-    assert_eq!(place.run(&flags).status, Some(0));
+    let base = ["generate", "--structure", "slamm", "--grid", "7x2x6", "--node-mass", "4e-4", "--output", "leaf.sht"];
+    assert_eq!(place.run(&[&base[..], &["--inter-layer", "Planar"]].concat()).status, Some(0));
     let fields = "node_mass: 4e-4, velocities: [(region: Left, value: (0, 0.1, 0))], probes: {\"tip\": (1, 0.3)}";
     let run = |sheet: &str| {
         let scene = format!(
@@ -84,10 +84,66 @@ fn a_written_sheet_moves_like_the_generated_one() {
 }
 
 #[test]
+fn the_default_sheet_lands_and_rests_in_the_scene_of_the_thesis() {
+    let place = TestFolder::new("default-sheet");
+    for structure in ["samm", "slamm", "trimm"] {
+        let made = place.run(&["generate", "--structure", structure, "--grid", "11x2x11", "-o", "leaf.sht"]);
+        assert_eq!(made.status, Some(0), "{}", made.err);
+        let file = format!("sheets.0.file={:?}", place.path("leaf.sht"));
+        let report = place.json(&["run", "flat_floor_e0", "--set", &file, "--json"]);
+        let sheet = &report["sheets"][0];
+        assert_eq!((report["status"].as_str(), sheet["asleep"].as_bool()), (Some("ok"), Some(true)), "{structure}");
+        let distance = sheet["layer_distance_m"].as_f64().expect("two layers");
+        assert!((0.85e-3..1e-3).contains(&distance), "{structure}: {distance}");
+    }
+    // The mass of the material's density is a thirteenth of the thesis's, and so is its stable step
+    // squared: the note says which step would do.
+    let light = ["generate", "--structure", "trimm", "--grid", "11x2x11", "--material", "thesis", "-o", "light.sht"];
+    assert_eq!(place.run(&light).status, Some(0));
+    let ran = place.run(&["run", "flat_floor_e0", "--set", &format!("sheets.0.file={:?}", place.path("light.sht"))]);
+    assert!(ran.status == Some(1) && ran.err.contains("rad of its fastest mode"), "{}", ran.err);
+}
+
+#[test]
+fn all_flags_are_written_and_read_back() {
+    use glam::DVec3;
+    use sheetwork::mesh::spring_class::SpringClass;
+    let place = TestFolder::new("all-flags");
+    let flags = "generate --structure trimm --grid 6x5x7 --width 0.03 --depth 0.02 --gap 0.002 --node-mass 3e-5 \
+        --planar-stiffness 0.205 --inter-layer-stiffness 0.7 --damping 0.2 --position 0.01,0.02,-0.03 \
+        --velocity 0.1,-0.2,0.3 --force 1e-5,2e-5,-3e-5 --acceleration 0.5,-9.81,0 -o all.sht";
+    let made = place.run(&flags.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(made.status, Some(0), "{}", made.err);
+    let file = sheetwork::scene::sht::read_sht_file(&place.path("all.sht")).expect("ours");
+    assert_eq!((file.dimensions, file.damping, file.structure.as_str()), ([6, 5, 7], 0.2, "trimm"));
+    for mass in &file.masses {
+        assert_eq!((mass.mass, mass.velocity), (3e-5, DVec3::new(0.1, -0.2, 0.3)));
+        assert_eq!((mass.force, mass.acceleration), (DVec3::new(1e-5, 2e-5, -3e-5), DVec3::new(0.5, -9.81, 0.0)));
+    }
+    assert_eq!(file.masses[0].position.y, 0.02);
+    assert!(file.masses.last().is_some_and(|m| (m.position.y - 0.028).abs() < 1e-15 && m.layer == 4));
+    for spring in &file.springs {
+        let wanted = if spring.kind == SpringClass::Inter { 0.7 } else { 0.205 };
+        assert_eq!(spring.stiffness, wanted, "{spring:?}");
+    }
+    let scene = r#"(engine: "rk4", dt: 0.0001, duration: 0.0001, gravity: (0, 0, 0), sheets: [(name: "leaf", file: "all.sht")])"#;
+    let scene = sheetwork::scene::Scene::load(&place.path(place.write("all.ron", scene))).expect("valid");
+    let world = sheetwork::World::new(&scene).expect("valid");
+    assert_eq!(sheetwork::sheet::to_file(&world.sheets()[0]).springs, file.springs);
+    assert!(
+        (world.sheets()[0].momentum() - DVec3::new(0.1, -0.2, 0.3) * world.sheets()[0].total_mass()).length() < 1e-12
+    );
+    for layers in ["1", "64"] {
+        let grid = format!("3x{layers}x3");
+        assert_eq!(place.run(&["generate", "--structure", "samm", "--grid", &grid]).status, Some(0), "{grid}");
+    }
+}
+
+#[test]
 fn sizes_are_taken_from_the_flags() {
     let place = TestFolder::new("sizes");
     let base = ["generate", "--structure", "samm", "--grid", "5x2x4", "--width", "0.2", "--depth", "0.1", "--json"];
-    let found = place.json(&base);
+    let found = place.json(&[&base[..], &["--material", "thesis"]].concat());
     assert!((found["mass_kg"].as_f64().expect("a number") - 1045.0 * 1e-3 * 0.02).abs() < 1e-9);
     let found = place.json(&[&base[..], &["--node-mass", "1e-4"]].concat());
     assert!((found["mass_kg"].as_f64().expect("a number") - 1e-4 * 32.0).abs() < 1e-12);
@@ -108,6 +164,12 @@ fn flags_of_generate_are_checked() {
     refused(&["--gap", "nan"], &["--gap", "nan", "finite"]);
     refused(&["--node-mass", "-1"], &["node_mass", "-1 kg", "1e-12 to 1e6 kg"]);
     refused(&["--material", "cheese"], &["material", "cheese", "hips"]);
+    refused(&["--inter-layer", "Soft"], &["Soft", "SumModulus(Pa)"]);
+    refused(&["--inter-layer-stiffness", "0"], &["inter_layer_stiffness", "1e-9 to 1e12 N/m"]);
+    refused(&["--planar-stiffness", "-1"], &["planar_stiffness"]);
+    refused(&["--damping", "11"], &["damping", "0 to 10"]);
+    refused(&["--position", "1,2"], &["1,2", "x,y,z"]);
+    refused(&["--force", "1e9,0,0"], &["forces.0.value.0", "1e6"]);
     refused(&["--cross-over"], &["samm has no cross-over"]);
     refused(&["-o", "no/such/folder/x.sht"], &["no/such/folder/x.sht"]);
     let of = |structure: &str, grid: &str, parts: &[&str]| {
