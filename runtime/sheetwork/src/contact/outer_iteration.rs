@@ -17,6 +17,7 @@ use glam::DVec3;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
 use crate::contact::solver::choice::PositionSolve;
+use crate::contact::solver::lattice_sweeps::{add_thickness_limits, is_of_lattices};
 use crate::contact::workspace::ContactWorkspace;
 use crate::contact::{IslandView, convergence};
 use crate::sheet::Field;
@@ -268,6 +269,9 @@ pub(crate) fn solve_explicit(
     workspace.policy.is_explicit = true;
     detect(island, &mut workspace.detected);
     workspace.detected.remove_opposed(island, &workspace.cache);
+    if is_of_lattices(island, &workspace.detected) {
+        add_thickness_limits(island, &mut workspace.detected);
+    }
     let solved = workspace.profile(|workspace| workspace.solve_positions(island, h, false));
     let touched = solved == PositionSolve::Touched;
     if touched {

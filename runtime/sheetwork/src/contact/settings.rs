@@ -65,6 +65,8 @@ settings! {
         pub pgs: PgsSettings = PgsSettings::DEFAULT,
         /// PGS solver of contacts between nodes and dynamic bodies.
         pub node_sweeps: NodeSweepSettings = NodeSweepSettings::DEFAULT,
+        /// Sweeps on the nodes of explicit lattices.
+        pub lattice_sweeps: LatticeSweepSettings = LatticeSweepSettings::DEFAULT,
     }
 
     /// Contact of single nodes, for explicit integrators.
@@ -323,6 +325,19 @@ settings! {
         pub newton_steps: u32 = 3,
         /// Maximum number of step lengths of a line search.
         pub maximum_step_lengths: u32 = 4,
+    }
+
+    /// Sweeps on the nodes of explicit lattices that meet one another.
+    pub struct LatticeSweepSettings {
+        /// Tolerance of position solves, m, and of velocity solves, m per step: a thousandth of the
+        /// distance of the layers in the scenes of the thesis.
+        pub tolerance: f64 = 1e-6,
+        /// Maximum number of sweeps of a solve. A stack of n layers needs about n² from rest, and a
+        /// few from the forces of the step before.
+        pub maximum_sweeps: u32 = 60,
+        /// Height above the limit of the thickness from which on a node is a contact, as a fraction
+        /// of the rest height.
+        pub thickness_margin: f64 = 0.2,
     }
 
     /// PGS solver of contacts between nodes and dynamic bodies: its working set.

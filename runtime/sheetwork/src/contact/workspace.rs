@@ -18,6 +18,7 @@ use crate::contact::solve_policy::SolvePolicy;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, IslandTangent};
 use crate::contact::solver::choice::PositionSolver;
 use crate::contact::solver::dual::DualSolver;
+use crate::contact::solver::lattice_sweeps::LatticeSweeps;
 use crate::contact::solver::pgs_working_set::PgsContactSolver;
 use crate::contact::solver_body::SolverBody;
 use crate::profiler::{Phase, Profiler};
@@ -59,6 +60,8 @@ pub(crate) struct ContactWorkspace {
     pub(crate) gaps: ContactGaps,
     /// PGS solver.
     pub(crate) pgs: PgsContactSolver,
+    /// Gauss-Seidel on the nodes of explicit lattices.
+    pub(crate) lattice_sweeps: LatticeSweeps,
     /// Augmented Lagrangian solver, shared by the primal and the dual solver.
     pub(crate) augmented_lagrangian: AugmentedLagrangian,
     /// Joint tangent matrix of the island.

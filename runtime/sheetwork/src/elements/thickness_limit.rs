@@ -31,6 +31,23 @@ struct LimitedCell {
     area: f64,
 }
 
+/// A node near its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearLimit {
+    /// Index of the cell.
+    pub index: u32,
+    /// Node.
+    pub apex: u32,
+    /// Corners of the cell, in order around it; the fourth of a triangle repeats the third.
+    pub corners: [u32; 4],
+    /// Whether the cell is a square.
+    pub is_square: bool,
+    /// Unit normal from the cell to the node.
+    pub normal: DVec3,
+    /// Least height of the node above the cell, m.
+    pub least_height: f64,
+}
+
 /// Fraction of the rest area below which a cell is ignored: its gradient is too small for an
 /// impulse.
 const COLLAPSED_AREA_THRESHOLD: f64 = 0.3;
@@ -83,6 +100,24 @@ impl ThicknessLimit {
         for cell in &self.cells {
             cell.limit(self.fraction, x, v, inverse_mass, fixed, dt);
         }
+    }
+
+    /// Nodes whose height above their cell at `x` (m) is less than the limit and a `margin`, as a
+    /// fraction of the rest height.
+    pub fn near_limit<'a>(&'a self, x: &'a Vectors, margin: f64) -> impl Iterator<Item = NearLimit> + 'a {
+        (0_u32..).zip(&self.cells).filter_map(move |(index, cell)| {
+            let (volume, normal) = cell.volume(x.get(cell.apex as usize), cell.base.map(|i| x.get(i as usize)));
+            let (area, rest) = (normal.length(), cell.rest / cell.area);
+            let is_near = volume * cell.rest.signum() < (self.fraction + margin) * rest.abs() * area;
+            (is_near && area >= COLLAPSED_AREA_THRESHOLD * cell.area).then(|| NearLimit {
+                index,
+                apex: cell.apex,
+                corners: cell.base,
+                is_square: cell.is_square,
+                normal: normal * (cell.rest.signum() / area),
+                least_height: self.fraction * rest.abs(),
+            })
+        })
     }
 
     /// Smallest height of a node above its cell at `x` (m), as a fraction of the rest height; 1 for

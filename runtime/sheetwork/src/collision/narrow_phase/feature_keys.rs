@@ -27,6 +27,12 @@ pub(crate) fn attachment_key(id: u32, node: u32, body: usize) -> ContactKey {
     [ATTACHMENT_KEY, (u64::from(id) << 32 | u64::from(node)) ^ (body as u64) << 48]
 }
 
+/// Key of the contact of node `node` of the sheet `id` with place `place` of the layer next to it;
+/// triangles have lower indices than these places.
+pub(crate) fn layer_key(id: u32, node: u32, place: u32) -> ContactKey {
+    [feature_key(FeatureKind::Node, id, node), feature_key(FeatureKind::Triangle, id, 1 << 31 | place)]
+}
+
 /// `key` after the removal of the sheet `id`, by which higher identifiers are lower by one; `None`
 /// for a contact of that sheet. Keys keep their order.
 pub(crate) fn without_sheet(key: &ContactKey, id: u32) -> Option<ContactKey> {

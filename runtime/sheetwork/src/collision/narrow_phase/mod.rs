@@ -36,7 +36,7 @@ use crate::collision::constraint::{ContactConstraint, ContactKey};
 use crate::collision::features::{ColliderFeatures, ColliderPart};
 use crate::collision::narrow_phase::body_frame::{BodyFramePositions, SheetBodyPair};
 pub(crate) use crate::collision::narrow_phase::feature_keys::{
-    attachment_key, feature_owner, is_ball_contact, is_node_surface_contact, without_sheet,
+    attachment_key, feature_owner, is_ball_contact, is_node_surface_contact, layer_key, without_sheet,
 };
 use crate::collision::narrow_phase::height_graph::remains_height_graph;
 use crate::collision::narrow_phase::sheet_pairs::{SheetPairDetector, box_margin, sheet_pair};

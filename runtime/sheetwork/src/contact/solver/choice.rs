@@ -7,12 +7,13 @@
 //! closed, with restitution. Positions and velocities need separate solves: with a single one, a
 //! sheet that should not rebound separates with two thirds of its approach speed.
 //!
-//! Islands with explicit integrators are solved by PGS. The others are solved by the dual solver
+//! Islands with explicit integrators are solved by PGS, those of lattices alone on their nodes. The others are solved by the dual solver
 //! for a small working set, otherwise by the primal solver; a single sheet is solved once more by
 //! the dual solver if the primal one fails, and by PGS as the last fallback.
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
+use crate::contact::solver::lattice_sweeps::is_of_lattices;
 use crate::contact::workspace::ContactWorkspace;
 use crate::sheet::stage;
 
@@ -26,6 +27,8 @@ pub(crate) enum PositionSolver {
     Primal,
     /// Projected Gauss-Seidel.
     Pgs,
+    /// Gauss-Seidel on the nodes of explicit lattices.
+    Lattice,
 }
 
 /// Result of a position solve.
@@ -51,7 +54,10 @@ impl ContactWorkspace {
             }
             return PositionSolve::Separate;
         }
-        if self.policy.is_explicit {
+        if self.policy.is_explicit && is_of_lattices(island, &self.detected) {
+            self.solve_positions_on_nodes(island, h);
+            self.position_solver = PositionSolver::Lattice;
+        } else if self.policy.is_explicit {
             self.solve_positions_by_pgs(island, h);
             self.position_solver = PositionSolver::Pgs;
         } else if !self.choose_position_solver(island, h, rough) {
@@ -69,6 +75,7 @@ impl ContactWorkspace {
         }
         let count = match self.position_solver {
             PositionSolver::Pgs => self.pgs.delassus.problem.len(),
+            PositionSolver::Lattice => self.lattice_sweeps.len(),
             _ => self.working_set.len(),
         };
         self.gaps.update(&self.detected.contacts, island);
@@ -110,6 +117,10 @@ impl ContactWorkspace {
     /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
     /// solver bodies. Returns whether the solution is accepted.
     pub fn solve_velocities(&mut self, island: &mut IslandView, h: f64) -> bool {
+        if self.position_solver == PositionSolver::Lattice {
+            self.solve_velocities_on_nodes(island, h);
+            return true;
+        }
         if self.position_solver != PositionSolver::Pgs {
             let settled = match self.position_solver {
                 PositionSolver::Dual => self.solve_velocities_dual(island, h),

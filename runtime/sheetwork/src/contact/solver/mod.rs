@@ -10,6 +10,7 @@
 //!   method.
 //! - `alart_curnier`: Newton method on normal force and friction bound together.
 //! - `pgs`, `pgs_working_set`: projected Gauss-Seidel, and its working set.
+//! - `lattice_sweeps`: Gauss-Seidel on the nodes of explicit lattices that meet one another.
 //! - `sheet_response`: the share of a sheet; `delassus`: W; `force_newton`: linear systems in
 //!   contact forces; `working_set`: choice of contacts.
 
@@ -19,6 +20,7 @@ pub(crate) mod choice;
 pub(crate) mod delassus;
 pub(crate) mod dual;
 pub(crate) mod force_newton;
+pub(crate) mod lattice_sweeps;
 pub mod pgs;
 pub(crate) mod pgs_working_set;
 pub(crate) mod primal;
