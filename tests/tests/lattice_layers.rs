@@ -145,12 +145,14 @@ fn lattices_dropped_on_one_another_keep_their_layers_and_their_order() {
             let thickness = sheet.layer_distance().expect("two layers") / 0.001;
             assert!((0.48..1.0).contains(&thickness), "{case}, {}: {thickness}", sheet.name);
             for layer in &sheet.model.layers {
-                let mean = layer.range().map(|i| sheet.state.x.get(i).y).sum::<f64>() / f64::from(layer.len());
+                // Without the outer rows, which overhang the upper layer of the lower sheet and droop.
+                let inner = || layer.range().map(|i| sheet.state.x.get(i)).filter(|p| p.x.abs().max(p.z.abs()) < 0.009);
+                let mean = inner().map(|p| p.y).sum::<f64>() / inner().count() as f64;
                 assert!(mean > below, "{case}, {}: {mean} m is not above {below} m", sheet.name);
                 below = mean;
             }
         }
-        // The rows of an equal sheet that overhang the upper layer of the lower one droop past it.
+        // Those rows of an equal sheet reach the floor.
         let meets_floor =
             |name: &str| world.events().iter().any(|e| e.sheet == name && e.body.as_deref() == Some("floor"));
         assert!(meets_floor("lower") && (upper == 0.025 || !meets_floor("upper")), "{case}");

@@ -100,6 +100,9 @@ impl Run {
         if world.unstable().is_some() {
             stable_steps(&World::new(&scene)?).iter().for_each(|note| eprintln!("note: {note}"));
         }
+        if world.unstable().is_some() {
+            stable_steps(&World::new(&scene)?).iter().for_each(|note| eprintln!("note: {note}"));
+        }
         Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
