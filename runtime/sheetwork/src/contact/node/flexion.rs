@@ -122,7 +122,8 @@ fn begin_solve(sheet: &mut Sheet) {
             let pressing = impulse.dot(contact.normal);
             contact.impulse = (pressing.max(0.0), impulse - contact.normal * pressing);
         }
-        (x.set(i, free_x.get(i)), v.set(i, free_v.get(i)));
+        x.set(i, free_x.get(i));
+        v.set(i, free_v.get(i));
     }
     free_x.clone_from(x);
     free_v.clone_from(v);
