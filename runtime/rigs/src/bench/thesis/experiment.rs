@@ -65,7 +65,11 @@ impl Experiment {
 
     /// Keeps a print of the present state.
     pub fn print(&mut self) {
-        let label = format!("{} s", (1e3 * self.world.time()).round() / 1e3);
+        let (time, lapse) = (self.world.time(), self.world.scene().time_lapse);
+        let label = match lapse {
+            1.0 => format!("{} s", (1e3 * time).round() / 1e3),
+            _ => format!("{time:.1} s, {:.1} min of heat", time * lapse / 60.0),
+        };
         self.prints.push(Print::new(&self.world, label));
     }
 
