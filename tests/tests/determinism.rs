@@ -76,8 +76,8 @@ fn pinned(name: &str, found: &str) -> String {
     let keeps = |line: &&str| !found.lines().any(|f| name_of(f) == name_of(line));
     let others = old.lines().filter(keeps).filter(|line| same.iter().any(|s| bare(s) == bare(line)));
     let mut all: Vec<&str> = found.lines().chain(others).collect();
-    // A stable sort: integrators keep their order.
-    all.sort_by_key(|line| found.lines().position(|f| bare(f) == bare(line)));
+    // In the order of `found`, by instruction set within a name.
+    all.sort_by_key(|line| (found.lines().position(|f| bare(f) == bare(line)), *line));
     let text = all.iter().map(|line| format!("{line}\n")).collect::<String>();
     std::fs::write(&file, &text).unwrap_or_else(|e| panic!("{e}"));
     text

@@ -4,6 +4,7 @@
 
 use sheetwork::World;
 use sheetwork::scene::Scene;
+use sheetwork::sheet::inter_layer;
 use sheetwork_tests::shipped_scene;
 
 /// World of `scene` with these fields.
@@ -16,7 +17,7 @@ fn world(scene: Scene, fields: &[(&str, &str)]) -> World {
 fn thickness_after(world: &mut World, seconds: f64) -> f64 {
     world.advance(seconds);
     assert!(world.unstable().is_none());
-    world.sheets()[0].layer_distance().expect("two layers") / 0.001
+    inter_layer::distance(&world.sheets()[0]).expect("two layers") / 0.001
 }
 
 #[test]
@@ -48,7 +49,7 @@ fn a_stiffness_set_in_a_run_raises_the_layers_and_outlasts_the_modulus() {
     let raised = thickness_after(&mut world, 2.0);
     assert!((0.9..1.0).contains(&raised), "{raised}");
     world.set("sheets.sheet.material.young", "150").expect("valid");
-    let between = |world: &World| world.sheets()[0].inter_layer_stiffness().expect("two layers");
+    let between = |world: &World| inter_layer::stiffness(&world.sheets()[0]).expect("two layers");
     assert!((between(&world) - 1.2).abs() < 1e-12);
     assert_eq!(world.set(path, "none").expect("valid"), "1.2");
     assert!((between(&world) - 0.15).abs() < 1e-12);
@@ -142,10 +143,11 @@ fn lattices_dropped_on_one_another_keep_their_layers_and_their_order() {
         let mut below = 0.0;
         for sheet in world.sheets() {
             // The limit of the thickness is a half, which the weight of four layers reaches.
-            let thickness = sheet.layer_distance().expect("two layers") / 0.001;
+            let thickness = inter_layer::distance(sheet).expect("two layers") / 0.001;
             assert!((0.48..1.0).contains(&thickness), "{case}, {}: {thickness}", sheet.name);
             for layer in &sheet.model.layers {
-                // Without the outer rows, which overhang the upper layer of the lower sheet and droop.
+                // Without the outer rows, which overhang the upper layer of the lower sheet and
+                // droop.
                 let inner = || layer.range().map(|i| sheet.state.x.get(i)).filter(|p| p.x.abs().max(p.z.abs()) < 0.009);
                 let mean = inner().map(|p| p.y).sum::<f64>() / inner().count() as f64;
                 assert!(mean > below, "{case}, {}: {mean} m is not above {below} m", sheet.name);

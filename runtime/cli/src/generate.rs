@@ -10,7 +10,7 @@ use sheetwork::mesh::spring_class::SpringClass;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::sht::{self, SheetFile};
 use sheetwork::scene::{InterLayerLaw, MaterialChoice, Placement, Region, RegionVector, Scene, SheetSpec};
-use sheetwork::sheet::{Sheet, to_file};
+use sheetwork::sheet::{Sheet, inter_layer, to_file};
 use sheetwork::{InputError, ParameterId};
 use sheetwork_rigs::card_scenes::CardScene;
 
@@ -191,7 +191,7 @@ impl Generate {
     fn content(&self, sheet: &Sheet) -> SheetFile {
         let mut content = to_file(sheet);
         content.masses.iter_mut().for_each(|m| m.acceleration = DVec3::from(self.acceleration));
-        let follows = sheet.own_inter_layer_stiffness().is_none();
+        let follows = inter_layer::own_stiffness(sheet).is_none();
         for spring in content.springs.iter_mut().filter(|s| follows || s.kind != SpringClass::Inter) {
             spring.stiffness = self.planar_stiffness.unwrap_or(spring.stiffness);
         }

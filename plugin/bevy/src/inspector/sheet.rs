@@ -3,6 +3,7 @@
 
 use bevy_egui::egui::Ui;
 use sheetwork::ParameterId as Id;
+use sheetwork::sheet::inter_layer;
 
 use super::ParameterAccess;
 use super::controls::{ControlOptions, DEGREES, PLAIN, parameter_control, parameter_row, usual_row};
@@ -53,7 +54,7 @@ fn contact(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
 /// Stiffness of the springs between layers, for lattices whose springs are not calibrated.
 fn inter_layer_stiffness(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
     let Some(sheet) = access.world().sheets().get(index) else { return };
-    let Some(now) = sheet.inter_layer_stiffness() else { return };
+    let Some(now) = inter_layer::stiffness(sheet) else { return };
     let path = format!("sheets.{index}.inter_layer_stiffness");
     let about = "Stiffness of the springs between layers, N/m: it resists bending and holds the layers apart";
     let shown = DisplayUnit::fixed(Quantity::Stiffness, "N/m", 1.0);

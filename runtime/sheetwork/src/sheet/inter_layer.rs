@@ -44,7 +44,7 @@ pub(crate) fn initialise(sheet: &mut Sheet, spec: &SheetSpec) -> Result<(), Inpu
     let inter = || each().filter(|(class, _)| **class == SpringClass::Inter).map(|(_, k)| k);
     let mean = inter().sum::<f64>() / inter().count().max(1) as f64;
     let follows = from_file || spec.inter_layer == InterLayerLaw::Planar;
-    let by_law = (!follows).then(|| mean * sheet.parameters.material.young * sheet.parameters.material.thickness);
+    let by_law = (!follows).then_some(mean * sheet.parameters.material.young * sheet.parameters.material.thickness);
     sheet.parameters.springs.inter_layer = InterLayerSprings { mean_per_unit: mean, by_law, own: by_law };
     spec.inter_layer_stiffness.map_or(Ok(()), |k| sheet.set_inter_layer_stiffness(Some(k)))
 }
@@ -59,21 +59,20 @@ pub(crate) fn copy_stiffness(sheet: &mut Sheet, old: &Sheet) -> Result<(), Input
     if before.own == before.by_law { Ok(()) } else { sheet.set_inter_layer_stiffness(before.own) }
 }
 
+/// Mean stiffness of the springs between layers without heat, N/m; `None` for a sheet without such
+/// springs or with calibrated ones.
+pub fn stiffness(sheet: &Sheet) -> Option<f64> {
+    let inter = &sheet.parameters.springs.inter_layer;
+    let unit = sheet.parameters.material.young * sheet.parameters.material.thickness;
+    (inter.mean_per_unit > 0.0).then(|| inter.own.unwrap_or(inter.mean_per_unit * unit))
+}
+
+/// Stiffness of the springs between layers of their own, N/m; `None` where it follows the material.
+pub fn own_stiffness(sheet: &Sheet) -> Option<f64> {
+    sheet.parameters.springs.inter_layer.own
+}
+
 impl Sheet {
-    /// Mean stiffness of the springs between layers without heat, N/m; `None` for a sheet without
-    /// such springs or with calibrated ones.
-    pub fn inter_layer_stiffness(&self) -> Option<f64> {
-        let inter = &self.parameters.springs.inter_layer;
-        let unit = self.parameters.material.young * self.parameters.material.thickness;
-        (inter.mean_per_unit > 0.0).then(|| inter.own.unwrap_or(inter.mean_per_unit * unit))
-    }
-
-    /// Stiffness of the springs between layers of its own, N/m; `None` where it follows the
-    /// material.
-    pub fn own_inter_layer_stiffness(&self) -> Option<f64> {
-        self.parameters.springs.inter_layer.own
-    }
-
     /// Set the mean stiffness of the springs between layers, N/m, 1e-9 to 1e12; `None` for that of
     /// the scene's law.
     ///
@@ -94,32 +93,32 @@ impl Sheet {
         }
         Ok(())
     }
+}
 
-    /// Mean distance of the nodes of every other layer from the cells below and above them, m,
-    /// negative where a node has passed through its cell; `None` for a single layer.
-    pub fn layer_distance(&self) -> Option<f64> {
-        let height = |(apex, corners): (u32, &[u32])| {
-            let place = |i: u32| self.state.x.get(i as usize);
-            let sides = match corners {
-                [a, b, c] => [(*a, *b), (*a, *c)],
-                // Four corners come row by row; the diagonals of the cell span its plane.
-                [a, b, d, c] => [(*a, *c), (*b, *d)],
-                _ => return None,
-            };
-            let [first, second] = sides.map(|(from, to)| place(to) - place(from));
-            let [p, q] = sides.map(|(from, to)| {
-                let (f, t) = (self.model.place(from), self.model.place(to));
-                [t[0] - f[0], t[1] - f[1]]
-            });
-            // Material axes u, v and the normal form a left-handed system.
-            let orientation = -(p[0] * q[1] - p[1] * q[0]).signum();
-            let normal = (first.cross(second) * orientation).try_normalize()?;
-            let mean = corners.iter().map(|i| place(*i)).sum::<DVec3>() / corners.len() as f64;
-            let is_above = self.model.layer_of[apex as usize] > self.model.layer_of[corners[0] as usize];
-            Some((place(apex) - mean).dot(normal) * if is_above { 1.0 } else { -1.0 })
+/// Mean distance of the nodes of every other layer from the cells below and above them, m,
+/// negative where a node has passed through its cell; `None` for a single layer.
+pub fn distance(sheet: &Sheet) -> Option<f64> {
+    let height = |(apex, corners): (u32, &[u32])| {
+        let place = |i: u32| sheet.state.x.get(i as usize);
+        let sides = match corners {
+            [a, b, c] => [(*a, *b), (*a, *c)],
+            // Four corners come row by row; the diagonals of the cell span its plane.
+            [a, b, d, c] => [(*a, *c), (*b, *d)],
+            _ => return None,
         };
-        let (count, sum) =
-            self.stack.cells().filter_map(height).fold((0.0, 0.0), |(n, sum), distance| (n + 1.0, sum + distance));
-        (count > 0.0).then(|| sum / count)
-    }
+        let [first, second] = sides.map(|(from, to)| place(to) - place(from));
+        let [p, q] = sides.map(|(from, to)| {
+            let (f, t) = (sheet.model.place(from), sheet.model.place(to));
+            [t[0] - f[0], t[1] - f[1]]
+        });
+        // Material axes u, v and the normal form a left-handed system.
+        let orientation = -(p[0] * q[1] - p[1] * q[0]).signum();
+        let normal = (first.cross(second) * orientation).try_normalize()?;
+        let mean = corners.iter().map(|i| place(*i)).sum::<DVec3>() / corners.len() as f64;
+        let is_above = sheet.model.layer_of[apex as usize] > sheet.model.layer_of[corners[0] as usize];
+        Some((place(apex) - mean).dot(normal) * if is_above { 1.0 } else { -1.0 })
+    };
+    let (count, sum) =
+        sheet.stack.cells().filter_map(height).fold((0.0, 0.0), |(n, sum), distance| (n + 1.0, sum + distance));
+    (count > 0.0).then(|| sum / count)
 }

@@ -26,7 +26,7 @@ pub(crate) mod generation;
 pub(crate) mod grab;
 pub(crate) mod implicit_system;
 pub(crate) mod instability;
-pub(crate) mod inter_layer;
+pub mod inter_layer;
 pub mod layer_stack;
 pub mod material_report;
 pub mod model;

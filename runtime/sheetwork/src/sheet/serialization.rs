@@ -10,6 +10,7 @@ use crate::elements::grab_spring::GrabSpring;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::bonds::AdhesionState;
+use crate::sheet::inter_layer;
 use crate::sheet::{
     Field, ImplicitSystem, RecoveryState, Sheet, SheetState, attachment, fracture, grab, instability, node_contact,
     temperature,
@@ -41,7 +42,7 @@ pub(crate) fn serialise_settings(sheet: &Sheet, to: &mut StateWriter) {
         sheet.parameters.damping_ratio,
     ]);
     sheet.flexion_angle_limit().serialise(to);
-    sheet.own_inter_layer_stiffness().serialise(to);
+    inter_layer::own_stiffness(sheet).serialise(to);
     sheet.parameters.drag.serialise_settings(to);
     sheet.state.inelastic.as_ref().map(|f| f.celsius()).serialise(to);
     to.text(instability::chosen_engine(sheet).name());
@@ -69,7 +70,7 @@ pub(crate) fn deserialise_settings(sheet: &mut Sheet, from: &mut StateReader, to
         sheet.set_flexion_limit(limit).map_err(|_| CorruptState)?;
     }
     let between_layers = from.read()?;
-    if between_layers != sheet.own_inter_layer_stiffness() {
+    if between_layers != inter_layer::own_stiffness(sheet) {
         sheet.set_inter_layer_stiffness(between_layers).map_err(|_| CorruptState)?;
     }
     sheet.parameters.drag.deserialise_settings(from)?;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::error::{InputError, ParameterError};
 use crate::scene::{Air, Material};
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, inter_layer};
 use crate::units::DisplayUnit;
 use crate::units::parameters::{ParameterId as Id, ParameterKind, ParameterRow, ParameterScope};
 use crate::world::World;
@@ -134,7 +134,7 @@ const ACCESSORS: &[(Id, Accessor)] = &[
     (
         Id::InterLayerStiffness,
         SheetText(
-            |s| s.inter_layer_stiffness().map(|_| optional_text(s.own_inter_layer_stiffness())),
+            |s| inter_layer::stiffness(s).map(|_| optional_text(inter_layer::own_stiffness(s))),
             |w, i, path, v| w.sheets[i].set_inter_layer_stiffness(optional(path, v)?),
         ),
     ),

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::collision::narrow_phase::DetectionCounters;
 use crate::contact::ContactCounters;
 use crate::islands::event::Event;
-use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status};
+use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status, inter_layer};
 use crate::world::World;
 
 /// Results of a run.
@@ -163,7 +163,7 @@ impl World {
             energy_j: sheet.energy(self.gravity),
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
-            layer_distance_m: sheet.layer_distance(),
+            layer_distance_m: inter_layer::distance(sheet),
             temperature_c: TemperatureReport::of(sheet, room),
             probes: sheet.probes.iter().map(|p| (p.name.clone(), p.at(&sheet.state.x).to_array())).collect(),
             steps_accepted: sheet.state.counters.accepted,

@@ -7,9 +7,10 @@
 //! closed, with restitution. Positions and velocities need separate solves: with a single one, a
 //! sheet that should not rebound separates with two thirds of its approach speed.
 //!
-//! Islands with explicit integrators are solved by PGS, those of lattices alone on their nodes. The others are solved by the dual solver
-//! for a small working set, otherwise by the primal solver; a single sheet is solved once more by
-//! the dual solver if the primal one fails, and by PGS as the last fallback.
+//! Islands with explicit integrators are solved by PGS, those of lattices alone on their nodes. The
+//! others are solved by the dual solver for a small working set, otherwise by the primal solver; a
+//! single sheet is solved once more by the dual solver if the primal one fails, and by PGS as the
+//! last fallback.
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;

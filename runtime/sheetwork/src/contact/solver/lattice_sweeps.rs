@@ -62,8 +62,8 @@ impl LatticeSweeps {
         self.active.len()
     }
 
-    /// Add contact `contact` with the relative motion `free` and the cached `force` (N, world axes);
-    /// `scale` is h² (s²) or h (s).
+    /// Add contact `contact` with the relative motion `free` and the cached `force` (N, world
+    /// axes); `scale` is h² (s²) or h (s).
     fn push(
         &mut self,
         (contact, constraint): (usize, &ContactConstraint),
