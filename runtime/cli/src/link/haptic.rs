@@ -237,7 +237,7 @@ fn link_loop(client: &Client, grab: u64, start: Instant, shared: &Mutex<Shared>)
     let mut trips = Vec::new();
     let mut last: Option<(f64, DVec3)> = None;
     loop {
-        let (hand, done) = (lock(shared).hand, lock(shared).done);
+        let Shared { hand, done, .. } = *lock(shared);
         if done {
             return Ok(trips);
         }

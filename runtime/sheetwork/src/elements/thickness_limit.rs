@@ -181,7 +181,7 @@ impl ThicknessLimit {
 
 impl LimitedCell {
     /// C (m³) and N (m²) at the given positions.
-    #[inline]
+    #[inline(always)]
     fn volume(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4]) -> (f64, DVec3) {
         let (mean, normal) = if self.is_square {
             ((a + b + c + d) / 4.0, (c - a).cross(d - b))
@@ -192,7 +192,7 @@ impl LimitedCell {
     }
 
     /// Gradients of C with respect to the corners, m².
-    #[inline]
+    #[inline(always)]
     fn gradients(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4], normal: DVec3) -> [DVec3; 4] {
         if self.is_square {
             let w = apex - (a + b + c + d) / 4.0;
