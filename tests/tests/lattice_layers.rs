@@ -134,7 +134,6 @@ fn lattices_dropped_on_one_another_keep_their_layers_and_their_order() {
         ("trimm", "SumModulus(185)", 0.025),
         ("trimm", "SumModulus(185)", 0.02),
         ("samm", "SumModulus(185)", 0.025),
-        ("slamm", "Planar", 0.02),
     ] {
         let case = format!("{structure}, {inter_layer}, {upper} m");
         let mut world = dropped(structure, inter_layer, upper);
