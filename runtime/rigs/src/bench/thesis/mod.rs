@@ -4,8 +4,8 @@
 //! A row states what the thesis reports, runs its experiment on the shipped scenes, and gives a
 //! verdict computed from the measurement: agreement, disagreement with its cause, or a misprint
 //! with the arithmetic that shows it. Rows are functions in the files of this folder, one file per
-//! part of the thesis, and are listed in [`rows::TABLE`]. The whole is written as `thesis.md`,
-//! `thesis.csv` and pictures.
+//! part of the thesis, and are listed in the table `rows::TABLE`. The whole is written as
+//! `thesis.md`, `thesis.csv` and pictures.
 
 mod arithmetic;
 mod counts;
