@@ -23,8 +23,9 @@ fn thickness_after(world: &mut World, seconds: f64) -> f64 {
 #[test]
 fn layers_recover_from_a_flat_landing() {
     // Figure 5.10: the upper layer returns to its place above the lower one. Its weight compresses
-    // the springs: with Σ K cos θ = 1.16 N/m by 3.10a and 3.11 and cos θ = 0.57, a node of 0.04 g
-    // under 0.981 m/s² by 3.9e-5 N/0.65 N/m = 6 % to first order, and 9 % with the flatter springs.
+    // the springs: with Σ K cos θ = 1.16 N/m by 3.10a and 3.11 and cos θ = 0.57, a node of 0.04
+    // g under 0.981 m/s² by 3.9e-5 N/0.65 N/m = 6 % to first order, and 9 % with the flatter
+    // springs.
     for name in ["flat_floor_e0", "flat_floor_e01", "slide_11", "slide_14", "slide_17"] {
         let thickness = thickness_after(&mut world(shipped_scene(name), &[]), 3.0);
         assert!((0.9..1.0).contains(&thickness), "{name}: {thickness}");

@@ -101,8 +101,8 @@ mod tests {
     #[test]
     fn a_b_spline_sinks_into_the_edge_of_a_box_and_has_the_smoother_edge() {
         // A strip whose nodes follow a right angle over the edge of a box at x = 0, in cells of 2
-        // cm: the second difference at the bend is 2 cm · √2 along the diagonal, of which a cubic
-        // B-spline leaves a sixth, 4.7 mm, on the inside; it is 3.3 mm below both faces.
+        // cm: the second difference at the bend is 2 cm · √2 along the diagonal, of which a
+        // cubic B-spline leaves a sixth, 4.7 mm, on the inside; it is 3.3 mm below both faces.
         let scene = Scene::parse(
             r#"(gravity: (0, 0, 0), sheets: [(structure: "samm", grid: (13, 1, 5), size: (0.24, 0.08))],
                 bodies: [(name: "box", shape: Box((0.2, 0.2, 0.2)), placement: (position: (-0.1, -0.1, 0)))])"#,

@@ -136,7 +136,7 @@ fn read_mouse(mut file: impl Read, position: &Mutex<DVec3>) {
     }
 }
 
-/// What the two loops share.
+/// State that both loops read and write.
 #[derive(Clone, Copy, Default)]
 struct Shared {
     /// Position of the hand, m.

@@ -70,7 +70,7 @@ impl Default for WedgeCriteria {
 /// An event of one of the figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WedgeEvent {
-    /// What happens.
+    /// Name of the event.
     pub name: &'static str,
     /// When it happens in the thesis, from and to, s of thermal time.
     pub thesis_s: (f64, f64),

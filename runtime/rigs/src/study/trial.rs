@@ -3,8 +3,8 @@
 //! The sheets are those of the thesis: 11x2x11 nodes of 0.04 g, 2.5 cm square, its room and
 //! gravity, springs of 405 mN/m (the second test, stiff, by rk4) and 205 mN/m (the third, by
 //! euler-richardson) as in its table 3.1, and 305 mN/m in the first, which the thesis calls medium.
-//! The shell has the stiffness of two layers with such springs: E t = 2 k and t = √3 h, with h the
-//! distance of the layers, in membrane and bending.
+//! The shell has the stiffness of two layers with such springs: E t = 2 k and t = √3 h, with h
+//! the distance of the layers, in membrane and bending.
 
 use cpu_time::ProcessTime;
 use serde::Serialize;

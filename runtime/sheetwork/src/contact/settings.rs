@@ -332,8 +332,8 @@ settings! {
         /// Tolerance of position solves, m, and of velocity solves, m per step: a thousandth of the
         /// distance of the layers in the scenes of the thesis.
         pub tolerance: f64 = 1e-6,
-        /// Maximum number of sweeps of a solve. A stack of n layers needs about n² from rest, and a
-        /// few from the forces of the step before.
+        /// Maximum number of sweeps of a solve. A stack of n layers needs about n² from rest, and
+        /// a few from the forces of the step before.
         pub maximum_sweeps: u32 = 60,
         /// Height above the limit of the thickness from which on a node is a contact, as a fraction
         /// of the rest height.

@@ -48,8 +48,8 @@ pub struct OvenSpec {
 pub struct OvenKey {
     /// Simulated time, s; 0 to 1e6, increasing along the schedule.
     pub time: f64,
-    /// Temperature, °C, -273.15 to 5000; `None` switches the oven, or the exchange of the body, off
-    /// from this time.
+    /// Temperature, °C, -273.15 to 5000; `None` switches the oven, or the exchange of the body,
+    /// off from this time.
     pub temperature: Option<f64>,
 }
 

@@ -6,14 +6,14 @@
 //!
 //!   A_xx = w l (thesis 3.6b),  K_xx = E w l/h (3.7b, 3.10a),
 //!
-//! with a modulus E (Pa). The springs of a lattice are inclined by θ from the thickness. The thesis
-//! lets the springs between a node and a layer share that stiffness by
+//! with a modulus E (Pa). The springs of a lattice are inclined by θ from the thickness. The
+//! thesis lets the springs between a node and a layer share that stiffness by
 //!
 //!   Σ K cos θ = K_xx (3.11).
 //!
-//! A force across the thickness meets Σ K cos² θ, which is less; and a spring that is pressed flat
-//! loses its resistance: layers at distance y carry at most about 3 K (L₀ - L) y/L per node of
-//! three springs, the load at which they snap through.
+//! A force across the thickness meets Σ K cos² θ, which is less; and a spring that is pressed
+//! flat loses its resistance: layers at distance y carry at most about 3 K (L₀ - L) y/L per node
+//! of three springs, the load at which they snap through.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;

@@ -496,7 +496,7 @@ mod tests {
         let found = scene.sheets[0].material.resolve(Path::new("")).expect("valid").orthotropic.expect("measured");
         assert!((found.young_warp - 500.0 * 0.980_665 / 0.042).abs() < 1e-6, "{found:?}");
         assert!((found.bending_at(45.0) / 0.038 / 9.806_65e-5 - 1.0).abs() < 1e-12);
-        // What is written is in N/m and N m, and reads as the same material.
+        // A written law is in N/m and N m, and reads as the same material.
         assert_eq!(Scene::parse(&scene.to_text().expect("text")).expect("valid"), scene);
         let turned = |path: &str, value: &str| scene.with_override(&format!("sheets.0.{path}"), value);
         assert!(turned("material.orthotropic.direction", "90").is_ok());

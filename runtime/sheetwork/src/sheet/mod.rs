@@ -387,8 +387,8 @@ impl Sheet {
     }
 
     /// Update stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
-    /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k. Springs
-    /// between layers may have a stiffness of their own ([`inter_layer`]).
+    /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k.
+    /// Springs between layers may have a stiffness of their own ([`inter_layer`]).
     fn refresh(&mut self) {
         let law = self.law();
         self.elements.iter_mut().for_each(|e| e.set_law(&law));

@@ -422,9 +422,9 @@ mod tests {
             let worst = off.iter().map(|[x, y, z]| (y - 0.3 * x + 0.2 * z).abs()).fold(0.0, f64::max);
             assert!(worst < 1e-6, "{smoothing:?}: {worst}");
         }
-        // y = ½ (κ₁ x² + κ₂ z²): second differences h² κ along rows and columns, so that the
-        // surface lies h²/6 (κ₁ + κ₂) above; not so within three cells of the edges, where the
-        // knots are not uniform.
+        // y = ½ (κ₁ x² + κ₂ z²): second differences h² κ along rows and columns, so that
+        // the surface lies h²/6 (κ₁ + κ₂) above; not so within three cells of the edges,
+        // where the knots are not uniform.
         let (h, k1, k2) = (0.1, 0.8, 0.3);
         let paraboloid = |x: f64, z: f64| 0.5 * (k1 * x * x + k2 * z * z);
         let inner = |p: &&[f64; 3]| p[0].abs() < 0.2 && p[2].abs() < 0.2;

@@ -61,7 +61,7 @@ pub(crate) struct Row {
     pub name: &'static str,
     /// Table, figure or section, and subject.
     pub title: &'static str,
-    /// What the thesis reports.
+    /// Report of the thesis.
     pub says: &'static str,
     /// Runs the experiment.
     pub run: fn() -> Result<Finding, InputError>,
@@ -83,7 +83,7 @@ pub fn verdicts() -> Result<Vec<(&'static str, &'static str)>, InputError> {
 
 /// Outcome of an experiment.
 pub(crate) struct Finding {
-    /// What was measured, with numbers and units.
+    /// Measured values, with units.
     pub measured: String,
     /// Comparison with the thesis.
     pub verdict: Verdict,

@@ -1,16 +1,17 @@
 //! Flexion limit and contact solved together at the end of a step.
 //!
-//! The bend of a triple is the vector κ = u₂ - u₁ of its unit vectors, |κ| = 2 sin(θ/2). The limit
-//! is a disc: |κ| ≤ R = 2 sin(θ_max/2). A free motion to (x*, v*) in a step of h (s) from x₀ and
-//! impulses P on triples and contacts give, with the inverse masses W and the gradient G of κ,
+//! The bend of a triple is the vector κ = u₂ - u₁ of its unit vectors, |κ| = 2 sin(θ/2). The
+//! limit is a disc: |κ| ≤ R = 2 sin(θ_max/2). A free motion to (x*, v*) in a step of h (s) from
+//! x₀ and impulses P on triples and contacts give, with the inverse masses W and the gradient G
+//! of κ,
 //!
 //!   y = W (Gᵀ Λ + p),  x = x* + ϑ h y,  v = v* + y,
 //!
 //! ϑ being the weight of an acceleration in the displacement of the integrator. Two stages solve
 //! for the same Λ and p:
 //!
-//! 1. positions: κ(x₀) + G (x - x₀) in its disc, contact gaps at least 0, points in contact carried
-//!    along by the surface within the friction bound;
+//! 1. positions: κ(x₀) + G (x - x₀) in its disc, contact gaps at least 0, points in contact
+//!    carried along by the surface within the friction bound;
 //! 2. velocities: κ(x) + G v h in its disc, no approach at closed contacts, friction.
 //!
 //! A layered sheet has its thickness limit in both stages too: the height of a node above its cell
@@ -23,7 +24,7 @@
 //! totals: a triple never pulls, whatever earlier iterations did, and the totals of the last step
 //! are the start of the next one, so that a sheet at rest is a fixed point.
 //!
-//! What is left of the linearisation (`FlexionSettings::angle_slack`) is taken out of the positions
+//! The remainder of the linearisation (`FlexionSettings::angle_slack`) is taken out of the positions
 //! alone, so that it adds no velocity.
 
 use glam::DVec3;

@@ -1,8 +1,8 @@
 //! Sheets whose stiffness differs along warp and weft, and the tests of fabrics that measure it.
 //!
 //! Moduli of a strip cut at θ from the warp, per width: D_θ in tension (N/m) and H_θ in bending
-//! (N m), with D1, D2, Ds, ν1 the moduli along warp and weft, the shear stiffness and the Poisson's
-//! ratio, and H1, H2, Hs, µ1 the same of bending (thesis equations 1.14 and 1.15):
+//! (N m), with D1, D2, Ds, ν1 the moduli along warp and weft, the shear stiffness and the
+//! Poisson's ratio, and H1, H2, Hs, µ1 the same of bending (thesis equations 1.14 and 1.15):
 //!
 //!   1/D_θ = cos⁴θ/D1 + (1/Ds - 2 ν1/D1) cos²θ sin²θ + sin⁴θ/D2,
 //!   1/H_θ = cos⁴θ/H1 + (1/Hs - 2 µ1/H1) cos²θ sin²θ + sin⁴θ/H2,
@@ -14,8 +14,8 @@
 //! The thesis prints a sum between ½ D1 and the bracket of 1.16, where 1.14 gives a product, and
 //! neglects µ1 in 1.17.
 //!
-//! H is the stiffness of a strip that is free to curve across, D11 = H1/(1 - µ1 µ2) that of a wide
-//! one, which bends to a cylinder.
+//! H is the stiffness of a strip that is free to curve across, D11 = H1/(1 - µ1 µ2) that of a
+//! wide one, which bends to a cylinder.
 //!
 //! Kawabata's instruments print shear in gf/(cm degree), bending in gf cm²/cm and the extension in
 //! percent at 500 gf/cm (S. Kawabata, *The Standardization and Analysis of Hand Evaluation*, 1980).
