@@ -24,7 +24,7 @@
 //! totals: a triple never pulls, whatever earlier iterations did, and the totals of the last step
 //! are the start of the next one, so that a sheet at rest is a fixed point.
 //!
-//! The remainder of the linearisation (`FlexionSettings::angle_slack`) is taken out of the positions
+//! The remainder of the linearisation (`FlexionSettings::angle_slack`) is taken out of positions
 //! alone, so that it adds no velocity.
 
 use glam::DVec3;
