@@ -8,7 +8,7 @@ use serde_json::json;
 use sheetwork::{InputError, check_range};
 use sheetwork_link::{Command, GrabForce};
 
-use crate::link::GameSelection;
+use crate::link::{GameSelection, MaterialPoint};
 use sheetwork_rigs::output::{print_json, print_line};
 use sheetwork_rigs::quantities::{parse_number, parse_vector, stiffness, time};
 
@@ -18,14 +18,8 @@ use sheetwork_rigs::quantities::{parse_number, parse_vector, stiffness, time};
 pub struct GrabArguments {
     #[command(flatten)]
     target: GameSelection,
-    /// Name of the sheet.
-    sheet: String,
-    /// Material coordinate along the length, 0 to 1.
-    #[arg(value_parser = parse_number)]
-    u: f64,
-    /// Material coordinate along the width, 0 to 1.
-    #[arg(value_parser = parse_number)]
-    v: f64,
+    #[command(flatten)]
+    point: MaterialPoint,
     /// Displacement of the hand, m: x,y,z.
     #[arg(long, default_value = "0,0.05,0", value_parser = parse_vector)]
     by: [f64; 3],
@@ -55,10 +49,7 @@ impl GrabArguments {
         check_range("--over", self.over, 0.0, 1e6, "s")?;
         check_range("--seconds", self.seconds, 0.0, 1e6, "s")?;
         let client = self.target.attach()?;
-        let (u, v) = (self.u, self.v);
-        let taken = client.send(&Command::Grab { sheet: self.sheet.clone(), u, v, stiffness: self.stiffness })?;
-        let grab = taken["grab"].as_u64().unwrap_or_default();
-        let begin = [0, 1, 2].map(|axis| taken["position"][axis].as_f64().unwrap_or_default());
+        let (grab, begin) = self.point.grab(&client, self.stiffness)?;
         let start = Instant::now();
         let mut last = None;
         let (mut largest, mut count) = (0.0_f64, 0_u32);

@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 use sheetwork::{InputError, check_range};
 use sheetwork_link::{Client, Command, LinkError};
 
-use crate::link::GameSelection;
+use crate::link::{GameSelection, MaterialPoint};
 use sheetwork_rigs::output::OutputFlags;
 use sheetwork_rigs::quantities::{length, parse_number, stiffness, time};
 
@@ -35,14 +35,8 @@ const EXTRAPOLATION: f64 = 0.02;
 pub struct HapticArguments {
     #[command(flatten)]
     target: GameSelection,
-    /// Name of the sheet.
-    sheet: String,
-    /// Material coordinate along the length, 0 to 1.
-    #[arg(value_parser = parse_number)]
-    u: f64,
-    /// Material coordinate along the width, 0 to 1.
-    #[arg(value_parser = parse_number)]
-    v: f64,
+    #[command(flatten)]
+    point: MaterialPoint,
     /// Device: `circle` moves by itself, once a second; or a file of a joystick (/dev/input/js0) or
     /// of a mouse (/dev/input/mice).
     #[arg(long, default_value = "circle")]
@@ -174,10 +168,8 @@ impl HapticArguments {
             path => Box::new(DeviceFile::open(path)?),
         };
         let client = self.target.attach()?;
-        let request = Command::Grab { sheet: self.sheet.clone(), u: self.u, v: self.v, stiffness: self.stiffness };
-        let taken = client.send(&request)?;
-        let grab = taken["grab"].as_u64().unwrap_or_default();
-        let begin = DVec3::from([0, 1, 2].map(|axis| taken["position"][axis].as_f64().unwrap_or_default()));
+        let (grab, begin) = self.point.grab(&client, self.stiffness)?;
+        let begin = DVec3::from(begin);
         let shared = Mutex::new(Shared { hand: begin, point: begin, ..Shared::default() });
         let start = Instant::now();
         let mut measured = Measured::default();

@@ -9,8 +9,8 @@ pub(crate) mod watch;
 
 use clap::Args;
 use sheetwork_link::link_place::LinkPlace;
-use sheetwork_link::{Client, LinkError};
-use sheetwork_rigs::quantities::time;
+use sheetwork_link::{Client, Command, LinkError};
+use sheetwork_rigs::quantities::{parse_number, time};
 
 /// Prints to standard error the sheets that an answer lists as unstable.
 fn print_unstable_sheets(answer: &serde_json::Map<String, serde_json::Value>) {
@@ -31,6 +31,29 @@ struct GameSelection {
     /// Time limit of the wait for a game, s.
     #[arg(long, default_value = "0", value_parser = time)]
     wait: f64,
+}
+
+/// Material point of a sheet.
+#[derive(Args)]
+struct MaterialPoint {
+    /// Name of the sheet.
+    sheet: String,
+    /// Material coordinate along the length, 0 to 1.
+    #[arg(value_parser = parse_number)]
+    u: f64,
+    /// Material coordinate along the width, 0 to 1.
+    #[arg(value_parser = parse_number)]
+    v: f64,
+}
+
+impl MaterialPoint {
+    /// Grabs the point with a spring (N/m); returns the number of the grab and the position, m.
+    fn grab(&self, client: &Client, stiffness: f64) -> Result<(u64, [f64; 3]), LinkError> {
+        let request = Command::Grab { sheet: self.sheet.clone(), u: self.u, v: self.v, stiffness };
+        let taken = client.send(&request)?;
+        let position = [0, 1, 2].map(|axis| taken["position"][axis].as_f64().unwrap_or_default());
+        Ok((taken["grab"].as_u64().unwrap_or_default(), position))
+    }
 }
 
 impl GameSelection {
