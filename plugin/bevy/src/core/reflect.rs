@@ -118,6 +118,7 @@ pub(super) enum StructureKindReflect {
     Trimm,
     Provot2d,
     Provot3d,
+    ProvotTrimm,
     Shell,
 }
 
