@@ -11,7 +11,7 @@ use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use sheetwork::sheet::{Sheet, from_file};
 use sheetwork_tests::{scenes_folder, shipped_scene, world};
 
-const TUBE: TubeSpec = TubeSpec { grid: (17, 2, 20), length: 0.04, radius: 0.008, gap: 0.002, closed: false };
+const TUBE: TubeSpec = TubeSpec { grid: (25, 2, 20), length: 0.06, radius: 0.008, gap: 0.002, closed: false };
 const BAG: TubeSpec = TubeSpec { grid: (14, 2, 20), length: 0.0325, closed: true, ..TUBE };
 const CABLE: LatticeSpec = LatticeSpec {
     structure: StructureKind::DoubleDiagonal,
@@ -59,12 +59,12 @@ fn the_shipped_files_are_those_that_the_library_makes() {
 #[test]
 fn counts_follow_from_the_construction() {
     let counts = |file: &SheetFile| (file.masses.len(), file.springs.len());
-    // Inner layer 17 x 20: 16 x 20 along x, 17 x 20 around, 2 x 16 x 20 diagonals. Outer layer
-    // 16 x 19: 15 x 19, 16 x 19, 2 x 15 x 19. Four springs to each outer node. Braces through the
-    // seam: 2 x 16 from the last inner row and 2 x 16 to the first.
+    // Inner layer 25 x 20: 24 x 20 along x, 25 x 20 around, 2 x 24 x 20 diagonals. Outer layer
+    // 24 x 19: 23 x 19, 24 x 19, 2 x 23 x 19. Four springs to each outer node. Braces through the
+    // seam: 2 x 24 from the last inner row and 2 x 24 to the first.
     let tube = made("tube");
-    assert_eq!(counts(&tube), (340 + 304, 320 + 340 + 640 + 285 + 304 + 570 + 4 * 304 + 64));
-    // 14 columns in the place of 17, and 10 springs across the innermost ring.
+    assert_eq!(counts(&tube), (500 + 456, 480 + 500 + 960 + 437 + 456 + 874 + 4 * 456 + 96));
+    // 14 columns in the place of 25, and 10 springs across the innermost ring.
     assert_eq!(counts(&made("bag")), (280 + 247, 260 + 280 + 520 + 228 + 247 + 456 + 4 * 247 + 52 + 10));
     // Layers of 41 x 3, 40 x 2 and 41 x 3, each inner node joined to four corners below and above.
     let layer = |n: usize, m: usize| (n - 1) * m + n * (m - 1) + 2 * (n - 1) * (m - 1);
@@ -99,7 +99,7 @@ fn a_tube_is_drawn_round_across_its_seam() {
     for (smoothing, name) in SurfaceSmoothing::ALL {
         let surface = DrawingSurface::of_sheet(&sheet, 0, 4, smoothing).unwrap_or_else(|| panic!("a layer"));
         let mesh = surface.mesh(&sheet.state.x);
-        assert_eq!(mesh.positions.len(), (16 * 4 + 1) * (20 * 4 + 1), "{name}");
+        assert_eq!(mesh.positions.len(), (24 * 4 + 1) * (20 * 4 + 1), "{name}");
         // A chord of a twentieth of the circle lies 1.2 % inside it, the spline 0.02 %.
         for p in &mesh.positions {
             let radius = f64::from(p[1]).hypot(f64::from(p[2]));
@@ -112,19 +112,25 @@ fn a_tube_is_drawn_round_across_its_seam() {
 fn at_the_end(name: &str) -> (World, World) {
     let scene: Scene = shipped_scene(name);
     let (start, mut end) = (world(&scene), world(&scene));
+    let mut last_second = None;
     while end.time() < scene.duration {
         end.step();
         assert!(end.unstable().is_none(), "{name} at {} s", end.time());
+        if last_second.is_none() && end.time() > scene.duration - 1.0 {
+            last_second = Some(end.sheets()[0].state.x.clone());
+        }
     }
     let (floor, sheet) = (scene.room.map_or(0.0, |room| room.y.0), &end.sheets()[0]);
     let lowest = sheet.state.x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    println!("{name}: lowest {:.3} mm over the floor, {:.1e} m/s", (lowest - floor) * 1e3, sheet.max_speed());
+    let before = last_second.unwrap_or_default();
+    let moved = before.iter().zip(sheet.state.x.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+    println!("{name}: lowest {:.3} mm over the floor, moved {:.4} mm", (lowest - floor) * 1e3, moved * 1e3);
     assert!(lowest > floor, "{name}: {lowest} is in the floor");
-    assert!(sheet.max_speed() < 1e-3, "{name}: {} m/s", sheet.max_speed());
+    assert!(moved < 1e-4, "{name}: moved {moved} m in the last second");
     (start, end)
 }
 
-/// Heights of the inner layer of a tube in a column, m.
+/// Height of the inner layer of a tube in a column, m.
 fn height(sheet: &Sheet, column: u32) -> f64 {
     let layer = sheet.model.layers[0];
     let heights = || (0..layer.nz).map(|j| sheet.state.x.get(layer.at(column, j) as usize).y);
@@ -135,8 +141,10 @@ fn height(sheet: &Sheet, column: u32) -> f64 {
 fn a_tube_on_a_wedge_is_dented_and_rests() {
     let (_, end) = at_the_end("tube");
     let sheet = &end.sheets()[0];
-    println!("height {:.2} mm over the ridge, {:.2} mm at the ends", height(sheet, 8) * 1e3, height(sheet, 0) * 1e3);
-    assert!(height(sheet, 8) < 0.95 * height(sheet, 0));
+    let (ridge, ends) = (height(sheet, 12), [height(sheet, 0), height(sheet, 24)]);
+    println!("height {:.2} mm over the ridge, {:.2?} mm at the ends", ridge * 1e3, ends.map(|h| h * 1e3));
+    // Its ends keep their 16 mm; the ridge carries half of the weight on a line.
+    assert!(ends.iter().all(|h| (h / 0.016 - 1.0).abs() < 0.2) && ridge < 0.6 * ends[0] && ridge > 0.002);
 }
 
 #[test]
@@ -150,7 +158,12 @@ fn a_bag_stands_open_on_the_floor() {
     let width = |ring: &[DVec3]| ring[0].distance(ring[ring.len() / 2]);
     let height = |ring: &[DVec3]| ring.iter().map(|p| p.y).sum::<f64>() / ring.len() as f64 + 0.0281;
     let (before, after) = (rim(&start), rim(&end));
-    println!("rim {:.2} mm high, {:.2} of {:.2} mm wide", height(&after) * 1e3, width(&after) * 1e3, width(&before) * 1e3);
+    println!(
+        "rim {:.2} mm high, {:.2} of {:.2} mm wide",
+        height(&after) * 1e3,
+        width(&after) * 1e3,
+        width(&before) * 1e3
+    );
     assert!(height(&after) > 0.02 && width(&after) > 0.8 * width(&before));
 }
 

@@ -103,7 +103,8 @@ impl LatticeBuilder {
             let small = index % 2 == 1;
             let (lx, lz) = if small { (nx - 1, nz - 1) } else { (nx, nz) };
             let shift = if small { middle } else { (0.0, 0.0) };
-            let layer = LatticeLayer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular, tubular: false };
+            let layer =
+                LatticeLayer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular, tubular: false };
             for j in 0..lz {
                 for i in 0..lx {
                     let stagger = if j % 2 == 1 { half * dx } else { 0.0 };
