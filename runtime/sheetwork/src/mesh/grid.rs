@@ -21,8 +21,8 @@ pub struct LatticeLayer {
     pub nz: u32,
     /// Whether odd rows are shifted by half a cell.
     pub triangular: bool,
-    /// Whether the last row is joined to the first: the layer is a tube about x. Layers of a
-    /// [`generated`](crate::mesh::structure::generate) lattice are not; those of a sheet file may be.
+    /// Whether the last row is joined to the first: the layer is a tube about x. Only layers of a
+    /// sheet file may be.
     pub tubular: bool,
 }
 

@@ -3,8 +3,8 @@
 //! The interpolating surface of a grid is a tensor product of Catmull-Rom splines, which passes
 //! through every node. Between nodes a smooth surface can still dip below a sharp edge. The rows of
 //! a triangular layer are shifted by half a cell in turn; splines along the rows bring them to
-//! common columns first, which makes the drawn outline straight. A layer that is closed to a tube is
-//! always drawn through its nodes. Triangles of a mesh are subdivided (`smooth_surface`).
+//! common columns first, which makes the drawn outline straight. A layer that is closed to a tube
+//! is always drawn through its nodes. Triangles of a mesh are subdivided (`smooth_surface`).
 //!
 //! The surfaces of the thesis have the nodes as control points (`b_spline`): they cut corners, so
 //! that they sink into bodies and even out ragged edges.
@@ -272,8 +272,8 @@ fn through_nodes(layer: &LatticeLayer, (u, v): (f64, f64), folds: &CreaseLines) 
     sum
 }
 
-/// Weights at column `u` and row `v`, 0 to the number of rows, of the surface through the nodes of a
-/// tube. The row of nodes is continued beyond its ends by those at the other end.
+/// Weights at column `u` and row `v`, 0 to the number of rows, of the surface through the nodes of
+/// a tube. The row of nodes is continued beyond its ends by those at the other end.
 fn around_tube(layer: &LatticeLayer, (u, v): (f64, f64)) -> NodeWeights {
     let columns = catmull_rom(u, layer.nx, &[]);
     let around = catmull_rom(v + 1.0, layer.nz + 3, &[]).into_iter().map(|(j, w)| ((j + layer.nz - 1) % layer.nz, w));
