@@ -122,6 +122,7 @@ pub(super) enum StructureKindReflect {
     Trimm,
     Provot2d,
     Provot3d,
+    ProvotTrimm,
     Shell,
 }
 

@@ -14,6 +14,7 @@ const COUNTS: &[(&str, &str, u64, u64)] = &[
     ("double-diagonal", "11x2x11", 221, 1162),
     ("provot2d", "11x1x11", 121, 618),
     ("provot3d", "11x2x11", 221, 1520),
+    ("provot-trimm", "11x2x11", 221, 1384),
 ];
 
 #[test]

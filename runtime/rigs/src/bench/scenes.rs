@@ -271,7 +271,7 @@ fn sheet(draws: &mut SplitMix64, implicit: bool, most: u32) -> SheetSpec {
         spin: draws.place(5.0),
         creep: draws.once_in(3) && flows,
         plastic: draws.once_in(4) && shell && named,
-        tearing: draws.once_in(4) && tears && row != StructureKind::Trimm,
+        tearing: draws.once_in(4) && tears && !row.info().triangular,
         temperature: draws.once_in(6).then(|| draws.within(-20.0, 200.0)),
         pins,
         ..SheetSpec::default()

@@ -261,7 +261,7 @@ mod tests {
     use crate::mesh::structure::LatticeLayer;
 
     fn grid(nx: u32, nz: u32) -> CollisionSurface {
-        let layer = LatticeLayer { first: 0, nx, nz, triangular: false };
+        let layer = LatticeLayer { first: 0, nx, nz, triangular: false, tubular: false };
         let mut rest = Vectors::default();
         for j in 0..nz {
             (0..nx).for_each(|i| rest.push(DVec3::new(f64::from(i), 0.0, f64::from(j))));

@@ -21,12 +21,28 @@ pub struct LatticeLayer {
     pub nz: u32,
     /// Whether odd rows are shifted by half a cell.
     pub triangular: bool,
+    /// Whether the last row is joined to the first: the layer is a tube about x. Only layers of a
+    /// sheet file may be.
+    pub tubular: bool,
 }
 
 impl LatticeLayer {
     /// Index of the node in column `i` of row `j`.
     pub fn at(&self, i: u32, j: u32) -> u32 {
         self.first + j * self.nx + i
+    }
+
+    /// Nodes in line: that in column `i` of row `j`, that at the offset (di, dj) from it, a second
+    /// neighbour, and that in between; `None` where the line leaves the layer.
+    ///
+    /// A slanting line of a triangular layer moves by one column in two rows. From an even row it
+    /// moves half a cell back or forth, from an odd row, which is shifted, half a cell more.
+    fn triple(&self, (i, j): (u32, u32), (di, dj): (i32, i32)) -> Option<[u32; 3]> {
+        let end_i = i.checked_add_signed(di).filter(|i| *i < self.nx)?;
+        let end_j = j.checked_add_signed(dj).filter(|j| *j < self.nz)?;
+        let step = if self.triangular && dj != 0 { (di - 1) / 2 + (j % 2) as i32 } else { di / 2 };
+        let middle = self.at(i.checked_add_signed(step)?, j.checked_add_signed(dj / 2)?);
+        Some([self.at(i, j), middle, self.at(end_i, end_j)])
     }
 
     /// Number of nodes.
@@ -44,13 +60,16 @@ impl LatticeLayer {
         self.first as usize..(self.first + self.len()) as usize
     }
 
-    /// Triangles that cover the layer, counter-clockwise seen from above (+y).
+    /// Triangles that cover the layer, counter-clockwise seen from above (+y), from outside a tube.
     pub fn triangles(&self) -> Vec<[u32; 3]> {
         let mut triangles = Vec::new();
-        for j in 0..self.nz.saturating_sub(1) {
+        let strips = if self.tubular { self.nz } else { self.nz.saturating_sub(1) };
+        for j in 0..strips {
+            // The strip after the last row of a tube ends at the first row.
+            let next = (j + 1) % self.nz;
             for i in 0..self.nx.saturating_sub(1) {
                 let (a, b) = (self.at(i, j), self.at(i + 1, j));
-                let (c, d) = (self.at(i, j + 1), self.at(i + 1, j + 1));
+                let (c, d) = (self.at(i, next), self.at(i + 1, next));
                 // The diagonal is that of the structure: in an odd triangular row it has the other
                 // direction.
                 if self.triangular && j % 2 == 1 {
@@ -84,7 +103,8 @@ impl LatticeBuilder {
             let small = index % 2 == 1;
             let (lx, lz) = if small { (nx - 1, nz - 1) } else { (nx, nz) };
             let shift = if small { middle } else { (0.0, 0.0) };
-            let layer = LatticeLayer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular };
+            let layer =
+                LatticeLayer { first: lattice.positions.len() as u32, nx: lx, nz: lz, triangular, tubular: false };
             for j in 0..lz {
                 for i in 0..lx {
                     let stagger = if j % 2 == 1 { half * dx } else { 0.0 };
@@ -169,19 +189,15 @@ impl LatticeBuilder {
         }
     }
 
-    /// Add flexion springs between second neighbours along x and z, and their triples for the angle
-    /// limit.
-    pub(crate) fn flexion(&mut self) {
-        self.families(&[(2, 0, SpringClass::Flexion), (0, 2, SpringClass::Flexion)]);
+    /// Add flexion springs between second neighbours along the given straight lines, and their
+    /// triples for the angle limit.
+    pub(crate) fn flexion(&mut self, lines: &[(i32, i32)]) {
+        lines.iter().for_each(|(di, dj)| self.families(&[(*di, *dj, SpringClass::Flexion)]));
         for layer in self.lattice.layers.clone() {
             for j in 0..layer.nz {
                 for i in 0..layer.nx {
-                    if i + 2 < layer.nx {
-                        self.lattice.flexion.push([layer.at(i, j), layer.at(i + 1, j), layer.at(i + 2, j)]);
-                    }
-                    if j + 2 < layer.nz {
-                        self.lattice.flexion.push([layer.at(i, j), layer.at(i, j + 1), layer.at(i, j + 2)]);
-                    }
+                    let triples = lines.iter().filter_map(|line| layer.triple((i, j), *line));
+                    self.lattice.flexion.extend(triples);
                 }
             }
         }

@@ -15,7 +15,8 @@ pub enum SpringClass {
     AntiDiagonal,
     /// Between neighbouring layers.
     Inter,
-    /// Provot's flexion spring: second neighbours along x or z.
+    /// Provot's flexion spring: second neighbours along x or z, in a triangular layer along
+    /// x and the slanting lines.
     Flexion,
     /// Second neighbours along a line of springs.
     CrossOver,

@@ -312,8 +312,8 @@ pub struct SheetSpec {
     pub cross_over: bool,
     /// Stiffness of flexion and cross-over springs as a fraction of a planar spring's, 0 to 1000.
     pub flexion_stiffness: f64,
-    /// Maximum angle of a flexion triple, degrees, 1 to 180 (provot2d, provot3d); `None` for no
-    /// limit.
+    /// Maximum angle of a flexion triple, degrees, 1 to 180 (provot2d, provot3d, provot-trimm);
+    /// `None` for no limit.
     pub flexion_limit: Option<f64>,
     /// Minimum distance between layers under compression, as a fraction of `gap`, 0 to 0.95. With
     /// 0, no limit, the layers of a soft sheet can snap through each other.

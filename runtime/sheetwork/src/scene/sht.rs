@@ -18,12 +18,14 @@
 //! the thesis prints no file.
 
 pub(crate) mod reader;
+mod tube;
 
 use std::path::Path;
 
 use glam::DVec3;
 
 pub use crate::scene::sht::reader::read_sht;
+pub use crate::scene::sht::tube::{BodySprings, TubeSpec, prism, tube};
 
 use crate::error::{InputError, check_range};
 use crate::mesh::spring_class::SpringClass;

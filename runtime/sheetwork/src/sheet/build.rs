@@ -201,7 +201,10 @@ fn read_parts(file: &SheetFile) -> Result<SheetParts, InputError> {
     let mut first = 0;
     for index in 0..layers {
         let (lx, lz) = if index % 2 == 1 { (nx - 1, nz - 1) } else { (nx, nz) };
-        lattice.layers.push(LatticeLayer { first, nx: lx, nz: lz, triangular: structure.info().triangular });
+        let triangular = structure.info().triangular;
+        let mut layer = LatticeLayer { first, nx: lx, nz: lz, triangular, tubular: false };
+        layer.tubular = is_tube(&layer, &file.springs);
+        lattice.layers.push(layer);
         first += lx * lz;
     }
     for spring in &file.springs {
@@ -227,6 +230,23 @@ fn read_parts(file: &SheetFile) -> Result<SheetParts, InputError> {
         calibrated: None,
         mesh: None,
     })
+}
+
+/// Whether springs of class z join the first and the last row of a square layer in every column.
+fn is_tube(layer: &LatticeLayer, springs: &[SheetFileSpring]) -> bool {
+    // Two rows are neighbours, and the seam of a triangular layer has no rule for its shift.
+    if layer.triangular || layer.nz < 3 {
+        return false;
+    }
+    let (first, last) = (layer.at(0, 0), layer.at(0, layer.nz - 1));
+    let column = |s: &SheetFileSpring| {
+        let (low, high) = (s.a.min(s.b), s.a.max(s.b));
+        let column = low.checked_sub(first).filter(|i| *i < layer.nx)?;
+        (s.kind == SpringClass::Z && high == last + column).then_some(column as usize)
+    };
+    let mut joined = vec![false; layer.nx as usize];
+    springs.iter().filter_map(column).for_each(|i| joined[i] = true);
+    joined.iter().all(|j| *j)
 }
 
 /// Length and width (m) of the sheet of a file, from the rest lengths of its springs.

@@ -113,7 +113,7 @@ fn outlined(
         positions: mesh.positions.iter().map(|[u, v]| DVec3::new(*u, 0.0, *v)).collect(),
         layer_of: vec![0; n],
         border: mesh.border.clone(),
-        layers: vec![LatticeLayer { first: 0, nx: n as u32, nz: 1, triangular: false }],
+        layers: vec![LatticeLayer { first: 0, nx: n as u32, nz: 1, triangular: false, tubular: false }],
         ..Lattice::default()
     };
     let each = |area: &f64| node_mass.unwrap_or(area * material.areal_mass());

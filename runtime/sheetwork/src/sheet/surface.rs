@@ -3,8 +3,8 @@
 //! The interpolating surface of a grid is a tensor product of Catmull-Rom splines, which passes
 //! through every node. Between nodes a smooth surface can still dip below a sharp edge. The rows of
 //! a triangular layer are shifted by half a cell in turn; splines along the rows bring them to
-//! common columns first, which makes the drawn outline straight. Triangles of a mesh are subdivided
-//! (`smooth_surface`).
+//! common columns first, which makes the drawn outline straight. A layer that is closed to a tube
+//! is always drawn through its nodes. Triangles of a mesh are subdivided (`smooth_surface`).
 //!
 //! The surfaces of the thesis have the nodes as control points (`b_spline`): they cut corners, so
 //! that they sink into bodies and even out ragged edges.
@@ -140,19 +140,21 @@ impl DrawingSurface {
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {
             return Self::flat(layer, uv);
         }
-        let (columns, rows) = ((layer.nx - 1) * parts + 1, (layer.nz - 1) * parts + 1);
+        let strips = if layer.tubular { layer.nz } else { layer.nz - 1 };
+        let (columns, rows) = ((layer.nx - 1) * parts + 1, strips * parts + 1);
         let place = |k: u32| f64::from(k) / f64::from(parts);
         let mut vertices = Vec::new();
         for r in 0..rows {
             for c in 0..columns {
                 vertices.push(match smoothing.degree() {
+                    _ if layer.tubular => around_tube(layer, (place(c), place(r))),
                     Some(degree) => control_weights(layer, (place(c), place(r)), folds, degree),
                     None => through_nodes(layer, (place(c), place(r)), folds),
                 });
             }
         }
         let mut surface = Self::from_combinations(vertices, uv);
-        let grid = LatticeLayer { first: 0, nx: columns, nz: rows, triangular: false };
+        let grid = LatticeLayer { first: 0, nx: columns, nz: rows, triangular: false, tubular: false };
         surface.indices = grid.triangles();
         surface
     }
@@ -268,6 +270,14 @@ fn through_nodes(layer: &LatticeLayer, (u, v): (f64, f64), folds: &CreaseLines) 
         }
     }
     sum
+}
+
+/// Weights at column `u` and row `v`, 0 to the number of rows, of the surface through the nodes of
+/// a tube. The row of nodes is continued beyond its ends by those at the other end.
+fn around_tube(layer: &LatticeLayer, (u, v): (f64, f64)) -> NodeWeights {
+    let columns = catmull_rom(u, layer.nx, &[]);
+    let around = catmull_rom(v + 1.0, layer.nz + 3, &[]).into_iter().map(|(j, w)| ((j + layer.nz - 1) % layer.nz, w));
+    around.flat_map(|(j, wz)| columns.iter().map(move |(i, wx)| (layer.at(*i, j), wx * wz))).collect()
 }
 
 /// Weights at column `u` and row `v` of the surface with the nodes as control points.

@@ -36,6 +36,8 @@ pub enum StructureKind {
     Provot2d,
     /// Two (or more) double-diagonal layers with flexion springs in each.
     Provot3d,
+    /// Two (or more) triangular layers with flexion springs in each.
+    ProvotTrimm,
     /// Shell: one layer with the stiffness of its material, without springs.
     Shell,
 }
@@ -212,13 +214,37 @@ mod tests {
 
     #[test]
     fn counts_of_the_other_structures_follow_from_their_construction() {
-        use StructureKind::{DoubleDiagonal, Provot2d, Provot3d};
+        use StructureKind::{DoubleDiagonal, Provot2d, Provot3d, ProvotTrimm};
         // 981 of SLaMM and a second diagonal for each of 100 + 81 cells.
         assert_eq!(counts(DoubleDiagonal, (11, 2, 11)), (221, 981 + 181));
         // 220 structural, 200 shear, 2 x 9 x 11 flexion.
         assert_eq!(counts(Provot2d, (11, 1, 11)), (121, 220 + 200 + 198));
         // Double diagonal, and flexion in layers of 11x11 and 10x10.
         assert_eq!(counts(Provot3d, (11, 2, 11)), (221, 1162 + 198 + 160));
+        // 881 of TRiMM. Flexion in a layer of n x n: n (n - 2) along x, and (n - 1)(n - 2) along
+        // each slanting line, which moves by one column in two rows: 99 + 90 + 90, 80 + 72 + 72.
+        assert_eq!(counts(ProvotTrimm, (11, 2, 11)), (221, 881 + 279 + 224));
+        // A third layer: 121 nodes, 320 springs and 279 for flexion, and 3 to each of 100 nodes.
+        assert_eq!(counts(ProvotTrimm, (11, 3, 11)), (342, 1384 + 320 + 279 + 300));
+    }
+
+    #[test]
+    fn flexion_triples_are_straight_and_have_a_spring_each() {
+        for row in TABLE.iter().filter(|row| row.flexion) {
+            let grid = (8, row.layers.1.min(3), 7);
+            let spec = LatticeSpec { structure: row.kind, grid, size: (0.3, 0.2), gap: 0.01, cross_over: false };
+            let lattice = generate(&spec).expect("valid");
+            let place = |i: u32| lattice.positions[i as usize];
+            for [a, b, c] in &lattice.flexion {
+                assert!(((place(*a) + place(*c)) * 0.5).distance(place(*b)) < 1e-12, "{}: {a} {b} {c}", row.name);
+            }
+            let ends = |class: SpringClass| lattice.links.iter().filter(move |l| l.class == class).map(|l| (l.a, l.b));
+            let mut springs: Vec<_> = ends(SpringClass::Flexion).collect();
+            let mut triples: Vec<_> = lattice.flexion.iter().map(|[a, _, c]| (*a, *c)).collect();
+            springs.sort_unstable();
+            triples.sort_unstable();
+            assert_eq!(springs, triples, "{}", row.name);
+        }
     }
 
     #[test]

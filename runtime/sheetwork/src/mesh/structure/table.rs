@@ -75,7 +75,7 @@ pub const TABLE: &[Structure] = &[
             "Provot's single layer: structural, shear and flexion springs",
             |lattice| {
                 lattice.families(&[X, Z, DIAGONAL, ANTI_DIAGONAL]);
-                lattice.flexion();
+                lattice.flexion(&[(2, 0), (0, 2)]);
             },
         )
     },
@@ -91,7 +91,27 @@ pub const TABLE: &[Structure] = &[
             |lattice| {
                 lattice.families(&[X, Z, DIAGONAL, ANTI_DIAGONAL]);
                 lattice.inter_layer();
-                lattice.flexion();
+                lattice.flexion(&[(2, 0), (0, 2)]);
+            },
+        )
+    },
+    // Provot's springs in the triangular mesh (thesis 7.3 a and 7.4 iii): flexion springs to second
+    // neighbours along the three directions of each triangular layer. The springs of a triangle
+    // resist shear, so that no shear springs are needed, and a layer bends alike in its three
+    // directions.
+    Structure {
+        layers: (2, 64),
+        triangular: true,
+        flexion: true,
+        ..row(
+            StructureKind::ProvotTrimm,
+            "provot-trimm",
+            "trimm with Provot's flexion springs in each layer",
+            |lattice| {
+                lattice.families(&[X]);
+                lattice.slants();
+                lattice.inter_layer();
+                lattice.flexion(&[(2, 0), (1, 2), (-1, 2)]);
             },
         )
     },
