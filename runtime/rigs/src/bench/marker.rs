@@ -4,6 +4,7 @@
 use plotters::style::RGBColor;
 
 use crate::bench::point::ParetoPoint;
+use crate::bench::sweep::EQUAL_SPRINGS;
 
 /// Outline of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +68,7 @@ const STRUCTURES: &[(&str, RGBColor)] = &[
     ("trimm", RGBColor(60, 170, 215)),
     ("slamm", RGBColor(170, 150, 20)),
     ("samm", RGBColor(150, 120, 90)),
+    ("equal springs", RGBColor(120, 20, 30)),
 ];
 const ENGINES: &[(&str, MarkerShape)] = &[
     ("tr-bdf2", MarkerShape::Disc),
@@ -97,7 +99,7 @@ impl MarkerStyles {
     /// Entries for everything that occurs in `points`.
     pub fn new(points: &[ParetoPoint]) -> Self {
         let ours = |key: fn(&ParetoPoint) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
-        let structures = STRUCTURES.iter().filter(|(name, _)| ours(|p| &p.structure, name));
+        let structures = STRUCTURES.iter().filter(|(name, _)| ours(key_of_structure, name));
         let engines = ENGINES.iter().filter(|(name, _)| ours(|p| &p.engine, name));
         let mut seen: Vec<&str> = Vec::new();
         let mut peers: Vec<Entry> = Vec::new();
@@ -136,10 +138,15 @@ impl MarkerStyles {
             return find(&self.peers, &of_peer(point))
                 .unwrap_or(MarkerStyle { colour: GREY, shape: MarkerShape::Star });
         }
-        let colour = find(&self.structures, &point.structure).map_or(GREY, |l| l.colour);
+        let colour = find(&self.structures, key_of_structure(point)).map_or(GREY, |l| l.colour);
         let shape = find(&self.engines, &point.engine).map_or(MarkerShape::Disc, |l| l.shape);
         MarkerStyle { colour, shape }
     }
+}
+
+/// Name of a structure in the legend: one for all lattices of equal springs.
+fn key_of_structure(point: &ParetoPoint) -> &str {
+    if point.structure.ends_with(EQUAL_SPRINGS) { "equal springs" } else { &point.structure }
 }
 
 /// Name of a peer in the legend.

@@ -3,12 +3,13 @@
 //!
 //! The sheet is the one that peers simulate: 0.25 m square, 0.5 mm thick, 3 GPa, 1050 kg/m³. The
 //! shell has Poisson's ratio 0, for which independent references exist. Lattices of springs are
-//! isotropic at 1/3 only and have that ratio.
+//! isotropic at 1/3 only and have that ratio. The droop of the thesis's lattices, whose springs all
+//! have k = E t and whose layers are the thickness apart, stands beside them.
 
 use crate::measure::{Setup, TABLE, measure};
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::{IntegratorKind, Material};
+use sheetwork::scene::{IntegratorKind, Material, SpringLaw};
 
 use crate::bench::point::ParetoPoint;
 use crate::bench::reference::References;
@@ -17,6 +18,9 @@ use crate::bench::verdict::compare_with_targets;
 /// Rigs, in the order of the panels.
 pub const CASES: &[&str] = &["cantilever", "release", "frequency", "pedestal"];
 
+/// Ending of the structure's name where all springs are equal, as in the thesis.
+pub(crate) const EQUAL_SPRINGS: &str = ", equal springs";
+
 const SPRINGS: f64 = 1.0 / 3.0;
 
 /// One configuration.
@@ -24,6 +28,7 @@ const SPRINGS: f64 = 1.0 / 3.0;
 pub struct Configuration {
     case: &'static str,
     structure: StructureKind,
+    springs: SpringLaw,
     engine: IntegratorKind,
     side: u32,
     /// Step, s; none for the largest stable one.
@@ -50,12 +55,14 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
     use StructureKind::{DoubleDiagonal, Samm, Shell, Slamm, Trimm};
     let sides: &[u32] = if quick { &[6, 11, 21] } else { &[6, 11, 16, 21, 31, 41] };
     let rates: &[f64] = if quick { &[60.0] } else { &[30.0, 60.0, 120.0, 240.0] };
+    let springs = SpringLaw::Calibrated;
     let mut all = Vec::new();
     let mut add = |structure: StructureKind, engines: &[IntegratorKind], sides: &[u32], steps: &[Option<f64>]| {
         let poisson = if structure == Shell { 0.0 } else { SPRINGS };
         for &engine in engines {
             for &side in sides {
-                all.extend(steps.iter().map(|&dt| Configuration { case: "", structure, engine, side, dt, poisson }));
+                let one = Configuration { case: "", structure, springs, engine, side, dt: None, poisson };
+                all.extend(steps.iter().map(|&dt| Configuration { dt, ..one.clone() }));
             }
         }
     };
@@ -70,9 +77,12 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
     for structure in [Shell, DoubleDiagonal] {
         add(structure, explicit, if quick { &[6] } else { &[6, 11] }, &[None]);
     }
+    let of_the_thesis = all.iter().filter(|c| lattices.contains(&c.structure) && c.engine == TrBdf2);
+    let equal = of_the_thesis.map(|c| Configuration { springs: SpringLaw::Uniform, case: "cantilever", ..c.clone() });
+    let equal: Vec<Configuration> = equal.collect();
     let there = CASES.iter().filter(|case| TABLE.iter().any(|row| row.name == **case));
     let with = |case| all.iter().map(move |one| Configuration { case, ..one.clone() });
-    there.flat_map(|&case| with(case)).collect()
+    there.flat_map(|&case| with(case)).chain(equal).collect()
 }
 
 impl Configuration {
@@ -87,7 +97,7 @@ impl Configuration {
         let verdict = compare_with_targets(self.case, &found, &targets);
         Ok(ParetoPoint {
             case: self.case.into(),
-            structure: self.structure.name().into(),
+            structure: self.structure_name(),
             engine: self.engine.name().into(),
             grid: found["grid"].as_str().map_or_else(|| format!("{0}x{0}", self.side), Into::into),
             dt_s: found["dt_s"].as_f64().or(self.dt).unwrap_or(0.0),
@@ -105,14 +115,21 @@ impl Configuration {
 
     /// Description in one line.
     pub fn name(&self) -> String {
-        let Self { case, structure, engine, side, .. } = self;
+        let Self { case, engine, side, .. } = self;
         let step = self.dt.map_or_else(|| "largest stable step".into(), |dt| format!("1/{:.0} s", 1.0 / dt));
-        format!("{case}: {} {side}x{side}, {}, {step}", structure.name(), engine.name())
+        format!("{case}: {} {side}x{side}, {}, {step}", self.structure_name(), engine.name())
+    }
+
+    /// Structure, with the law of its springs where that is not the calibrated one.
+    fn structure_name(&self) -> String {
+        let equal = self.springs == SpringLaw::Uniform;
+        format!("{}{}", self.structure.name(), if equal { EQUAL_SPRINGS } else { "" })
     }
 
     fn setup(&self) -> Setup {
         Setup {
             structure: self.structure,
+            springs: self.springs,
             engine: self.engine,
             grid: (self.side, self.side),
             dt: self.dt,

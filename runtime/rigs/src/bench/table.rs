@@ -1,10 +1,11 @@
-//! Markdown table of the benchmark: the Pareto front of every rig, and every peer.
+//! Markdown table of the benchmark: the Pareto front of every rig, every peer, and every lattice of
+//! equal springs.
 
 use std::fmt::Write;
 
 use crate::bench::front::front;
 use crate::bench::point::ParetoPoint;
-use crate::bench::sweep::CASES;
+use crate::bench::sweep::{CASES, EQUAL_SPRINGS};
 
 /// Tables of all rigs.
 pub fn markdown(points: &[ParetoPoint]) -> String {
@@ -15,7 +16,8 @@ pub fn markdown(points: &[ParetoPoint]) -> String {
             continue;
         }
         let best = front(&of_case);
-        let mut rows: Vec<usize> = (0..of_case.len()).filter(|&i| of_case[i].peer || best.contains(&i)).collect();
+        let stands = |i: &usize| of_case[*i].peer || of_case[*i].structure.ends_with(EQUAL_SPRINGS) || best.contains(i);
+        let mut rows: Vec<usize> = (0..of_case.len()).filter(stands).collect();
         rows.sort_by(|&a, &b| of_case[a].cpu_ms_per_simulated_s.total_cmp(&of_case[b].cpu_ms_per_simulated_s));
         // Writing to a string is infallible.
         let _ = write!(

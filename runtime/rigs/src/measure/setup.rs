@@ -360,7 +360,8 @@ impl Setup {
             structure: self.structure,
             grid: (nx, self.layer_count(), nz),
             size: (self.length, width),
-            gap: 0.5 * spacing,
+            // The layers of a sheet of equal springs are its thickness apart.
+            gap: if self.springs == SpringLaw::Uniform { self.material.thickness } else { 0.5 * spacing },
             material: MaterialChoice::Inline(self.material.clone()),
             springs: self.springs,
             damping: self.damping_ratio,

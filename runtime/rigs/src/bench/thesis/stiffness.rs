@@ -131,8 +131,6 @@ pub(crate) const UNIFORM: Row = Row {
                 let weight = material.areal_mass() * setup.gravity * setup.length.powi(3) / bending;
                 let mut scene = setup.scene();
                 setup.clamp(&mut scene, Region::Left);
-                // The layers of a sheet of equal springs are its thickness apart.
-                scene.sheets[0].gap = material.thickness;
                 let mut world = World::new(&scene)?;
                 let root = scene.sheets[0].placement.position.y;
                 world.find_equilibrium(1e-9 * setup.length);
