@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{OvenKey, PathKey, Placement, Polyhedron};
+use crate::scene::{BodySpotSpec, OvenKey, PathKey, Placement, Polyhedron};
 
 /// A rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +53,9 @@ pub struct BodySpec {
     /// `temperature`, K/m; each component within ±1e5.
     #[serde(default)]
     pub temperature_slope: DVec3,
+    /// Places of the surface with another temperature, of a body that has one.
+    #[serde(default)]
+    pub hot_spots: Vec<BodySpotSpec>,
 }
 
 /// The shape of a body.
@@ -90,6 +93,7 @@ impl BodySpec {
             temperature: None,
             temperature_schedule: Vec::new(),
             temperature_slope: DVec3::ZERO,
+            hot_spots: Vec::new(),
         }
     }
 

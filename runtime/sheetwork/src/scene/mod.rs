@@ -56,7 +56,7 @@ pub use crate::scene::rest_shape::CreaseSpec;
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::StructureKind;
-pub use crate::scene::spot::SpotSpec;
+pub use crate::scene::spot::{BodySpotSpec, SpotSpec};
 
 /// Scene: the contents of a scene file. The default is empty, with the implicit integrator
 /// `tr-bdf2` and steps of 1/60 s; [`Scene::thesis`] has the explicit integrator of the thesis.

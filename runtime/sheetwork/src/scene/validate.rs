@@ -10,8 +10,8 @@ use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, OvenKey, PathKey, PinSpec, Placement,
-    Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
+    Air, BodySpec, BodySpotSpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, OvenKey, PathKey,
+    PinSpec, Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -394,6 +394,9 @@ fn body(b: &BodySpec) -> ValidationResult {
     Id::BodyTemperature.check_option("temperature", b.temperature)?;
     schedule("temperature_schedule", &b.temperature_schedule)?;
     Id::BodyTemperatureSlope.check_each("temperature_slope", b.temperature_slope.to_array())?;
+    each("hot_spots", &b.hot_spots, BodySpotSpec::check)?;
+    let cold = !b.hot_spots.is_empty() && !b.is_hot();
+    reject_if!(cold, "hot_spots", "belong to a body with a `temperature` or a `temperature_schedule`");
     Id::BodyRestitution.check_option("restitution", b.restitution)
 }
 

@@ -68,9 +68,15 @@ impl Experiment {
         let (time, lapse) = (self.world.time(), self.world.scene().time_lapse);
         let label = match lapse {
             1.0 => format!("{} s", (1e3 * time).round() / 1e3),
+            _ if lapse < 10.0 => format!("{time:.1} s, {:.1} s of heat", time * lapse),
             _ => format!("{time:.1} s, {:.1} min of heat", time * lapse / 60.0),
         };
         self.prints.push(Print::new(&self.world, label));
+    }
+
+    /// Keeps a print of the present state under a name.
+    pub fn print_as(&mut self, name: &str) {
+        self.prints.push(Print::new(&self.world, name.to_owned()));
     }
 
     /// Steps to each of the times (s) and keeps a print of each.

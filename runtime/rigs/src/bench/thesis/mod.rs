@@ -15,6 +15,7 @@ mod drops;
 mod dynamics;
 mod engines;
 mod experiment;
+mod future;
 mod heat;
 mod inter_layer;
 mod layers;
@@ -67,12 +68,12 @@ pub(crate) struct Row {
     pub run: fn() -> Result<Finding, InputError>,
 }
 
-/// Rows whose verdict depends on times of the host, and the hot wedges, which take half of the time
-/// and have a test of their own.
-const UNTESTED: [&str; 6] = ["figure-5.29", "figure-5.30", "5.3.5-cost", "6.1-speed", "figure-5.8", "figure-5.9"];
+/// Rows whose verdict depends on times of the host, and long runs that have a test of their own.
+const UNTESTED: [&str; 7] =
+    ["figure-5.29", "figure-5.30", "5.3.5-cost", "6.1-speed", "figure-5.8", "figure-5.9", "7.4i-bodies"];
 
-/// Runs the rows whose verdict does not depend on times of the host, but for the hot wedges, and
-/// returns name and verdict of each.
+/// Runs the rows whose verdict does not depend on times of the host, but for long runs with a test
+/// of their own, and returns name and verdict of each.
 ///
 /// # Errors
 /// A scene that cannot be loaded.

@@ -1,7 +1,7 @@
 //! Table of the rows, in the order of the thesis.
 
 use crate::bench::thesis::{
-    Row, arithmetic, counts, damping, drops, dynamics, engines, heat, inter_layer, layers, stiffness, study,
+    Row, arithmetic, counts, damping, drops, dynamics, engines, future, heat, inter_layer, layers, stiffness, study,
 };
 
 /// All rows.
@@ -48,6 +48,7 @@ pub(crate) const TABLE: &[Row] = &[
     heat::STRUCTURES,
     counts::TABLE_5_2,
     engines::SLIDES,
+    engines::SIDE_BY_SIDE,
     engines::SAME_STEP,
     engines::OWN_STEP,
     engines::COST,
@@ -60,4 +61,10 @@ pub(crate) const TABLE: &[Row] = &[
     study::OVERALL,
     study::SUMMARY,
     stiffness::UNIFORM,
+    future::VERLET,
+    future::BODIES,
+    future::FLEXION,
+    future::RETENTION,
+    future::ADAPTIVE,
+    future::HOT_SPOTS,
 ];

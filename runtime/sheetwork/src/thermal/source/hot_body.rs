@@ -4,7 +4,7 @@
 //! per area, through the contact and the air in the gap, where it faces the surface. Beyond
 //! `MAX_GAP` the exchange is neglected: the convection of the room is larger. The temperature of
 //! the body is constant or follows its schedule, and rises linearly from the origin of the body
-//! along its `temperature_slope` (K/m).
+//! along its `temperature_slope` (K/m). Its `hot_spots` replace it in places.
 
 use glam::{DQuat, DVec3};
 use rapier3d::math::Real;
@@ -12,7 +12,7 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::prelude::Collider;
 
 use crate::error::InputError;
-use crate::scene::{BodySpec, OvenKey, Scene, body_name};
+use crate::scene::{BodySpec, BodySpotSpec, OvenKey, Scene, body_name};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, oven};
@@ -38,7 +38,8 @@ pub(crate) fn of(name: &str, spec: &BodySpec, conductance: f64) -> Box<dyn HeatS
     // Until the first exchange, a scheduled body shows the temperature at which it starts.
     let first = schedule.first().and_then(|key| key.temperature);
     let celsius = first.or(spec.temperature).unwrap_or(REFERENCE);
-    Box::new(HotBody { name: name.to_owned(), celsius, schedule, slope: spec.temperature_slope, conductance })
+    let (slope, spots) = (spec.temperature_slope, spec.hot_spots.clone());
+    Box::new(HotBody { name: name.to_owned(), celsius, schedule, slope, spots, conductance })
 }
 
 struct HotBody {
@@ -49,6 +50,8 @@ struct HotBody {
     schedule: Vec<OvenKey>,
     /// Rise of the temperature along the axes of the body, K/m.
     slope: DVec3,
+    /// Places with another temperature.
+    spots: Vec<BodySpotSpec>,
     /// Contact conductance, W/(m² K).
     conductance: f64,
 }
@@ -57,6 +60,12 @@ struct HotBody {
 type Pose = (DVec3, DQuat);
 
 impl HotBody {
+    /// Temperature at `place` (m) along the axes of the body from its origin, °C.
+    fn at(&self, place: DVec3) -> f64 {
+        let celsius = self.celsius + self.slope.dot(place);
+        self.spots.iter().fold(celsius, |celsius, spot| spot.apply(celsius, place))
+    }
+
     fn give_from(&self, collider: &Collider, (origin, turn): Pose, offset: f64, target: &mut HeatedSheet) {
         let Some((low, high)) = target.sheet.state.x.bounds() else { return };
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((MAX_GAP + offset) as Real);
@@ -64,7 +73,7 @@ impl HotBody {
             return;
         }
         let (shape, pose) = (collider.shape(), collider.position());
-        let slope = turn * self.slope;
+        let back = turn.inverse();
         for i in 0..target.faces.patches.len() {
             let (patch, normal) = (target.faces.patches[i], target.faces.normals[i]);
             let place = target.sheet.state.x.get(patch.mass as usize);
@@ -75,7 +84,7 @@ impl HotBody {
             if gap > MAX_GAP || towards.dot(normal) < 0.0 || normal == DVec3::ZERO {
                 continue;
             }
-            let celsius = self.celsius + slope.dot(found.point.as_dvec3() - origin);
+            let celsius = self.at(back * (found.point.as_dvec3() - origin));
             target.couple(patch, celsius, patch.area / (1.0 / self.conductance + gap / AIR));
         }
     }

@@ -187,6 +187,12 @@ parameters! {
         .kind(Optional).default("none"),
     /// Rise of the temperature of a body along its axes.
     BodyTemperatureSlope: number("bodies.*.temperature_slope", "K/m", (-1e5, 1e5)).kind(Vector).default("(0, 0, 0)"),
+    /// Centre of a hot spot of a body.
+    BodySpotCentre: number("bodies.*.hot_spots.*.at", "m", COORDINATE).kind(Vector).required(),
+    /// Radius of a hot spot of a body.
+    BodySpotRadius: number("bodies.*.hot_spots.*.radius", "m", (1e-6, 1e3)).required(),
+    /// Temperature of a hot spot of a body.
+    BodySpotTemperature: number("bodies.*.hot_spots.*.temperature", "°C", TEMPERATURE).required(),
     /// Convection coefficient at the nozzle.
     HeatGunConvection: number("heat_gun.convection", "W/(m² K)", (0.0, 1e6)),
     /// Half angle of the jet.
