@@ -3,7 +3,7 @@
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
 use sheetwork::ParameterId;
-use sheetwork::scene::{BodySpec, Placement, Shape};
+use sheetwork::scene::{BodySpec, OvenKey, Placement, Shape};
 
 use super::EditorState;
 use super::heat::{bounds, place};
@@ -11,6 +11,7 @@ use crate::session::{Item, Session};
 use crate::units::{DisplayUnit, Quantity, format_si};
 use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, number};
 
+const SECONDS: DisplayUnit = DisplayUnit::fixed(Quantity::Time, "s", 1.0);
 const GRAM: DisplayUnit = DisplayUnit::fixed(Quantity::Mass, "g", 1e-3);
 
 /// All bodies, and buttons to add more.
@@ -105,21 +106,73 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     ui.end_row();
 }
 
-/// Whether the body has a temperature, and its value.
+/// Whether the body has a temperature, and its value or its schedule.
 fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
-    let mut hot = spec.temperature.is_some();
+    let mut hot = spec.is_hot();
     let about = "Whether the body exchanges heat with sheets in contact";
     if ui.checkbox(&mut hot, "Exchanges heat").on_hover_text(about).changed() {
-        edit(session, index, "temperature", |b| b.temperature = hot.then_some(100.0));
+        edit(session, index, "temperature", |b| {
+            (b.temperature, b.temperature_schedule) = (hot.then_some(100.0), Vec::new());
+            b.hot_spots.clear();
+        });
     }
-    if let Some(celsius) = spec.temperature {
+    if !spec.temperature_schedule.is_empty() {
+        ui.end_row();
+        schedule(ui, session, index, &spec.temperature_schedule);
+    } else if let Some(celsius) = spec.temperature {
         let row = ("at", "Temperature of this body, °C", "temperature");
         let done = number(ui, session, row, celsius, CELSIUS, &ControlOptions::speed(1.0));
         if let Some(celsius) = done.value {
             edit(session, index, "temperature", |b| b.temperature = Some(celsius));
         }
+        ui.end_row();
+        if ui.small_button("over time").on_hover_text("Temperatures at times, linear in between").clicked() {
+            let keys =
+                [(0.0, celsius), (60.0, celsius)].map(|(time, value)| OvenKey { time, temperature: Some(value) });
+            edit(session, index, "temperature_schedule", |b| b.temperature_schedule = keys.to_vec());
+        }
     }
     ui.end_row();
+}
+
+/// Temperatures over time: a row for each, with a button that removes it, and one that adds another.
+fn schedule(ui: &mut Ui, session: &mut Session, index: usize, keys: &[OvenKey]) {
+    let mut new: Option<Vec<OvenKey>> = None;
+    let how = ControlOptions::speed(1.0).on_release();
+    let ambient = session.scene().ambient_temperature;
+    for (at, key) in keys.iter().enumerate() {
+        let with =
+            |changed: OvenKey| keys.iter().enumerate().map(|(i, k)| if i == at { changed } else { *k }).collect();
+        ui.horizontal(|ui| {
+            let row = ("from", "Time of this temperature, s", "time");
+            if let Some(time) = number(ui, session, row, key.time, SECONDS, &how).value {
+                new = Some(with(OvenKey { time, ..*key }));
+            }
+        });
+        ui.horizontal(|ui| {
+            let row = ("at", "Temperature of the body at that time, °C", "temperature");
+            let celsius = key.temperature.unwrap_or(ambient);
+            if let Some(value) = number(ui, session, row, celsius, CELSIUS, &how).value {
+                new = Some(with(OvenKey { temperature: Some(value), ..*key }));
+            }
+        });
+        if ui.small_button("remove").on_hover_text("Remove this temperature").clicked() {
+            new = Some(keys.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, key)| *key).collect());
+        }
+        ui.end_row();
+    }
+    if let Some(last) = keys.last().filter(|_| ui.small_button("add").on_hover_text("A further temperature").clicked())
+    {
+        new = Some(keys.iter().copied().chain([OvenKey { time: last.time + 60.0, ..*last }]).collect());
+    }
+    if let Some(all) = new {
+        // Without a schedule the body keeps the temperature that it would have started with.
+        let first = keys.first().and_then(|key| key.temperature);
+        edit(session, index, "temperature_schedule", |b| {
+            b.temperature = b.temperature.or(first);
+            b.temperature_schedule.clone_from(&all);
+        });
+    }
 }
 
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {

@@ -1,18 +1,25 @@
-//! Study: a bar during a trial, and windows with questions.
+//! Study: a bar during a trial, windows with questions, and a picture of the real drop beside them.
 
 use std::ops::RangeInclusive;
 
 use bevy_egui::egui::{
-    Align, Align2, Button, DragValue, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window,
+    Align, Align2, Button, ColorImage, DragValue, Grid, Id, Image, Layout, RichText, TextEdit, TextureHandle,
+    TextureOptions, Ui, WidgetInfo, WidgetType, Window,
 };
 use bevy_sheetwork::SheetLayer;
+use sheetwork_rigs::bench::thesis::REFERENCES;
 use sheetwork_rigs::study::{Background, LAST_QUESTIONS, QUESTIONS, Question, Sex, WeeklyHours};
 
 use super::style::{self, quiet};
 use super::{Display, EditorState};
 use crate::camera::Camera;
+use crate::picture::Picture;
+use crate::scenes;
 use crate::session::Session;
 use crate::study::{Stage, Study};
+
+/// Width of the picture of a real drop, points.
+const REFERENCE_WIDTH: f32 = 340.0;
 
 /// Display of a trial: the smoothed surface of the sheet and the room, without bodies, springs and
 /// nodes.
@@ -39,16 +46,44 @@ pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     match study.stage() {
         Stage::Welcome => welcome(ui, session, state, &mut study, &mut stays),
         Stage::Watching => {
+            reference(ui, &study);
             if session.world().time() >= session.scene().duration {
                 session.pause();
                 study.ask();
             }
         }
         // The questions are below the view.
-        Stage::Asking | Stage::Last => {}
+        Stage::Asking => reference(ui, &study),
+        Stage::Last => {}
         Stage::Over => over(ui, &study, &mut stays),
     }
     keep_or_end(session, state, study, stays);
+}
+
+/// Picture of the real drop of a test, as the thesis showed footage beside each; nothing where the
+/// file is missing.
+fn reference(ui: &Ui, study: &Study) {
+    let Some((test, _, caption)) =
+        study.trial().and_then(|trial| REFERENCES.into_iter().find(|(test, ..)| *test == trial.test))
+    else {
+        return;
+    };
+    let id = Id::new(("reference of the study", test));
+    let texture = ui.data_mut(|data| data.get_temp::<Option<TextureHandle>>(id)).unwrap_or_else(|| {
+        let file = scenes::folder().map(|folder| folder.with_file_name("study").join(format!("{test}.png")));
+        let texture = file.and_then(|file| Picture::read(&file)).map(|picture| {
+            let size = [picture.width, picture.height].map(|side| side as usize);
+            ui.ctx().load_texture(test, ColorImage::from_rgb(size, &picture.pixels), TextureOptions::LINEAR)
+        });
+        ui.data_mut(|data| data.insert_temp(id, texture.clone()));
+        texture
+    });
+    let Some(texture) = texture else { return };
+    let window = Window::new("The real sheet").resizable(false).anchor(Align2::RIGHT_TOP, [-10.0, 52.0]);
+    window.show(ui.ctx(), |ui| {
+        ui.add(Image::new(&texture).max_width(REFERENCE_WIDTH).alt_text(caption));
+        ui.label(format!("{caption}: drawn from a computation with its moduli."));
+    });
 }
 
 /// Bar during a trial; it does not identify the sheet.

@@ -1,7 +1,7 @@
 //! Image of 8-bit colours, and its file.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufReader, BufWriter};
 use std::path::Path;
 
 /// Width of the line between tiles, pixels.
@@ -41,6 +41,21 @@ impl Picture {
             }
         }
         Self { width: across, height: down, pixels }
+    }
+
+    /// Image of a PNG file of 8-bit red, green, blue; `None` for a file that cannot be read, is of
+    /// another kind, or is larger than [`LARGEST`].
+    pub fn read(path: &Path) -> Option<Self> {
+        let mut reader = png::Decoder::new(BufReader::new(File::open(path).ok()?)).read_info().ok()?;
+        let info = reader.info();
+        let (width, height) = (info.width, info.height);
+        let is_rgb = info.color_type == png::ColorType::Rgb && info.bit_depth == png::BitDepth::Eight;
+        if !is_rgb || width > LARGEST || height > LARGEST {
+            return None;
+        }
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        reader.next_frame(&mut pixels).ok()?;
+        Some(Self { width, height, pixels })
     }
 
     /// Image at half width and height: each pixel is the mean linear light of four; an odd last row

@@ -4,6 +4,7 @@
 use bevy_egui::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use sheetwork_editor::study::{Stage, Study};
+use sheetwork_rigs::bench::thesis::REFERENCES;
 use sheetwork_rigs::study::{Answers, QUESTIONS, SHEETS};
 
 use super::common::{folder, strip, whole};
@@ -31,6 +32,8 @@ fn a_subject_sees_sheets_blind_and_answers() {
         assert!(harness.query_by_label_contains(telling).is_none(), "{telling} says what it is");
     }
     assert_eq!(harness.query_all_by_label_contains("Sheet ").count(), 1, "only its number");
+    let (_, _, caption) = REFERENCES.into_iter().find(|(test, ..)| *test == first.test).expect("of each test");
+    assert!(harness.query_by_label(caption).is_some(), "the real drop is beside it");
     assert!(!harness.state().1.display.bodies && !harness.state().1.display.springs);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     harness.key_press(Key::G);

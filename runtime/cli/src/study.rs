@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use sheetwork::InputError;
+use sheetwork_rigs::bench::thesis::draw_references;
 use sheetwork_rigs::study::{
     AGAINST, ALL_TESTS, Answers, Claim, Findings, LAST_QUESTIONS, QUESTIONS, QuestionFindings, SHEETS, SIGNIFICANCE,
     Share, THESIS_POPULATION, TestReading, TrialSpeed, Verdict, measure_speed,
@@ -24,6 +25,10 @@ pub struct StudyArguments {
     /// Measure the speed of each sheet in the scenes of the study, in place of the answers.
     #[arg(long)]
     speed: bool,
+    /// Draw the real drops that the editor shows beside the tests to this folder; the shipped ones
+    /// are in assets/study.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "speed")]
+    references: Option<PathBuf>,
     #[command(flatten)]
     output: OutputFlags,
 }
@@ -33,6 +38,11 @@ impl StudyArguments {
         if self.speed {
             let found = measure_speed()?;
             return if self.output.json { print_json(&found) } else { speeds(&found) }.map(|()| ExitCode::SUCCESS);
+        }
+        if let Some(folder) = self.references {
+            let files = draw_references(&folder)?;
+            files.iter().try_for_each(|file| print_line(&file.display().to_string()))?;
+            return Ok(ExitCode::SUCCESS);
         }
         let mut all = Answers::default();
         for file in &self.files {

@@ -1,11 +1,13 @@
 //! Real sheets dropped from a metre (thesis 5.2.3, figures 5.2 to 5.6), with the moduli of their
 //! materials.
 
+use std::path::{Path, PathBuf};
+
 use sheetwork::InputError;
 
 use crate::bench::thesis::experiment::{Experiment, rest};
 use crate::bench::thesis::measures::{heights, probe, sharpest_bend};
-use crate::bench::thesis::{Finding, Row, Verdict};
+use crate::bench::thesis::{Finding, Row, Verdict, picture};
 
 /// Height of the wedge and of the cube, m.
 const TOP: f64 = 0.16;
@@ -65,6 +67,28 @@ impl Fall {
         let text = self.text();
         Finding::new(text, Verdict::of(holds, reason)).with(self.run.strip(caption))
     }
+}
+
+/// Real drops that the study shows beside its tests (thesis figures 6.2 to 6.4): test, scene, and
+/// what falls.
+pub const REFERENCES: [(&str, &str, &str); 3] = [
+    ("cube", "drop_styrene_05_cube", "Styrene of 0.5 mm falls on a cube"),
+    ("wedge1", "drop_packaging_pvc_wedge", "Packaging PVC falls on a wedge"),
+    ("wedge2", "drop_styrene_025_wedge", "Styrene of 0.25 mm falls on a wedge"),
+];
+
+/// Draws the real drops of the study as `TEST.png` in `folder`; returns the files.
+///
+/// # Errors
+/// A scene that cannot be loaded, and a file that cannot be written.
+pub fn draw_references(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+    std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
+    let draw = |(test, scene, caption): &(&str, &str, &str)| {
+        let file = folder.join(format!("{test}.png"));
+        picture::png(&file, &Fall::new(scene)?.run.strip(caption))?;
+        Ok(file)
+    };
+    REFERENCES.iter().map(draw).collect()
 }
 
 pub(crate) const THIN_STYRENE: Row = Row {

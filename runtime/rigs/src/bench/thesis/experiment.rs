@@ -27,7 +27,15 @@ impl Experiment {
     /// An unknown scene or field, or a value out of range.
     pub fn new(scene: &str, overrides: &[(&str, &str)]) -> Result<Self, InputError> {
         let scene = Scene::load(&library::find(Path::new(scene)))?.with_overrides(overrides)?;
-        Ok(Self { world: World::new(&scene)?, start: World::new(&scene)?, cpu: 0.0, prints: Vec::new() })
+        Self::of_scene(&scene)
+    }
+
+    /// A scene at its start.
+    ///
+    /// # Errors
+    /// A scene that no world can be made of.
+    pub fn of_scene(scene: &Scene) -> Result<Self, InputError> {
+        Ok(Self { world: World::new(scene)?, start: World::new(scene)?, cpu: 0.0, prints: Vec::new() })
     }
 
     /// The first sheet.

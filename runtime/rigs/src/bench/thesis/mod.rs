@@ -17,6 +17,7 @@ mod engines;
 mod experiment;
 mod future;
 mod heat;
+mod instruments;
 mod inter_layer;
 mod layers;
 mod measures;
@@ -33,6 +34,7 @@ use clap::Args;
 use sheetwork::InputError;
 
 use crate::bench::thesis::diagram::Diagram;
+pub use crate::bench::thesis::drops::{REFERENCES, draw_references};
 use crate::bench::thesis::picture::Strip;
 use crate::output::{OutputFlags, print_json, print_line};
 

@@ -1,11 +1,13 @@
 //! Table of the rows, in the order of the thesis.
 
 use crate::bench::thesis::{
-    Row, arithmetic, counts, damping, drops, dynamics, engines, future, heat, inter_layer, layers, stiffness, study,
+    Row, arithmetic, counts, damping, drops, dynamics, engines, future, heat, instruments, inter_layer, layers,
+    stiffness, study,
 };
 
 /// All rows.
 pub(crate) const TABLE: &[Row] = &[
+    instruments::TABLE_2_1,
     inter_layer::SWEEP,
     arithmetic::TABLE_3_1,
     arithmetic::TABLE_3_2,
@@ -19,6 +21,7 @@ pub(crate) const TABLE: &[Row] = &[
     counts::STRUCTURES,
     arithmetic::TABLE_4_2,
     arithmetic::TABLE_4_3,
+    instruments::HEATER,
     drops::THIN_STYRENE,
     drops::THICK_STYRENE,
     drops::PACKAGING,
@@ -61,6 +64,7 @@ pub(crate) const TABLE: &[Row] = &[
     study::OVERALL,
     study::SUMMARY,
     stiffness::UNIFORM,
+    instruments::LATTICES,
     future::VERLET,
     future::BODIES,
     future::FLEXION,
