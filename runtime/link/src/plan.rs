@@ -3,8 +3,11 @@
 //! A change of sheets creates a new plan. Opening of cells updates only triangles and edges, and
 //! only for readers of these.
 
+use std::sync::Arc;
+
 use crate::layout::{ALIGNMENT, FrameHeader, MAXIMUM_SHEETS, SheetHeader, aligned, name_field};
 use sheetwork::World;
+use sheetwork::mesh::outline::MeshEdge;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::sheet::Sheet;
 
@@ -22,6 +25,8 @@ pub struct SheetPlan {
     name: String,
     masses: usize,
     grid: (u32, u32, u32),
+    /// Levels of a locally refined mesh.
+    refinement: Option<Arc<[u8]>>,
     structure: StructureKind,
     heated: bool,
     /// Headers with the offsets of a frame of positions, and of a complete one.
@@ -75,6 +80,7 @@ impl FramePlan {
             plan.masses == sheet.node_count()
                 && plan.heated == sheet.temperatures().is_some()
                 && plan.grid == sheet.model.grid
+                && plan.refinement.as_ref() == sheet.refinement()
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
         };
@@ -130,6 +136,7 @@ impl SheetPlan {
             name: sheet.name.clone(),
             masses: n,
             grid: sheet.model.grid,
+            refinement: sheet.refinement().cloned(),
             structure: sheet.model.structure,
             heated,
             headers,
@@ -200,6 +207,11 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
             |i: &usize| sheet.model.layer_of[springs.a[*i] as usize] == sheet.model.layer_of[springs.b[*i] as usize];
         let edge = |i: usize| StrainEdge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
         return (0..springs.len()).filter(one_layer).map(edge).collect();
+    }
+    if let Some(mesh) = sheet.mesh().filter(|_| sheet.refinement().is_some()) {
+        let edge =
+            |e: &MeshEdge| StrainEdge { a: e.nodes[0], b: e.nodes[1], inverse_rest: inverse(mesh.direction(e).0) };
+        return mesh.edges.iter().map(edge).collect();
     }
     let Ok(built) = Sheet::build(world.scene(), index) else { return Vec::new() };
     if built.node_count() != sheet.node_count() {

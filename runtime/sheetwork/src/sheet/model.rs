@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::mesh::outline::TriangleMesh;
+use crate::mesh::outline::refine::Refinement;
 use crate::mesh::structure::{LatticeLayer, StructureKind};
 use crate::sheet::surface::CreaseLines;
 
@@ -59,6 +60,8 @@ pub(crate) struct OutlineMeshes {
     pub present: Option<Arc<TriangleMesh>>,
     /// Grid of the scene and its mesh, after a change of grid.
     pub described: Option<((u32, u32), Arc<TriangleMesh>)>,
+    /// Local refinement of the present mesh; `None` for a sheet that is not refined.
+    pub refinement: Option<Box<Refinement>>,
 }
 
 /// Temperature of a sheet in its description.
