@@ -31,7 +31,7 @@ pub struct SheetPlan {
     heated: bool,
     /// Headers with the offsets of a frame of positions, and of a complete one.
     pub headers: [SheetHeader; 2],
-    /// Cells along length and width of a sheet with fracture or slits.
+    /// Cells along length and width of a sheet with fracture or slits; triangles and 1.
     pub cells: (usize, usize),
     /// Number of triangles without open cells.
     triangle_capacity: usize,
@@ -131,7 +131,6 @@ impl SheetPlan {
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }
-        let bottom = sheet.model.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
         Self {
             name: sheet.name.clone(),
             masses: n,
@@ -140,7 +139,7 @@ impl SheetPlan {
             structure: sheet.model.structure,
             heated,
             headers,
-            cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
+            cells: sheet.cell_counts(),
             triangle_capacity: match &sheet.model.triangles {
                 Some(triangles) => triangles.len(),
                 None => sheet.model.layers.iter().map(|l| l.triangles().len()).sum(),
@@ -156,17 +155,9 @@ impl SheetPlan {
 
     fn update_topology(&mut self, sheet: &Sheet) {
         self.built_revision = Some(sheet.opening_revision());
-        self.triangles = match &sheet.model.triangles {
-            Some(triangles) => triangles.clone(),
-            None => sheet.closed_triangles(sheet.model.layers.iter().flat_map(|l| l.triangles()).collect()),
-        };
+        self.triangles = sheet.present_triangles();
         self.edges.clone_from(&self.rest_edges);
-        if let Some(open) = sheet.open_cell_set() {
-            let gone = |mass: u32| sheet.is_detached(mass as usize);
-            let cut =
-                |e: &StrainEdge| gone(e.a) || gone(e.b) || open.is_spring_cut(sheet.in_cells(e.a), sheet.in_cells(e.b));
-            self.edges.retain(|e| !cut(e));
-        }
+        self.edges.retain(|e| !sheet.is_side_cut(e.a, e.b));
         let mut count = vec![0.0_f32; self.masses];
         for edge in &self.edges {
             count[edge.a as usize] += 1.0;
