@@ -80,7 +80,7 @@ impl FramePlan {
             plan.masses == sheet.node_count()
                 && plan.heated == sheet.temperatures().is_some()
                 && plan.grid == sheet.model.grid
-                && plan.refinement.as_ref() == sheet.refinement()
+                && plan.refinement == sheet.model.refinement
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
         };
@@ -135,7 +135,7 @@ impl SheetPlan {
             name: sheet.name.clone(),
             masses: n,
             grid: sheet.model.grid,
-            refinement: sheet.refinement().cloned(),
+            refinement: sheet.model.refinement.clone(),
             structure: sheet.model.structure,
             heated,
             headers,
@@ -199,7 +199,7 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
         let edge = |i: usize| StrainEdge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
         return (0..springs.len()).filter(one_layer).map(edge).collect();
     }
-    if let Some(mesh) = sheet.mesh().filter(|_| sheet.refinement().is_some()) {
+    if let Some(mesh) = sheet.mesh().filter(|_| sheet.model.refinement.is_some()) {
         let edge =
             |e: &MeshEdge| StrainEdge { a: e.nodes[0], b: e.nodes[1], inverse_rest: inverse(mesh.direction(e).0) };
         return mesh.edges.iter().map(edge).collect();

@@ -92,15 +92,15 @@ impl SheetMotion {
     }
 
     /// Levels of a locally refined mesh in the last state.
-    pub(crate) fn refinement(&self) -> Option<&Arc<[u8]>> {
-        self.refinement.as_ref()
+    pub(crate) fn refinement(&self) -> &Option<Arc<[u8]>> {
+        &self.refinement
     }
 
     /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].
     pub(super) fn record_sheet(&mut self, time: f64, sheet: &SheetInWorld) -> bool {
         let (x, v) = (&sheet.state.x, &sheet.state.v);
-        if self.refinement.as_ref() != sheet.refinement() {
-            self.refinement = sheet.refinement().cloned();
+        if self.refinement != sheet.model.refinement {
+            self.refinement = sheet.model.refinement.clone();
             // Meshes may differ with the same number of nodes.
             if time >= self.times[2] && x.len() == self.states[2].len() {
                 self.replace_grid(time, x, v);

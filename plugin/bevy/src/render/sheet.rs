@@ -182,7 +182,7 @@ impl DisplayedSheet {
         let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?, display.spline));
         let (mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
         let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
-        let refinement = sheet.refinement().cloned();
+        let refinement = sheet.model.refinement.clone();
         Some((mesh, Self { surface, smoothing, masses: x.len(), grid, refinement, at: None }))
     }
 
@@ -191,7 +191,7 @@ impl DisplayedSheet {
         self.surface.fits(sheet, display.layer, coloured)
             && self.smoothing == (display.smoothing, display.spline)
             && (self.masses, self.grid) == (nodes, sheet.model.grid)
-            && self.refinement.as_ref() == sheet.refinement()
+            && self.refinement == sheet.model.refinement
     }
 }
 
@@ -215,7 +215,7 @@ pub(super) fn insert_meshes(
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let nodes = motion.positions().len();
-        let present = nodes == sheet.node_count() && motion.refinement() == sheet.refinement();
+        let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
         if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || !present {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;

@@ -6,8 +6,8 @@ use glam::DVec3;
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{
-    BodySpec, DetailSpec, IntegratorKind, Material, MaterialChoice, PathKey, PinSpec, Placement, RefineSpec, Region,
-    Scene, SheetSpec, SpringLaw,
+    BodySpec, DetailSpec, IntegratorKind, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene,
+    SheetSpec, SpringLaw,
 };
 
 impl SheetSpec {
@@ -157,11 +157,6 @@ impl SheetSpec {
     /// Levels of detail.
     pub fn detail(self, levels: DetailSpec) -> Self {
         Self { detail: Some(levels), ..self }
-    }
-
-    /// Local refinement of a triangle mesh.
-    pub fn refine(self, refine: RefineSpec) -> Self {
-        Self { refine: Some(refine), ..self }
     }
 }
 

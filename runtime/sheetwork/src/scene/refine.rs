@@ -57,6 +57,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     let by_number = |r: &Region| matches!(r, Region::Masses(_));
     let refusals = [
         (s.detail.is_some(), "does not go with detail: one of the two chooses the mesh"),
+        (!s.slits.is_empty(), "does not go with slits, which are open triangles of one mesh: use cuts"),
         (s.sticky, "does not go with sticky: what sticks does so by its masses"),
         (s.node_mass.is_some(), "does not go with node_mass: masses follow from the areas of the mesh"),
         (s.pins.iter().any(|p| p.body.is_some()), "does not go with glue: it is by masses"),

@@ -99,6 +99,7 @@ fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
             uv: Vec::new(),
             border: Vec::new(),
             layer_of: Vec::new(),
+            refinement: None,
             meshes: OutlineMeshes::default(),
             mass: Vec::new(),
             clamped: Vec::new(),

@@ -71,6 +71,7 @@ impl Sheet {
         let (calibrated, mesh, refinement) = (parts.calibrated.take(), parts.mesh.take(), parts.refinement.take());
         let triangles = mesh.as_ref().map(upper_side);
         let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some(), triangles);
+        sheet.model.refinement = refinement.as_ref().map(|r| r.levels.clone());
         sheet.model.meshes.refinement = refinement;
         sheet.name = sheet_name(&sheet.name, index);
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;

@@ -25,6 +25,9 @@ pub struct SheetModel {
     pub border: Vec<bool>,
     /// Layer of each node.
     pub layer_of: Vec<u32>,
+    /// Level of each triangle of the base mesh of a sheet with local refinement: how often its
+    /// edges are halved, 0 to 3. The levels identify the present mesh.
+    pub refinement: Option<Arc<[u8]>>,
     pub(crate) meshes: OutlineMeshes,
     /// Mass of each node, kg.
     pub(crate) mass: Vec<f64>,

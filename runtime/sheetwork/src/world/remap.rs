@@ -31,7 +31,7 @@ pub(crate) fn serialise_grids(sheets: &[Sheet], to: &mut StateWriter) {
         let grid = grid_of(sheet);
         to.count(grid.0.into());
         to.count(grid.1.into());
-        sheet.refinement().iter().for_each(|levels| to.blob(levels));
+        sheet.model.refinement.iter().for_each(|levels| to.blob(levels));
     }
 }
 
@@ -105,8 +105,8 @@ impl World {
         Ok(sheet)
     }
 
-    /// The sheet `index` of the scene on that grid and with those levels, with the present detection
-    /// of buckling.
+    /// The sheet `index` of the scene on that grid and with those levels, with the present
+    /// detection of buckling.
     pub(crate) fn fresh_sheet(&mut self, index: usize, at: &Resolution) -> ReadResult<Sheet> {
         let watched = self.sheets[index].state.buckle_detector.is_some();
         let mut sheet = self.build_sheet_on_grid(index, at).map_err(|_| CorruptState)?;

@@ -1,7 +1,7 @@
 //! Table of the rows, in the order of the thesis.
 
 use crate::bench::thesis::{
-    Row, arithmetic, counts, damping, drops, dynamics, engines, heat, inter_layer, layers, stiffness, study,
+    Row, arithmetic, counts, damping, drops, dynamics, engines, heat, inter_layer, layers, remeshing, stiffness, study,
 };
 
 /// All rows.
@@ -60,4 +60,5 @@ pub(crate) const TABLE: &[Row] = &[
     study::OVERALL,
     study::SUMMARY,
     stiffness::UNIFORM,
+    remeshing::FOLD,
 ];
