@@ -220,9 +220,13 @@ mod tests {
         let after: f64 = to.areas.iter().enumerate().map(|(k, area)| area * now(k)).sum();
         assert!((after / before - 1.0).abs() < 1e-9, "{after} of {before}");
         // Triangles that both have, to the bit; nodes, where no neighbour disappears.
-        let same = |k: usize| (0..from.triangles.len()).find(|j| from.middle_of(*j) == to.middle_of(k));
+        // The inner of four parts has the middle of the whole.
+        let equal = |j: usize, k: usize| {
+            from.middle_of(j) == to.middle_of(k) && (from.areas[j] / to.areas[k] - 1.0).abs() < 1e-9
+        };
+        let same = |k: usize| (0..from.triangles.len()).find(|j| equal(*j, k));
         let kept: Vec<_> = (0..to.triangles.len()).filter_map(|k| Some((k, same(k)?))).collect();
-        assert!(kept.len() > 50 && kept.iter().all(|(k, j)| now(*k) == each[*j].expect("known")[0]));
+        assert!(kept.len() > 20 && kept.iter().all(|(k, j)| now(*k) == each[*j].expect("known")[0]));
         let values: Vec<[f64; 1]> = from.positions.iter().map(|p| [field(*p)]).collect();
         for (i, old) in meshes.shared.iter().enumerate().filter(|(i, _)| to.positions[*i][0] > -0.01) {
             assert!(old.is_none_or(|j| meshes.at_node(&values, i) == values[j as usize]));
