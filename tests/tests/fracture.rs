@@ -410,10 +410,8 @@ fn fracture_of_unsuitable_sheets_is_rejected_with_the_reason() {
     };
     let no_limit = refused(&|s| s.material = MaterialChoice::Inline(soft(None, None)));
     assert!(no_limit.contains("tearing") && no_limit.contains("tears_at"), "{no_limit}");
-    let trimm = refused(&|s| (s.structure, s.grid.1) = (StructureKind::Trimm, 2));
-    assert!(trimm.contains("square cells") && trimm.contains("trimm"), "{trimm}");
-    let cut = refused(&|s| s.cuts = vec![vec![(0.0, 0.0), (0.1, 0.0)]]);
-    assert!(cut.contains("rectangles") && cut.contains("cuts"), "{cut}");
+    let slit = refused(&|s| s.slits = vec![((0.0, 0.0), (1.2, 0.0))]);
+    assert!(slit.contains("slits.0.1") && slit.contains("0 to 1"), "{slit}");
     let strain = refused(&|s| s.material = MaterialChoice::Inline(soft(Some(20.0), None)));
     assert!(strain.contains("tears_at") && strain.contains("0.001 to 10"), "{strain}");
     let hot = refused(&|s| s.material = MaterialChoice::Inline(soft(Some(0.1), Some(6000.0))));

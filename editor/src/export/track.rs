@@ -145,16 +145,7 @@ impl SheetTrack {
 
     /// Whether the cell of `triangle` is closed.
     fn is_closed(&self, sheet: &Sheet, triangle: [u32; 3]) -> bool {
-        let (Some(open), Some(bottom)) = (sheet.open_cells(), sheet.model.layers.first()) else { return true };
-        let (columns, rows) = (bottom.nx as usize - 1, bottom.nz as usize - 1);
-        let middle = triangle
-            .iter()
-            .map(|k| self.uvs[*k as usize])
-            .fold([0.0; 2], |a, b| [a[0] + b[0] / 3.0, a[1] + b[1] / 3.0]);
-        let at = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
-        let cell = at(middle[1], rows) * columns + at(middle[0], columns);
-        let there = triangle.iter().all(|k| !sheet.is_detached(self.masses[*k as usize] as usize));
-        there && !open.get(cell).copied().unwrap_or(false)
+        sheet.is_triangle_closed(triangle.map(|k| self.masses[k as usize]))
     }
 
     /// Shapes with the same vertices at all moments.

@@ -52,6 +52,11 @@ fn fullest() -> Scene {
             structure: "shell",
             grid: (11, 1, 11),
             detail: (levels: [(grid: (11, 11), within: 1), (grid: (5, 5))]),
+        ), (
+            structure: "shell",
+            grid: (11, 1, 11),
+            outline: Disc(radius: 0.1),
+            refine: (levels: 2, strain: 0.5),
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)], temperature_schedule: [(time: 0)])],
         heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
@@ -109,6 +114,7 @@ fn every_field_is_in_the_table_of_its_struct() {
     check("#### Creases, curl, yield and creep", &tree["sheets"][1]["creases"][0]);
     check("#### Levels of detail", &tree["sheets"][2]["detail"]);
     check("#### Levels of detail", &tree["sheets"][2]["detail"]["levels"][0]);
+    check("#### Local refinement", &tree["sheets"][3]["refine"]);
     check("### Body", &tree["bodies"][0]);
     check("### Heater", &tree["heaters"][1]);
     check("#### Oven", &tree["oven"]);

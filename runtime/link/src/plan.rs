@@ -3,8 +3,11 @@
 //! A change of sheets creates a new plan. Opening of cells updates only triangles and edges, and
 //! only for readers of these.
 
+use std::sync::Arc;
+
 use crate::layout::{ALIGNMENT, FrameHeader, MAXIMUM_SHEETS, SheetHeader, aligned, name_field};
 use sheetwork::World;
+use sheetwork::mesh::outline::MeshEdge;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::sheet::Sheet;
 
@@ -22,11 +25,13 @@ pub struct SheetPlan {
     name: String,
     masses: usize,
     grid: (u32, u32, u32),
+    /// Levels of a locally refined mesh.
+    refinement: Option<Arc<[u8]>>,
     structure: StructureKind,
     heated: bool,
     /// Headers with the offsets of a frame of positions, and of a complete one.
     pub headers: [SheetHeader; 2],
-    /// Cells along length and width of a sheet with fracture or slits.
+    /// Cells along length and width of a sheet with fracture or slits; triangles and 1.
     pub cells: (usize, usize),
     /// Number of triangles without open cells.
     triangle_capacity: usize,
@@ -75,6 +80,7 @@ impl FramePlan {
             plan.masses == sheet.node_count()
                 && plan.heated == sheet.temperatures().is_some()
                 && plan.grid == sheet.model.grid
+                && plan.refinement == sheet.model.refinement
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
         };
@@ -125,15 +131,15 @@ impl SheetPlan {
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }
-        let bottom = sheet.model.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
         Self {
             name: sheet.name.clone(),
             masses: n,
             grid: sheet.model.grid,
+            refinement: sheet.model.refinement.clone(),
             structure: sheet.model.structure,
             heated,
             headers,
-            cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
+            cells: sheet.cell_counts(),
             triangle_capacity: match &sheet.model.triangles {
                 Some(triangles) => triangles.len(),
                 None => sheet.model.layers.iter().map(|l| l.triangles().len()).sum(),
@@ -149,17 +155,9 @@ impl SheetPlan {
 
     fn update_topology(&mut self, sheet: &Sheet) {
         self.built_revision = Some(sheet.opening_revision());
-        self.triangles = match &sheet.model.triangles {
-            Some(triangles) => triangles.clone(),
-            None => sheet.closed_triangles(sheet.model.layers.iter().flat_map(|l| l.triangles()).collect()),
-        };
+        self.triangles = sheet.present_triangles();
         self.edges.clone_from(&self.rest_edges);
-        if let Some(open) = sheet.open_cell_set() {
-            let gone = |mass: u32| sheet.is_detached(mass as usize);
-            let cut =
-                |e: &StrainEdge| gone(e.a) || gone(e.b) || open.is_spring_cut(sheet.in_cells(e.a), sheet.in_cells(e.b));
-            self.edges.retain(|e| !cut(e));
-        }
+        self.edges.retain(|e| !sheet.is_side_cut(e.a, e.b));
         let mut count = vec![0.0_f32; self.masses];
         for edge in &self.edges {
             count[edge.a as usize] += 1.0;
@@ -200,6 +198,11 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<StrainEdge> {
             |i: &usize| sheet.model.layer_of[springs.a[*i] as usize] == sheet.model.layer_of[springs.b[*i] as usize];
         let edge = |i: usize| StrainEdge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
         return (0..springs.len()).filter(one_layer).map(edge).collect();
+    }
+    if let Some(mesh) = sheet.mesh().filter(|_| sheet.model.refinement.is_some()) {
+        let edge =
+            |e: &MeshEdge| StrainEdge { a: e.nodes[0], b: e.nodes[1], inverse_rest: inverse(mesh.direction(e).0) };
+        return mesh.edges.iter().map(edge).collect();
     }
     let Ok(built) = Sheet::build(world.scene(), index) else { return Vec::new() };
     if built.node_count() != sheet.node_count() {

@@ -1,5 +1,7 @@
 //! Components with the last states of a sheet and of a body, for interpolated display.
 
+use std::sync::Arc;
+
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{PathKey, Placement, path_at};
@@ -26,6 +28,8 @@ pub struct SheetMotion {
     /// Consecutive ticks without motion, at most 2; then all three states are equal.
     still: u8,
     revision: u64,
+    /// Levels of a locally refined mesh in the last state.
+    refinement: Option<Arc<[u8]>>,
 }
 
 impl SheetMotion {
@@ -37,7 +41,7 @@ impl SheetMotion {
         x: &Vectors,
     ) -> Self {
         let states = [x.clone(), x.clone(), x.clone()];
-        Self { id, name, generation, built_from, states, times: [time; 3], still: 2, revision: 0 }
+        Self { id, name, generation, built_from, states, times: [time; 3], still: 2, revision: 0, refinement: None }
     }
 
     /// Id of the sheet in the world: `world.get_sheet(motion.id())`.
@@ -85,6 +89,25 @@ impl SheetMotion {
     /// Revision of the displayed shape. It changes with every change of the states.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// Levels of a locally refined mesh in the last state.
+    pub(crate) fn refinement(&self) -> &Option<Arc<[u8]>> {
+        &self.refinement
+    }
+
+    /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].
+    pub(super) fn record_sheet(&mut self, time: f64, sheet: &SheetInWorld) -> bool {
+        let (x, v) = (&sheet.state.x, &sheet.state.v);
+        if self.refinement != sheet.model.refinement {
+            self.refinement = sheet.model.refinement.clone();
+            // Meshes may differ with the same number of nodes.
+            if time >= self.times[2] && x.len() == self.states[2].len() {
+                self.replace_grid(time, x, v);
+                return true;
+            }
+        }
+        self.record(time, x, v)
     }
 
     /// Store node positions `x` and velocities `v` at `time`, s. Returns whether the displayed

@@ -3,8 +3,8 @@
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; a difference fails to
 //! compile. The range of a number in the table of parameters is an attribute of its field. Not
 //! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the recovery
-//! policy, levels of detail, Burgers' model, adhesion, the stiffness of woven sheets, and the shape
-//! and hot faces of heaters.
+//! policy, levels of detail, refinement, Burgers' model, adhesion, the stiffness of woven sheets,
+//! and the shape and hot faces of heaters.
 
 #![allow(missing_docs)]
 
@@ -22,7 +22,8 @@ use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, InterLayerLaw, Material, MaterialChoice,
-    PinSpec, Placement, Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
+    PinSpec, Placement, Polyhedron, PressureKey, RefineSpec, RegionVector, SheetSpec, SpotSpec, SpringLaw,
+    WhenUnstable,
 };
 
 /// Range of a parameter, the attribute of its reflected field.
@@ -111,6 +112,8 @@ pub(super) struct SheetSpecReflect {
     when_unstable: WhenUnstable,
     #[reflect(ignore)]
     detail: Option<DetailSpec>,
+    #[reflect(ignore)]
+    refine: Option<RefineSpec>,
 }
 
 #[reflect_remote(StructureKind)]

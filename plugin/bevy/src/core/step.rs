@@ -20,7 +20,7 @@ pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut Sheet
     for (mut motion, mut state) in &mut sheets {
         let Some(sheet) = motion.sheet(&world) else { continue };
         // A resting sheet is not marked as changed.
-        if motion.bypass_change_detection().record(world.time(), &sheet.state.x, &sheet.state.v) {
+        if motion.bypass_change_detection().record_sheet(world.time(), sheet) {
             motion.set_changed();
         }
         state.set_if_neq(SheetState::from_sheet(sheet));

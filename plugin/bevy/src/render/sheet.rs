@@ -5,6 +5,8 @@
 //! has moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist
 //! only where they are requested.
 
+use std::sync::Arc;
+
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::VertexAttributeValues;
@@ -165,6 +167,8 @@ pub(super) struct DisplayedSheet {
     smoothing: (u32, SurfaceSmoothing),
     masses: usize,
     grid: (u32, u32, u32),
+    /// Levels of a locally refined mesh.
+    refinement: Option<Arc<[u8]>>,
     /// State displayed by the mesh.
     at: Option<DisplayedState>,
 }
@@ -178,7 +182,8 @@ impl DisplayedSheet {
         let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?, display.spline));
         let (mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
         let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
-        Some((mesh, Self { surface, smoothing, masses: x.len(), grid, at: None }))
+        let refinement = sheet.model.refinement.clone();
+        Some((mesh, Self { surface, smoothing, masses: x.len(), grid, refinement, at: None }))
     }
 
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
@@ -186,6 +191,7 @@ impl DisplayedSheet {
         self.surface.fits(sheet, display.layer, coloured)
             && self.smoothing == (display.smoothing, display.spline)
             && (self.masses, self.grid) == (nodes, sheet.model.grid)
+            && self.refinement == sheet.model.refinement
     }
 }
 
@@ -209,7 +215,8 @@ pub(super) fn insert_meshes(
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let nodes = motion.positions().len();
-        if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || nodes != sheet.node_count() {
+        let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
+        if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || !present {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }

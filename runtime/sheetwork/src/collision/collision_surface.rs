@@ -68,29 +68,21 @@ impl CollisionSurface {
     /// Collision surface of a sheet in its present state, which is taken as its rest state.
     pub fn from_sheet(sheet: &Sheet) -> Self {
         let offset = node_contact::contact_offset(sheet);
-        match &sheet.model.triangles {
-            Some(triangles) => Self::new(triangles, &sheet.state.x, offset, false),
-            None => {
-                let count = sheet.model.layers.len();
-                let whole = sheet.open_cell_set().is_none();
-                let mut skin = Self::new(&outer_triangles(sheet), &sheet.state.x, offset, count == 1 && whole);
-                skin.is_multilayer = count > 1;
-                skin.update_detached(sheet);
-                skin
-            }
-        }
+        let mut skin = Self::new(&outer_triangles(sheet), &sheet.state.x, offset, is_rectangle(sheet));
+        skin.is_multilayer = sheet.model.layers.len() > 1;
+        skin.update_detached(sheet);
+        skin
     }
 
     /// Rebuild the surface without the open cells of its sheet.
     pub fn rebuild_open(&mut self, sheet: &Sheet) {
         let mut rest = Vectors::default();
         self.rest.iter().for_each(|p| rest.push(*p));
-        let rectangle = sheet.model.layers.len() == 1 && sheet.open_cell_set().is_none();
         let (stack, revision) = (self.is_multilayer, self.revision + 1);
         *self = Self {
             is_multilayer: stack,
             revision,
-            ..Self::new(&outer_triangles(sheet), &rest, self.offset, rectangle)
+            ..Self::new(&outer_triangles(sheet), &rest, self.offset, is_rectangle(sheet))
         };
         self.update_detached(sheet);
     }
@@ -223,8 +215,12 @@ fn checksum_of(rest: &[DVec3], offset: f64) -> u32 {
 /// Triangles of closed cells of the lowest and the highest layer.
 fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
     let count = sheet.model.layers.len();
-    let outer = sheet.model.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
-    sheet.closed_triangles(outer.flat_map(|(_, layer)| layer.triangles()).collect())
+    (0..count).filter(|i| *i == 0 || *i + 1 == count).flat_map(|i| sheet.layer_triangles(i)).collect()
+}
+
+/// Whether the surface is a single rectangle.
+fn is_rectangle(sheet: &Sheet) -> bool {
+    sheet.model.triangles.is_none() && sheet.model.layers.len() == 1 && sheet.open_cell_set().is_none()
 }
 
 /// Sides of `triangles`, each once, and the indices of the sides of each triangle.

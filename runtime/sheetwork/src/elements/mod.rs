@@ -32,6 +32,7 @@ pub mod staggered;
 pub mod strain_limit;
 pub mod thickness_limit;
 pub mod triangle_bending;
+pub mod triangle_cells;
 pub mod triangle_membrane;
 pub mod wall_spring;
 
@@ -178,8 +179,9 @@ pub trait Element: std::any::Any + Send + Sync {
     fn update_stress(&mut self, _x: &Vectors) {}
 
     /// Sets the open cells, and the nodes `_gone` that no closed cell touches: elements there have
-    /// no stiffness. Opening cells never raises the energy. [`Element::set_law`] must follow.
-    fn open(&mut self, _open: &fracture::OpenCells, _gone: &[bool]) {}
+    /// no stiffness. Opening cells never raises the energy at the positions `_x` (m).
+    /// [`Element::set_law`] must follow.
+    fn open(&mut self, _x: &Vectors, _open: &fracture::OpenCells, _gone: &[bool]) {}
 
     /// Rest curvatures as angles per length, 1/m; `None` for an element without rest curvature.
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {

@@ -164,7 +164,7 @@ impl Element for WallSprings {
         }
     }
 
-    fn open(&mut self, _open: &OpenCells, gone: &[bool]) {
+    fn open(&mut self, _x: &Vectors, _open: &OpenCells, gone: &[bool]) {
         self.springs.iter_mut().for_each(|s| s.is_cut = gone[s.mass]);
     }
 

@@ -4,9 +4,17 @@
 //! of a cell. A line along a row of nodes opens the cells on its far side, at the end of the sheet
 //! the cells before it. No node is split: a strip one cell wide is lost, as in any fracture. A slit
 //! grows only if the sheet can fracture.
+//!
+//! Among triangles the line is moved to its far side by a few thousandths of a cell, so that one
+//! through nodes opens a strip of triangles with common sides, and does not hang on single nodes.
+
+use crate::mesh::outline::TriangleMesh;
 
 /// Minimum length of a line in a cell that opens it, cells.
 const MIN_CROSSED_LENGTH: f64 = 1e-3;
+
+/// Distance by which a line among triangles is moved to its far side, cells.
+const FAR_SIDE_OFFSET: f64 = 4e-3;
 
 /// Line from (u, v) to (u, v), each 0 to 1.
 pub type Slit = ((f64, f64), (f64, f64));
@@ -38,6 +46,49 @@ pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> 
         }
     }
     cells
+}
+
+/// Indices of the triangles of `mesh` that a line between two places (m) crosses, ascending; `cell`
+/// is the size of a triangle, m. A line along the far border opens the triangles before it.
+pub fn crossed_triangles(mesh: &TriangleMesh, (from, to): ((f64, f64), (f64, f64)), cell: f64) -> Vec<usize> {
+    let (du, dv) = (to.0 - from.0, to.1 - from.1);
+    let length = du.hypot(dv);
+    if length < MIN_CROSSED_LENGTH * cell {
+        return Vec::new();
+    }
+    // The far side is that of larger v, or of larger u for a line along v.
+    let sign = if du > 0.0 || (du == 0.0 && dv < 0.0) { 1.0 } else { -1.0 };
+    let normal = (-dv / length * sign, du / length * sign);
+    let beside = |offset: f64| -> Vec<usize> {
+        let start = [from.0 + normal.0 * offset, from.1 + normal.1 * offset];
+        let is_crossed = |k: &usize| {
+            let corners = mesh.triangles[*k].map(|v| mesh.positions[v as usize]);
+            length_inside(corners, start, [du, dv]) * length > MIN_CROSSED_LENGTH * cell
+        };
+        (0..mesh.triangles.len()).filter(is_crossed).collect()
+    };
+    let far = beside(FAR_SIDE_OFFSET * cell);
+    if far.is_empty() { beside(-FAR_SIDE_OFFSET * cell) } else { far }
+}
+
+/// Part of the line from `start` along `d` that lies in a triangle, counter-clockwise in (u, v).
+fn length_inside(corners: [[f64; 2]; 3], start: [f64; 2], d: [f64; 2]) -> f64 {
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for c in 0..3 {
+        let (p, q) = (corners[c], corners[(c + 1) % 3]);
+        let side = [q[0] - p[0], q[1] - p[1]];
+        let across = |v: [f64; 2]| side[0] * v[1] - side[1] * v[0];
+        // The line is inside this side where here + s change >= 0.
+        let (here, change) = (across([start[0] - p[0], start[1] - p[1]]), across(d));
+        if change > 0.0 {
+            low = low.max(-here / change);
+        } else if change < 0.0 {
+            high = high.min(-here / change);
+        } else if here < 0.0 {
+            return 0.0;
+        }
+    }
+    (high - low).max(0.0)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::units::parameters::ParameterId as Id;
 /// Check the fracture settings of a sheet.
 ///
 /// # Errors
-/// When the sheet has no square cells that could open, or the material no limit.
+/// When the sheet comes from a file, an end of a slit is out of range, or the material has no limit.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     if !s.tearing && s.slits.is_empty() {
         return Ok(());
@@ -17,16 +17,9 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
         Id::SlitEnd.check_each(&format!("slits.{i}.1"), [*u1, *v1])?;
     }
     let field = if s.tearing { "tearing" } else { "slits" };
-    let refused = |problem: String| Err(InputError::new(field, problem));
-    let outlined = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
-    if let Some((field, _)) = outlined.into_iter().find(|g| g.1) {
-        return refused(format!("is for rectangles: it does not go with {field}"));
-    }
     if s.file.is_some() {
-        return refused("does not go with a sheet from a file, whose masses may lie anywhere at rest".to_owned());
-    }
-    if s.structure.info().triangular {
-        return refused(format!("is for structures of square cells, not for {}", s.structure));
+        let problem = "does not go with a sheet from a file, whose masses may lie anywhere at rest";
+        return Err(InputError::new(field, problem));
     }
     if s.tearing { s.material.check(check_material) } else { Ok(()) }
 }

@@ -28,6 +28,7 @@ pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;
 pub(crate) mod recovery_policy;
+pub(crate) mod refine;
 pub mod rest_shape;
 pub mod sht;
 #[doc(hidden)]
@@ -51,6 +52,7 @@ pub use crate::scene::lod::{DetailLevel, DetailSpec};
 pub use crate::scene::material::{Adhesion, BurgersCreep, Material, MaterialChoice};
 pub use crate::scene::polyhedron::Polyhedron;
 pub use crate::scene::recovery_policy::WhenUnstable;
+pub use crate::scene::refine::RefineSpec;
 pub use crate::scene::rest_shape::CreaseSpec;
 
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
@@ -370,6 +372,9 @@ pub struct SheetSpec {
     pub when_unstable: WhenUnstable,
     /// Levels of detail by distance and budget; `None` for a fixed `grid`.
     pub detail: Option<DetailSpec>,
+    /// Local refinement of the triangle mesh of a sheet with an outline, holes or cuts; `None` for
+    /// a fixed mesh.
+    pub refine: Option<RefineSpec>,
 }
 
 impl Default for SheetSpec {
@@ -418,6 +423,7 @@ impl Default for SheetSpec {
             curl: (0.0, 0.0),
             when_unstable: WhenUnstable::Stop,
             detail: None,
+            refine: None,
         }
     }
 }

@@ -271,6 +271,7 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     crate::scene::fracture::check(s)?;
     crate::scene::adhesion::check(s)?;
     crate::scene::lod::check(s)?;
+    crate::scene::refine::check(s)?;
     each("spots", &s.spots, SpotSpec::check)?;
     for (name, (u, v)) in &s.probes {
         Id::ProbePosition.check_each(&format!("probes.{name}"), [*u, *v])?;

@@ -15,6 +15,7 @@ use crate::elements::spring::{Spring, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
 use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
+use crate::mesh::outline::refine::Refinement;
 use crate::mesh::structure::{Lattice, LatticeLayer, StructureKind};
 use crate::scene::{Material, Scene, SheetSpec};
 use crate::sheet::air_drag::AirDrag;
@@ -45,6 +46,8 @@ pub(crate) struct SheetParts {
     pub calibrated: Option<CalibratedSprings>,
     /// Triangle mesh of a sheet with an outline.
     pub mesh: Option<TriangleMesh>,
+    /// Local refinement of that mesh.
+    pub refinement: Option<Box<Refinement>>,
 }
 
 /// Assemble a sheet without elements and prescribed degrees of freedom. `bends` says whether the
@@ -96,6 +99,7 @@ fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
             uv: Vec::new(),
             border: Vec::new(),
             layer_of: Vec::new(),
+            refinement: None,
             meshes: OutlineMeshes::default(),
             mass: Vec::new(),
             clamped: Vec::new(),

@@ -24,6 +24,7 @@ use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::{FractureState, open_slits};
 use crate::sheet::generation::{CalibratedSprings, generated, is_cutting_clamp};
+use crate::sheet::refine::Resolution;
 use crate::sheet::{Sheet, creases, inter_layer, region, temperature};
 
 impl Sheet {
@@ -34,35 +35,44 @@ impl Sheet {
     /// sheet.
     pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
         let spec = &scene.sheets[index];
-        Self::build_as(scene, index, spec, spec.grid)
+        Self::build_as(scene, index, spec, spec.grid, None)
     }
 
-    /// Build sheet number `index` on a grid of `grid` nodes along length and width, with the
-    /// thickness and the mass that it has on the grid of its description.
+    /// Build sheet number `index` on another grid or with a refined mesh, with the thickness and
+    /// the mass that it has on the grid of its description.
     ///
     /// # Errors
-    /// As [`Sheet::build`], and when the sheet cannot have that grid.
-    pub(crate) fn build_at(scene: &Scene, index: usize, grid: (u32, u32)) -> Result<Self, InputError> {
+    /// As [`Sheet::build`], and when the sheet cannot have that grid or those levels.
+    pub(crate) fn build_at(scene: &Scene, index: usize, at: &Resolution) -> Result<Self, InputError> {
         let mut spec = scene.sheets[index].clone();
-        let described = spec.grid;
+        let (described, grid) = (spec.grid, at.grid);
         spec.grid = (grid.0, described.1, grid.1);
         if let Some(mass) = &mut spec.node_mass {
             *mass *= nodes_of(described) as f64 / nodes_of(spec.grid) as f64;
         }
-        Self::build_as(scene, index, &spec, described)
+        Self::build_as(scene, index, &spec, described, at.levels.as_ref())
     }
 
-    /// Build sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
-    fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
+    /// Build sheet number `index` of `scene` from `spec`; `described` is the grid in the scene, and
+    /// `levels` are those of a refined mesh.
+    fn build_as(
+        scene: &Scene,
+        index: usize,
+        spec: &SheetSpec,
+        described: (u32, u32, u32),
+        levels: Option<&Arc<[u8]>>,
+    ) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
         warp_direction(spec, &material)?;
         let mut parts = match &spec.file {
             Some(file) => read_parts(&sht::read_sht_file(&scene.base.join(file))?)?,
-            None => generated(spec, &material, &scene.base, described)?,
+            None => generated(spec, &material, &scene.base, described, levels)?,
         };
-        let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
+        let (calibrated, mesh, refinement) = (parts.calibrated.take(), parts.mesh.take(), parts.refinement.take());
         let triangles = mesh.as_ref().map(upper_side);
         let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some(), triangles);
+        sheet.model.refinement = refinement.as_ref().map(|r| r.levels.clone());
+        sheet.model.meshes.refinement = refinement;
         sheet.name = sheet_name(&sheet.name, index);
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
@@ -136,7 +146,8 @@ fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &TriangleMesh, law: &Ine
     let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
     let mut membrane = EdgeMembrane::new(mesh, &groups).with_creep(creep_shares(law));
     membrane.set_clamps(&directions);
-    let bending = bending(spec, law, groups, &directions, |groups| creases::on_mesh(spec, groups, mesh));
+    let base = sheet.model.meshes.refinement.as_ref().map_or(mesh, |r| &r.base);
+    let bending = bending(spec, law, groups, &directions, |groups| creases::on_mesh(spec, groups, mesh, base));
     vec![Box::new(membrane), Box::new(bending)]
 }
 
@@ -229,6 +240,7 @@ fn read_parts(file: &SheetFile) -> Result<SheetParts, InputError> {
         lattice,
         calibrated: None,
         mesh: None,
+        refinement: None,
     })
 }
 

@@ -155,15 +155,21 @@ pub(crate) fn on_grid(
     each.collect()
 }
 
-/// Rest curvatures of the triangles of a mesh, in their order.
-pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &TriangleMesh) -> Vec<[f64; 3]> {
+/// Rest curvatures of the triangles of a mesh, in their order. A fold is as wide as on the mesh
+/// `base`, of which `mesh` may be a refinement.
+pub(crate) fn on_mesh(
+    spec: &SheetSpec,
+    source: &[CurvatureGroup],
+    mesh: &TriangleMesh,
+    base: &TriangleMesh,
+) -> Vec<[f64; 3]> {
     let bound = |i: usize, start: f64, pick: fn(f64, f64) -> f64| mesh.positions.iter().map(|p| p[i]).fold(start, pick);
     let low = [0, 1].map(|i| bound(i, f64::INFINITY, f64::min));
     let high = [0, 1].map(|i| bound(i, f64::NEG_INFINITY, f64::max));
     let place = |(u, v): (f64, f64)| [low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1])];
     let lines: Vec<CreaseLine> = spec.creases.iter().filter_map(|c| CreaseLine::new(c, place)).collect();
     // The fold extends over several cells, because one triangle represents only a small rotation.
-    let cell = (2.0 * mesh.areas.iter().sum::<f64>() / mesh.areas.len().max(1) as f64).sqrt();
+    let cell = (2.0 * base.areas.iter().sum::<f64>() / base.areas.len().max(1) as f64).sqrt();
     let reach = 0.5 * CREASE_WIDTH_CELLS * cell;
     let each = source.iter().enumerate().map(|(k, group)| {
         let mut angles = curl_curvature(spec, group);

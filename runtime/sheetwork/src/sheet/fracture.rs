@@ -1,12 +1,13 @@
 //! Fracture of a sheet: cells open when they are stretched or heated beyond the limits of the
 //! material.
 //!
-//! Every closed cell is tested after every step. With a and b the mean derivatives of the position
-//! along u and v over the cell (from its four nodes, per length at rest), the largest principal
-//! stretch λ is the square root of the larger eigenvalue of [a·a, a·b; a·b, b·b], and the strain of
-//! the mid-surface is λ/(1 + α (T - 20 °C)) - 1. The temperature T is the mean of the nodes of the
-//! cell. In a lattice with several layers, the strain is that of the lowest layer and the
-//! temperature is the mean over the nodes of all layers in the cell.
+//! A cell is a rectangle of the grid of the lowest layer, or a triangle of its mesh (outline, or
+//! shifted rows). Every closed cell is tested after every step. With a and b the mean derivatives
+//! of the position along u and v over the cell (from its nodes, per length at rest), the largest
+//! principal stretch λ is the square root of the larger eigenvalue of [a·a, a·b; a·b, b·b], and the
+//! strain of the mid-surface is λ/(1 + α (T - 20 °C)) - 1. The temperature T is the mean of the
+//! nodes of the cell. In a lattice with several layers, the strain is that of the lowest layer and
+//! the temperature is the mean over the nodes of all layers in the cell.
 //!
 //! A cell hotter than `melts_at` opens. Among the cells strained by more than `tears_at`, each step
 //! opens the one with the largest strain of the sheet and, at each end of a crack, the cell with
@@ -19,12 +20,16 @@
 //! detached node, with no closed cell left, is fixed, has no kinetic or elastic energy, keeps the
 //! potential energy of its last position, and follows the nearest remaining node.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::elements::flexion_limit::FlexionLimit;
-use crate::elements::fracture::OpenCells;
+use crate::elements::fracture::{CellCorners, OpenCells, rectangle};
 use crate::elements::thickness_limit::ThicknessLimit;
+use crate::elements::triangle_cells::TriangleCells;
+use crate::mesh::outline::TriangleMesh;
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
@@ -50,6 +55,8 @@ pub struct FractureOpening {
 /// Fracture state of a sheet whose cells can open.
 pub(crate) struct FractureState {
     open: OpenCells,
+    /// Nodes of the upper layers in each triangle; empty for rectangles and for a single layer.
+    upper_nodes: Vec<Vec<u32>>,
     /// Whether each node is detached: without a closed cell around it.
     detached: Vec<bool>,
     /// Position of each node when it was detached, m, for its potential energy. Empty while all
@@ -84,9 +91,9 @@ impl FractureState {
     /// Create the state of `sheet` with all cells closed; `runs` allows cells to open during the
     /// run.
     pub fn new(sheet: &Sheet, runs: bool) -> Self {
-        let bottom = sheet.model.layers.first().copied().unwrap_or_default();
-        let open = OpenCells::closed(bottom.nx as usize, bottom.nz as usize);
+        let open = closed_cells(sheet);
         Self {
+            upper_nodes: upper_nodes(sheet, &open),
             strain_ratio: vec![0.0; open.cells().len()],
             opening_cells: Vec::with_capacity(open.cells().len()),
             open,
@@ -139,11 +146,46 @@ impl FractureState {
     }
 }
 
-/// Corner nodes of cell `c` of the lowest layer: (0, 0), (1, 0), (0, 1), (1, 1).
-fn corners(layer: &LatticeLayer, c: usize) -> [usize; 4] {
-    let across = layer.nx as usize - 1;
-    let (i, j) = ((c % across) as u32, (c / across) as u32);
-    [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)].map(|m| m as usize)
+/// The cells of `sheet`, all closed.
+fn closed_cells(sheet: &Sheet) -> OpenCells {
+    let bottom = sheet.model.layers.first().copied().unwrap_or_default();
+    let mesh = match &sheet.model.meshes.present {
+        Some(mesh) => Some(mesh.clone()),
+        None if bottom.triangular => {
+            let positions = bottom.range().map(|i| sheet.model.place(i as u32)).collect();
+            // Counter-clockwise seen from above is clockwise in (u, v).
+            let triangles = bottom.triangles().into_iter().map(|[a, b, c]| [a, c, b]).collect();
+            TriangleMesh::new(positions, triangles).ok().map(Arc::new)
+        }
+        None => None,
+    };
+    match mesh {
+        Some(mesh) => OpenCells::closed_triangles(TriangleCells::new(mesh, !bottom.triangular)),
+        None => OpenCells::closed(bottom.nx as usize, bottom.nz as usize),
+    }
+}
+
+/// Nodes of the upper layers in each triangle of the lowest layer: a node of a smaller layer lies
+/// inside a triangle, one of a layer of the same size at a corner.
+fn upper_nodes(sheet: &Sheet, open: &OpenCells) -> Vec<Vec<u32>> {
+    let (Some(cells), [bottom, upper @ ..]) = (open.triangles(), sheet.model.layers.as_slice()) else {
+        return Vec::new();
+    };
+    if upper.is_empty() {
+        return Vec::new();
+    }
+    let mut nodes = vec![Vec::new(); open.cells().len()];
+    for layer in upper {
+        for i in layer.range() {
+            if layer.nx == bottom.nx {
+                let below = bottom.first + i as u32 - layer.first;
+                cells.around(below).iter().for_each(|c| nodes[*c as usize].push(i as u32));
+            } else if let Some(c) = open.cell_at(open.place(sheet.model.uv[i])) {
+                nodes[c].push(i as u32);
+            }
+        }
+    }
+    nodes
 }
 
 impl Sheet {
@@ -152,8 +194,9 @@ impl Sheet {
         self.state.fracture.is_some()
     }
 
-    /// Whether each cell of the lowest layer is open, with the index along the length running
-    /// fastest; `None` for a sheet that cannot open.
+    /// Whether each cell of the lowest layer is open; `None` for a sheet that cannot open.
+    /// Rectangles are numbered with the index along the length running fastest, triangles as in
+    /// the mesh of an outline or, in shifted rows, as in [`LatticeLayer::triangles`].
     pub fn open_cells(&self) -> Option<&[bool]> {
         self.state.fracture.as_ref().map(|t| t.open.cells())
     }
@@ -185,23 +228,58 @@ impl Sheet {
         self.state.fracture.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
     }
 
-    /// Material coordinates (u, v) of node `i` in cells of the lowest layer.
-    #[doc(hidden)]
-    pub fn in_cells(&self, i: u32) -> (f64, f64) {
-        let (columns, rows) = self.state.fracture.as_ref().map_or((0, 0), |t| t.open.size());
-        let (u, v) = self.model.uv[i as usize];
-        (u * columns as f64, v * rows as f64)
+    /// Cells of the lowest layer along length and width; the number of triangles and 1 if the cells
+    /// are triangles; zero for a sheet that cannot open.
+    pub fn cell_counts(&self) -> (usize, usize) {
+        self.state.fracture.as_ref().map_or((0, 0), |t| t.open.size())
+    }
+
+    /// Whether no closed cell is beside a spring or side between the nodes `a` and `b`.
+    pub fn is_side_cut(&self, a: u32, b: u32) -> bool {
+        self.open_cell_set().is_some_and(|open| {
+            let at = |i: u32| (i, open.place(self.model.uv[i as usize]));
+            open.is_side_cut(at(a), at(b)) || self.is_detached(a as usize) || self.is_detached(b as usize)
+        })
+    }
+
+    /// Whether a triangle of a layer lies in a closed cell.
+    pub fn is_triangle_closed(&self, triangle: [u32; 3]) -> bool {
+        self.open_cell_set().is_none_or(|open| {
+            let at = triangle.map(|m| open.place(self.model.uv[m as usize]));
+            let (u, v) = ((at[0].0 + at[1].0 + at[2].0) / 3.0, (at[0].1 + at[1].1 + at[2].1) / 3.0);
+            open.is_closed_at(u, v) && !triangle.iter().any(|m| self.is_detached(*m as usize))
+        })
+    }
+
+    /// Triangles of all layers, counter-clockwise seen from the upper side, without those in open
+    /// cells.
+    pub fn present_triangles(&self) -> Vec<[u32; 3]> {
+        self.closed_triangles(self.all_triangles())
+    }
+
+    fn all_triangles(&self) -> Vec<[u32; 3]> {
+        match &self.model.triangles {
+            Some(triangles) => triangles.clone(),
+            None => self.model.layers.iter().flat_map(LatticeLayer::triangles).collect(),
+        }
+    }
+
+    /// Triangles of layer `index`, counter-clockwise seen from the upper side, without those in
+    /// open cells; none without that layer.
+    pub fn layer_triangles(&self, index: usize) -> Vec<[u32; 3]> {
+        let all = match (&self.model.triangles, self.model.layers.get(index)) {
+            (Some(triangles), Some(_)) => triangles.clone(),
+            (None, Some(layer)) => layer.triangles(),
+            (_, None) => Vec::new(),
+        };
+        self.closed_triangles(all)
     }
 
     /// Triangles of a layer without those in open cells.
     #[doc(hidden)]
     pub fn closed_triangles(&self, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-        if let Some(open) = self.open_cell_set() {
-            triangles.retain(|t| {
-                let at = t.map(|m| self.in_cells(m));
-                let (u, v) = ((at[0].0 + at[1].0 + at[2].0) / 3.0, (at[0].1 + at[1].1 + at[2].1) / 3.0);
-                open.is_closed_at(u, v) && !t.iter().any(|m| self.is_detached(*m as usize))
-            });
+        if self.open_cell_set().is_some() {
+            triangles.retain(|t| self.is_triangle_closed(*t));
         }
         triangles
     }
@@ -212,15 +290,20 @@ pub(crate) fn detached_at(sheet: &Sheet, i: usize) -> Option<DVec3> {
     sheet.state.fracture.as_ref().filter(|t| t.detached[i]).map(|t| t.detached_at[i])
 }
 
-/// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
+/// Whether no diagonal of a closed rectangle and no side of a closed triangle is longer than `most`
+/// (m). The pieces of a torn sheet
 /// may be any distance apart.
 pub(crate) fn is_intact_within(sheet: &Sheet, most: f64) -> bool {
-    let (Some(open), Some(layer)) = (sheet.open_cell_set(), sheet.model.layers.first()) else { return true };
+    let Some(open) = sheet.open_cell_set() else { return true };
     let closed = open.cells().iter().enumerate().filter(|c| !c.1);
     let mut sound = (0..sheet.node_count()).all(|i| sheet.state.x.get(i).is_finite());
+    let near =
+        |a: u32, b: u32| sheet.state.x.get(a as usize).distance_squared(sheet.state.x.get(b as usize)) < most * most;
     for (c, _) in closed {
-        let [a, b, d, e] = corners(layer, c).map(|m| sheet.state.x.get(m));
-        sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
+        sound &= match open.corners(c) {
+            CellCorners::Rectangle([a, b, d, e]) => near(a, e) && near(b, d),
+            CellCorners::Triangle([a, b, c]) => near(a, b) && near(b, c) && near(c, a),
+        };
     }
     sound
 }
@@ -236,7 +319,7 @@ pub(crate) fn open_cells_after_step(sheet: &mut Sheet) -> Option<FractureOpening
         return None;
     }
     let told = std::mem::replace(&mut tears.is_reported, true);
-    let first = (!told).then(|| opening(sheet, worst.unwrap_or(tears.opening_cells[0] as usize)));
+    let first = (!told).then(|| opening(sheet, &tears, worst.unwrap_or(tears.opening_cells[0] as usize)));
     for k in 0..tears.opening_cells.len() {
         tears.open.set(tears.opening_cells[k] as usize);
     }
@@ -248,6 +331,31 @@ pub(crate) fn open_cells_after_step(sheet: &mut Sheet) -> Option<FractureOpening
 
 /// Collect the cells that open; return the one with the largest strain.
 fn find_opening_cells(sheet: &Sheet, tears: &mut FractureState) -> Option<usize> {
+    let columns = tears.open.size().0;
+    // The kind of the cells is chosen once, outside the loop over them.
+    let (worst, melted) = if tears.open.triangles().is_none() {
+        test_cells(sheet, tears, |_, c| state_of_rectangle(sheet, columns, c))
+    } else {
+        test_cells(sheet, tears, |tears, c| state_of_triangle(sheet, tears, c))
+    };
+    if worst.is_some() {
+        for c in 0..tears.strain_ratio.len() {
+            if tears.strain_ratio[c] > 1.0 && (Some(c) == worst || is_crack_tip_maximum(tears, c)) {
+                tears.opening_cells.push(c as u32);
+            }
+        }
+        tears.opening_cells.sort_unstable();
+    }
+    worst.or(melted)
+}
+
+/// Compare strain and temperature of every closed cell with the limits, and collect the cells that
+/// melt. Return the cell with the largest strain beyond the limit, and the first that melts.
+fn test_cells(
+    sheet: &Sheet,
+    tears: &mut FractureState,
+    state: impl Fn(&FractureState, usize) -> CellState,
+) -> (Option<usize>, Option<usize>) {
     let (melts_at, tears_at) = (sheet.parameters.material.melts_at, sheet.parameters.material.tears_at);
     let (mut worst, mut most, mut melted) = (None, 1.0, None);
     for c in 0..tears.strain_ratio.len() {
@@ -255,7 +363,7 @@ fn find_opening_cells(sheet: &Sheet, tears: &mut FractureState) -> Option<usize>
         if tears.open.cells()[c] {
             continue;
         }
-        let state = state_of(sheet, c);
+        let state = state(tears, c);
         if melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit) {
             tears.opening_cells.push(c as u32);
             melted.get_or_insert(c);
@@ -268,33 +376,45 @@ fn find_opening_cells(sheet: &Sheet, tears: &mut FractureState) -> Option<usize>
             (worst, most) = (Some(c), over);
         }
     }
-    if worst.is_some() {
-        for c in 0..tears.strain_ratio.len() {
-            if tears.strain_ratio[c] > 1.0 && (Some(c) == worst || is_crack_tip_maximum(tears, c)) {
-                tears.opening_cells.push(c as u32);
-            }
-        }
-        tears.opening_cells.sort_unstable();
-    }
-    worst.or(melted)
+    (worst, melted)
 }
 
-fn state_of(sheet: &Sheet, c: usize) -> CellState {
+/// State of cell `c` of a grid with `columns` cells in a row.
+fn state_of_rectangle(sheet: &Sheet, columns: usize, c: usize) -> CellState {
     let Some(layer) = sheet.model.layers.first() else { return CellState { strain: 0.0, celsius: None } };
-    let m = corners(layer, c);
-    let celsius = sheet.temperatures().map(|t| cell_temperature(sheet, t, m, c));
+    let m = rectangle(columns, c).map(|m| m as usize);
+    let celsius = sheet.temperatures().map(|t| rectangle_temperature(sheet, t, m, c));
     let [p, q, r, s] = m.map(|m| sheet.state.x.get(m));
     let half =
         (0.5 * f64::from(layer.nx - 1) / sheet.model.extent.0, 0.5 * f64::from(layer.nz - 1) / sheet.model.extent.1);
-    let (a, b) = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
+    let derivatives = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
+    CellState { strain: strain_of(sheet, derivatives, celsius), celsius }
+}
+
+/// State of triangle `c`.
+fn state_of_triangle(sheet: &Sheet, tears: &FractureState, c: usize) -> CellState {
+    let Some(cells) = tears.open.triangles() else { return CellState { strain: 0.0, celsius: None } };
+    let m = cells.mesh().triangles[c].map(|m| m as usize);
+    let celsius = sheet.temperatures().map(|t| {
+        let upper = tears.upper_nodes.get(c).map_or(&[][..], Vec::as_slice);
+        let sum = m.iter().map(|m| t[*m]).sum::<f64>() + upper.iter().map(|m| t[*m as usize]).sum::<f64>();
+        sum / (3 + upper.len()) as f64
+    });
+    let derivatives = cells.derivatives(c, m.map(|m| sheet.state.x.get(m)));
+    CellState { strain: strain_of(sheet, derivatives, celsius), celsius }
+}
+
+/// Largest principal strain for the derivatives of the position along u and v.
+#[inline]
+fn strain_of(sheet: &Sheet, (a, b): (DVec3, DVec3), celsius: Option<f64>) -> f64 {
     let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
     let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
     let grown = 1.0 + celsius.map_or(0.0, |t| sheet.parameters.material.expansion * (t - REFERENCE));
-    CellState { strain: square.sqrt() / grown - 1.0, celsius }
+    square.sqrt() / grown - 1.0
 }
 
-/// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
-fn cell_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
+/// Mean temperature of the nodes of cell `c` of a grid, °C; `m` are its corners in the lowest layer.
+fn rectangle_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
     let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
     let Some(bottom) = sheet.model.layers.first().filter(|_| sheet.model.layers.len() > 1) else {
         return sum / count;
@@ -303,7 +423,8 @@ fn cell_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> 
     let (i, j) = (c as u32 % across, c as u32 / across);
     for layer in &sheet.model.layers[1..] {
         if layer.nx == bottom.nx {
-            sum += corners(layer, c).iter().map(|m| celsius[*m]).sum::<f64>();
+            let corners = rectangle(across as usize, c).map(|m| celsius[(layer.first + m) as usize]);
+            sum += corners.iter().sum::<f64>();
             count += 4.0;
         } else {
             sum += celsius[layer.at(i, j) as usize];
@@ -314,20 +435,21 @@ fn cell_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> 
 }
 
 /// Report of the opening of cell `c`.
-fn opening(sheet: &Sheet, c: usize) -> FractureOpening {
-    let state = state_of(sheet, c);
-    let middle = sheet
-        .model
-        .layers
-        .first()
-        .map_or(DVec3::ZERO, |layer| corners(layer, c).iter().map(|m| sheet.state.x.get(*m)).sum::<DVec3>() / 4.0);
+fn opening(sheet: &Sheet, tears: &FractureState, c: usize) -> FractureOpening {
+    let state = match tears.open.triangles() {
+        None => state_of_rectangle(sheet, tears.open.size().0, c),
+        Some(_) => state_of_triangle(sheet, tears, c),
+    };
+    let corners = tears.open.corners(c);
+    let nodes = corners.nodes();
+    let middle = nodes.iter().map(|m| sheet.state.x.get(*m as usize)).sum::<DVec3>() / nodes.len() as f64;
     let melted = sheet.parameters.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
     FractureOpening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
 }
 
 /// Open the cells along `slits` permanently.
 pub(crate) fn open_slits(sheet: &mut Sheet, slits: &[Slit]) {
-    let cells = slits::slit_cells(sheet, slits);
+    let Some(cells) = sheet.state.fracture.as_ref().map(|t| slits::slit_cells(&t.open, slits)) else { return };
     if let Some(tears) = sheet.state.fracture.as_mut().filter(|_| !slits.is_empty()) {
         tears.initial_cells = cells;
         set_open(sheet, &[]);
@@ -360,26 +482,27 @@ fn update_open_cells(sheet: &mut Sheet) {
     let before = sheet.energy(DVec3::ZERO).total;
     let Some(mut tears) = sheet.state.fracture.take() else { return };
     tears.revision += 1;
+    tears.open.update_slopes();
     tears.detached_at.resize(tears.detached.len(), DVec3::ZERO);
     for i in 0..tears.detached.len() {
-        let at = cells_at(sheet, &tears.open, i as u32);
-        let was = std::mem::replace(&mut tears.detached[i], tears.open.is_gone(at));
+        let (node, at) = node_at(sheet, &tears.open, i as u32);
+        let was = std::mem::replace(&mut tears.detached[i], tears.open.is_node_gone(node, at));
         if tears.detached[i] && !was {
             tears.detached_at[i] = sheet.state.x.get(i);
         }
     }
     for i in 0..sheet.springs.len() {
         let (a, b) = (sheet.springs.a[i], sheet.springs.b[i]);
-        let cut = tears.open.is_spring_cut(cells_at(sheet, &tears.open, a), cells_at(sheet, &tears.open, b))
+        let cut = tears.open.is_side_cut(node_at(sheet, &tears.open, a), node_at(sheet, &tears.open, b))
             || tears.detached[a as usize]
             || tears.detached[b as usize];
         sheet.parameters.springs.per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
     }
-    sheet.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.detached));
+    let x = &sheet.state.x;
+    sheet.elements.iter_mut().for_each(|e| e.open(x, &tears.open, &tears.detached));
     fix_detached_nodes(sheet, &mut tears);
-    let triangles = sheet.model.layers.iter().flat_map(LatticeLayer::triangles).collect();
     sheet.state.fracture = Some(tears);
-    sheet.parameters.drag.set_triangles(sheet.closed_triangles(triangles));
+    sheet.parameters.drag.set_triangles(sheet.present_triangles());
     update_contact_of_open_cells(sheet);
     if let Some(heat) = &mut sheet.state.heat {
         heat.discard_network();
@@ -394,9 +517,9 @@ fn update_open_cells(sheet: &mut Sheet) {
     }
 }
 
-fn cells_at(sheet: &Sheet, open: &OpenCells, i: u32) -> (f64, f64) {
-    let ((columns, rows), (u, v)) = (open.size(), sheet.model.uv[i as usize]);
-    (u * columns as f64, v * rows as f64)
+/// Node `i` and its place among the cells.
+fn node_at(sheet: &Sheet, open: &OpenCells, i: u32) -> (u32, (f64, f64)) {
+    (i, open.place(sheet.model.uv[i as usize]))
 }
 
 /// Fix detached nodes, remove their attachments, and find the node that each follows.
@@ -454,8 +577,8 @@ pub(crate) fn closed_triples(sheet: &Sheet) -> Vec<[u32; 3]> {
     let mut triples = sheet.parameters.flexion.triples.clone();
     if let Some(open) = sheet.open_cell_set() {
         triples.retain(|t| {
-            let [a, b, c] = t.map(|m| sheet.in_cells(m));
-            !open.is_spring_cut(a, b) && !open.is_spring_cut(b, c)
+            let [a, b, c] = t.map(|m| node_at(sheet, open, m));
+            !open.is_side_cut(a, b) && !open.is_side_cut(b, c)
         });
     }
     triples
@@ -463,17 +586,13 @@ pub(crate) fn closed_triples(sheet: &Sheet) -> Vec<[u32; 3]> {
 
 /// Whether cell `c` is at the end of a crack and has the largest strain of its neighbourhood.
 fn is_crack_tip_maximum(tears: &FractureState, c: usize) -> bool {
-    let columns = tears.open.size().0;
-    let (i, j) = ((c % columns) as i64, (c / columns) as i64);
-    let around = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).filter(|d| *d != (0, 0));
-    let mut at_end = false;
-    for n in around.filter_map(|(di, dj)| tears.open.cell_index(i + di, j + dj)) {
+    let (mut at_end, mut is_largest) = (false, true);
+    tears.open.visit_neighbours(c, &mut |n| {
         at_end |= tears.open.cells()[n];
         let (mine, other) = (tears.strain_ratio[c], tears.strain_ratio[n]);
         // The first of several cells with equal strain opens.
-        if other > mine * (1.0 + EQUAL_STRAIN_TOLERANCE) || (n < c && other >= mine * (1.0 - EQUAL_STRAIN_TOLERANCE)) {
-            return false;
-        }
-    }
-    at_end
+        is_largest &= !(other > mine * (1.0 + EQUAL_STRAIN_TOLERANCE)
+            || (n < c && other >= mine * (1.0 - EQUAL_STRAIN_TOLERANCE)));
+    });
+    at_end && is_largest
 }

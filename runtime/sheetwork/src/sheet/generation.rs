@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -10,6 +11,7 @@ use crate::elements::Element;
 use crate::elements::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::material::calibration::{CalibrationRequest, ClampedEdges, WallSpring, calibrate, default_gap};
+use crate::mesh::outline::refine::Refinement;
 use crate::mesh::outline::{self, Outline};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, StructureKind, generate, nodes_of};
@@ -55,15 +57,16 @@ pub(crate) fn is_cutting_clamp(pin: &PinSpec) -> bool {
 }
 
 /// Parts of a generated sheet; `described` is the grid in the scene, which differs from that of
-/// `spec` after a change of grid.
+/// `spec` after a change of grid; `levels` are those of a refined mesh.
 pub(crate) fn generated(
     spec: &SheetSpec,
     material: &Material,
     base: &Path,
     described: (u32, u32, u32),
+    levels: Option<&Arc<[u8]>>,
 ) -> Result<SheetParts, InputError> {
     if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
-        return outlined(spec, material, base, described);
+        return outlined(spec, material, base, described, levels);
     }
     if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
         return calibrated(spec, material, described);
@@ -95,9 +98,16 @@ fn outlined(
     material: &Material,
     base: &Path,
     described: (u32, u32, u32),
+    levels: Option<&Arc<[u8]>>,
 ) -> Result<SheetParts, InputError> {
     let outline = Outline::new(spec.outline.as_ref(), &spec.holes, &spec.cuts, spec.size, base)?;
-    let mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
+    let mut mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
+    let mut refinement = None;
+    if spec.refine.is_some() {
+        let levels = levels.cloned().unwrap_or_else(|| vec![0; mesh.triangles.len()].into());
+        let (finer, of_mesh) = Refinement::new(Arc::new(mesh), levels)?;
+        (mesh, refinement) = (finer, Some(Box::new(of_mesh)));
+    }
     let n = mesh.positions.len();
     let mut node_mass = spec.node_mass;
     if spec.grid == described {
@@ -119,7 +129,7 @@ fn outlined(
     let each = |area: &f64| node_mass.unwrap_or(area * material.areal_mass());
     let mass = mesh.lumped.iter().map(each).collect();
     let mut parts = parts_at_rest(spec, lattice, Vec::new(), Vec::new(), mass);
-    parts.mesh = Some(mesh);
+    (parts.mesh, parts.refinement) = (Some(mesh), refinement);
     Ok(parts)
 }
 
@@ -193,6 +203,7 @@ fn parts_at_rest(
         lattice,
         calibrated: None,
         mesh: None,
+        refinement: None,
     }
 }
 

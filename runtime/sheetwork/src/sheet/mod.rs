@@ -36,6 +36,7 @@ pub mod parameters;
 pub(crate) mod pins;
 pub(crate) mod probe;
 pub(crate) mod reaction;
+pub(crate) mod refine;
 pub(crate) mod region;
 pub(crate) mod remap;
 pub(crate) mod serialization;

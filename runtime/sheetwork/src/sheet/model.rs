@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::mesh::outline::TriangleMesh;
+use crate::mesh::outline::refine::Refinement;
 use crate::mesh::structure::{LatticeLayer, StructureKind};
 use crate::sheet::surface::CreaseLines;
 
@@ -24,6 +25,9 @@ pub struct SheetModel {
     pub border: Vec<bool>,
     /// Layer of each node.
     pub layer_of: Vec<u32>,
+    /// Level of each triangle of the base mesh of a sheet with local refinement: how often its
+    /// edges are halved, 0 to 3. The levels identify the present mesh.
+    pub refinement: Option<Arc<[u8]>>,
     pub(crate) meshes: OutlineMeshes,
     /// Mass of each node, kg.
     pub(crate) mass: Vec<f64>,
@@ -59,6 +63,8 @@ pub(crate) struct OutlineMeshes {
     pub present: Option<Arc<TriangleMesh>>,
     /// Grid of the scene and its mesh, after a change of grid.
     pub described: Option<((u32, u32), Arc<TriangleMesh>)>,
+    /// Local refinement of the present mesh; `None` for a sheet that is not refined.
+    pub refinement: Option<Box<Refinement>>,
 }
 
 /// Temperature of a sheet in its description.

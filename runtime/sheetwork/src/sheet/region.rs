@@ -35,7 +35,11 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
             let inside = |x: f64, (low, high): (f64, f64)| x >= low - BORDER_TOLERANCE && x <= high + BORDER_TOLERANCE;
             all.filter(|i| inside(uv[*i as usize].0, *u) && inside(uv[*i as usize].1, *v)).collect()
         }
-        Region::Point(u, v) => nearest(*u, *v, layers, uv).into_iter().collect(),
+        Region::Point(u, v) => {
+            // On any refinement of a mesh a point is that of the base mesh.
+            let base = sheet.model.meshes.refinement.as_ref().map_or(uv.len(), |r| r.base.positions.len());
+            nearest(*u, *v, layers, &uv[..base]).into_iter().collect()
+        }
         Region::Masses(list) => {
             if let Some(i) = list.iter().find(|i| **i as usize >= uv.len()) {
                 let problem = format!("mass {i} does not exist: the sheet has masses 0 to {}", uv.len() - 1);
@@ -51,5 +55,5 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
 fn nearest(u: f64, v: f64, layers: &[LatticeLayer], uv: &[(f64, f64)]) -> Option<u32> {
     let distance = |i: usize| (uv[i].0 - u).powi(2) + (uv[i].1 - v).powi(2);
     let bottom = layers.first()?.range();
-    bottom.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).map(|i| i as u32)
+    bottom.filter(|i| *i < uv.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).map(|i| i as u32)
 }

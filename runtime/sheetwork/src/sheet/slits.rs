@@ -1,15 +1,17 @@
 //! Cells of a sheet that its slits open.
 
-use crate::mesh::slits::{Slit, crossed};
-use crate::sheet::Sheet;
+use crate::elements::fracture::OpenCells;
+use crate::mesh::slits::{Slit, crossed, crossed_triangles};
 
-/// For each cell, whether one of `slits` crosses it.
-pub(crate) fn slit_cells(sheet: &Sheet, slits: &[Slit]) -> Vec<bool> {
-    let bottom = sheet.model.layers.first().copied().unwrap_or_default();
-    let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);
-    let mut cells = vec![false; size.0 * size.1];
+/// For each of the cells `open`, whether one of `slits` crosses it.
+pub(crate) fn slit_cells(open: &OpenCells, slits: &[Slit]) -> Vec<bool> {
+    let mut cells = vec![false; open.cells().len()];
     for slit in slits {
-        crossed(size, *slit).into_iter().for_each(|c| cells[c] = true);
+        let list = match open.triangles() {
+            None => crossed(open.size(), *slit),
+            Some(t) => crossed_triangles(t.mesh(), (t.place(slit.0), t.place(slit.1)), t.side()),
+        };
+        list.into_iter().for_each(|c| cells[c] = true);
     }
     cells
 }

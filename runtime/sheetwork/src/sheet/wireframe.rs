@@ -5,11 +5,7 @@ use crate::sheet::Sheet;
 impl Sheet {
     /// Pairs of neighbouring nodes of a layer, each once: the edges of its triangles.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let triangles = match &self.model.triangles {
-            Some(triangles) => triangles.clone(),
-            None => self.closed_triangles(self.model.layers.iter().flat_map(|layer| layer.triangles()).collect()),
-        };
-        let sides = triangles.into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let sides = self.present_triangles().into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
         edges.dedup();

@@ -42,6 +42,7 @@ use crate::parallel::Pool;
 use crate::profiler::{Profiler, StepObserver};
 use crate::rigid::{BodyState, RigidWorld};
 use crate::scene::{Air, IntegratorKind, PairSpec, Scene, body_name, validate};
+use crate::sheet::refine::RefineWorkspace;
 use crate::sheet::temperature::spots;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status, attachment, equilibrium};
 use crate::thermal::ThermalModel;
@@ -81,6 +82,8 @@ pub struct World {
     heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
     lod: Option<Box<lod::LodState>>,
+    /// Workspace of local refinement.
+    refine_work: Option<Box<RefineWorkspace>>,
     profiler: Profiler,
     /// Checksum of the scene's structure, for snapshots.
     structure: StructureChecksum,
@@ -155,6 +158,7 @@ impl World {
             islands: IslandManager::default(),
             heat,
             lod,
+            refine_work: None,
             profiler: Profiler::default(),
             structure: StructureChecksum::new(&own),
             drained_events: 0,

@@ -1,14 +1,18 @@
-//! Change of grid of a sheet in a running world: see `sheet/remap`.
+//! Change of grid, or of local refinement, of a sheet in a running world: see `sheet/remap`.
 //!
 //! The scene of the world is unchanged, so that a reset returns to its grids; a snapshot stores the
-//! grids of its sheets.
+//! grids of its sheets and the levels of refined ones.
+
+use std::sync::Arc;
 
 use crate::contact::SheetContact;
 use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
+use crate::scene::Scene;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::refine::{RefineWorkspace, Resolution, plan_levels, resolution_of};
 use crate::sheet::remap::{self, outline};
-use crate::sheet::{Sheet, buckling};
+use crate::sheet::{Sheet, Status, buckling};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 
@@ -20,21 +24,29 @@ pub(crate) fn grid_of(sheet: &Sheet) -> Grid {
     (sheet.model.grid.0, sheet.model.grid.2)
 }
 
-/// Serialise the grids for a snapshot.
+/// Serialise the grids, and the levels of refined sheets, for a snapshot.
 pub(crate) fn serialise_grids(sheets: &[Sheet], to: &mut StateWriter) {
     to.count(sheets.len() as u64);
-    for grid in sheets.iter().map(grid_of) {
+    for sheet in sheets {
+        let grid = grid_of(sheet);
         to.count(grid.0.into());
         to.count(grid.1.into());
+        sheet.model.refinement.iter().for_each(|levels| to.blob(levels));
     }
 }
 
-/// Deserialise the grids.
-pub(crate) fn deserialise_grids(from: &mut StateReader) -> ReadResult<Vec<Grid>> {
+/// Deserialise the grids and levels of the sheets of `scene`.
+pub(crate) fn deserialise_grids(from: &mut StateReader, scene: &Scene) -> ReadResult<Vec<Resolution>> {
     let mut all = Vec::new();
     let bound = Id::GridLength.range().1 as usize + 1;
-    for _ in 0..from.length(2)? {
-        all.push((from.index(bound)?, from.index(bound)?));
+    for index in 0..from.length(2)? {
+        let grid = (from.index(bound)?, from.index(bound)?);
+        let most = scene.sheets.get(index).and_then(|s| s.refine).map(|refine| refine.levels);
+        let levels: Option<Arc<[u8]>> = if most.is_some() { Some(from.blob()?.into()) } else { None };
+        if levels.iter().any(|all| all.iter().any(|level| u32::from(*level) > most.unwrap_or(0))) {
+            return Err(CorruptState);
+        }
+        all.push(Resolution { grid, levels });
     }
     Ok(all)
 }
@@ -57,12 +69,19 @@ impl World {
         let (min, max) = Id::GridLength.range();
         check_range("grid", grid.0.into(), min, max, "masses along the length")?;
         check_range("grid", grid.1.into(), min, max, "masses along the width")?;
-        let old = &self.sheets[index];
-        if grid_of(old) == grid {
+        if grid_of(&self.sheets[index]) == grid {
             return Ok(());
         }
-        remap::check_grid_change(old, &self.scene.sheets[index])?;
-        let mut new = self.build_sheet_on_grid(index, grid)?;
+        self.change_resolution(index, &Resolution { grid, levels: None })
+    }
+
+    /// Change the sheet `index` to another grid or to other levels of its base mesh.
+    pub(crate) fn change_resolution(&mut self, index: usize, at: &Resolution) -> Result<(), InputError> {
+        if resolution_of(&self.sheets[index]) == *at {
+            return Ok(());
+        }
+        remap::check_grid_change(&self.sheets[index], &self.scene.sheets[index])?;
+        let mut new = self.build_sheet_on_grid(index, at)?;
         let mut contact = SheetContact::default();
         if self.sheet_contacts[index].surface.is_some() {
             // The collision surface is built from the positions at rest, which the sheet has here.
@@ -73,25 +92,46 @@ impl World {
         self.sheet_contacts[index] = contact;
         self.sheets[index] = new;
         let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
-        self.events.push(Event { grid: Some(grid), ..event });
+        self.events.push(Event { grid: Some(at.grid), ..event });
         Ok(())
     }
 
-    /// The sheet `index` of the scene, on that grid.
-    pub(crate) fn build_sheet_on_grid(&mut self, index: usize, grid: Grid) -> Result<Sheet, InputError> {
-        let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
+    /// The sheet `index` of the scene, on that grid and with those levels.
+    pub(crate) fn build_sheet_on_grid(&mut self, index: usize, at: &Resolution) -> Result<Sheet, InputError> {
+        let mut sheet = Sheet::build_at(&self.scene, index, at)?;
         crate::world::attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
         sheet.name.clone_from(&self.sheets[index].name);
         outline::copy_described_mesh(&mut sheet, &self.sheets[index]);
         Ok(sheet)
     }
 
-    /// The sheet `index` of the scene on that grid, with the present detection of buckling.
-    pub(crate) fn fresh_sheet(&mut self, index: usize, grid: Grid) -> ReadResult<Sheet> {
+    /// The sheet `index` of the scene on that grid and with those levels, with the present
+    /// detection of buckling.
+    pub(crate) fn fresh_sheet(&mut self, index: usize, at: &Resolution) -> ReadResult<Sheet> {
         let watched = self.sheets[index].state.buckle_detector.is_some();
-        let mut sheet = self.build_sheet_on_grid(index, grid).map_err(|_| CorruptState)?;
+        let mut sheet = self.build_sheet_on_grid(index, at).map_err(|_| CorruptState)?;
         buckling::set_buckling_detection(&mut sheet, watched);
         Ok(sheet)
+    }
+
+    /// Refine or coarsen the meshes of sheets with local refinement, where the number of steps
+    /// allows a change.
+    pub(crate) fn refine_sheets(&mut self) {
+        for index in 0..self.scene.sheets.len() {
+            let Some(spec) = self.scene.sheets[index].refine else { continue };
+            let sheet = &self.sheets[index];
+            let due = self.steps.is_multiple_of(spec.every.into());
+            if !due || sheet.state.status != Status::Awake || sheet.open_count() > 0 {
+                continue;
+            }
+            let work: &mut RefineWorkspace = self.refine_work.get_or_insert_default();
+            if plan_levels(sheet, &spec, work) {
+                let levels = Some(work.levels.as_slice().into());
+                let at = Resolution { levels, ..resolution_of(sheet) };
+                // A mesh that cannot change stays: nothing that is stored depends on the attempt.
+                let _ = self.change_resolution(index, &at);
+            }
+        }
     }
 
     /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
@@ -101,16 +141,16 @@ impl World {
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
     }
 
-    /// Replace sheets on other grids than `grids` by sheets of the scene on these grids. Returns
-    /// the replaced ones.
-    pub(crate) fn exchange_grids(&mut self, grids: &[Grid]) -> ReadResult<Vec<(usize, Sheet, SheetContact)>> {
+    /// Replace sheets on other grids than `grids`, or with other levels, by sheets of the scene on
+    /// these grids. Returns the replaced ones.
+    pub(crate) fn exchange_grids(&mut self, grids: &[Resolution]) -> ReadResult<Vec<(usize, Sheet, SheetContact)>> {
         if grids.len() != self.sheets.len() {
             return Err(CorruptState);
         }
         let mut new = Vec::new();
-        for (index, grid) in grids.iter().enumerate() {
-            if grid_of(&self.sheets[index]) != *grid {
-                new.push((index, self.fresh_sheet(index, *grid)?, SheetContact::default()));
+        for (index, at) in grids.iter().enumerate() {
+            if resolution_of(&self.sheets[index]) != *at {
+                new.push((index, self.fresh_sheet(index, at)?, SheetContact::default()));
             }
         }
         for (index, sheet, contact) in &mut new {

@@ -12,9 +12,10 @@ use crate::contact::SheetContact;
 use crate::error::{InputError, SnapshotError};
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
+use crate::sheet::refine::{Resolution, resolution_of};
 use crate::sheet::{Sheet, serialization};
 use crate::world::World;
-use crate::world::remap::{Grid, deserialise_grids, grid_of, serialise_grids};
+use crate::world::remap::{deserialise_grids, grid_of, serialise_grids};
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
 const VERSION: u32 = 6;
@@ -25,12 +26,16 @@ const BYTES_PER_NODE: u64 = 48;
 /// Bytes before the body: magic, version, length, checksum.
 const HEADER_LENGTH: usize = 8 + 4 + 8 + 4;
 
-/// Lower bound of the number of nodes of `sheet` on `grid`. The number on a triangle mesh is known
-/// only after meshing: it grows at least with the length in cells of a narrow strip.
-fn min_nodes(sheet: &Sheet, grid: Grid) -> u64 {
+/// Lower bound of the number of nodes of `sheet` on a grid. The number on a triangle mesh is known
+/// only after meshing: it grows at least with the length in cells of a narrow strip. A refined mesh
+/// has at least a quarter as many nodes as triangles.
+fn min_nodes(sheet: &Sheet, Resolution { grid, levels }: &Resolution) -> u64 {
     let own = grid_of(sheet);
     if sheet.mesh().is_none() {
         return u64::from(grid.0) * u64::from(grid.1);
+    }
+    if let Some(levels) = levels {
+        return levels.iter().map(|level| 4_u64.pow((*level).into())).sum::<u64>() / 4;
     }
     let longer = f64::min(f64::from(grid.0) / f64::from(own.0), f64::from(grid.1) / f64::from(own.1));
     (0.25 * longer.min(longer * longer) * sheet.node_count() as f64) as u64
@@ -92,12 +97,12 @@ impl World {
     }
 
     /// Grids of the sheets in a snapshot of this world's scene.
-    fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, SnapshotError> {
+    fn grids_of(&self, body: &[u8]) -> Result<Vec<Resolution>, SnapshotError> {
         let mut from = StateReader::new(body);
         let scene = from.checksum().and_then(|_| from.checksum()).map_err(other_structure)?;
-        let grids = deserialise_grids(&mut from).map_err(other_structure)?;
-        let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
-        let masses: u64 = elsewhere.map(|(grid, sheet)| min_nodes(sheet, *grid)).sum();
+        let grids = deserialise_grids(&mut from, &self.scene).map_err(other_structure)?;
+        let elsewhere = grids.iter().zip(&self.sheets).filter(|(at, sheet)| resolution_of(sheet) != **at);
+        let masses: u64 = elsewhere.map(|(at, sheet)| min_nodes(sheet, at)).sum();
         // Sheets are built only when the snapshot is long enough for their nodes.
         let there = masses.saturating_mul(BYTES_PER_NODE) <= body.len() as u64;
         let ours = scene == self.structure.value() && grids.len() == self.sheets.len();
@@ -138,11 +143,11 @@ impl World {
     /// Deserialise the output of [`World::write_state`] from a world of the same structure.
     fn read_state(&mut self, body: &[u8]) -> ReadResult {
         let mut from = StateReader::new(body.get(8..).ok_or(CorruptState)?);
-        deserialise_grids(&mut from)?;
+        deserialise_grids(&mut from, &self.scene)?;
         for index in 0..self.sheets.len() {
             // Changes by heat, creep and fracture are undone only by building the sheet again.
             if !from.flag()? && serialization::is_changed(&self.sheets[index]) {
-                self.sheets[index] = self.fresh_sheet(index, grid_of(&self.sheets[index]))?;
+                self.sheets[index] = self.fresh_sheet(index, &resolution_of(&self.sheets[index]))?;
                 self.sheet_contacts[index] = SheetContact::default();
             }
         }
@@ -220,10 +225,10 @@ impl World {
     pub(crate) fn roll_back(&mut self, bytes: &[u8]) -> bool {
         let Ok(body) = body_of(bytes) else { return false };
         let Ok(grids) = self.grids_of(body) else { return false };
-        let elsewhere = grids.iter().zip(&self.sheets).any(|(grid, sheet)| grid_of(sheet) != *grid);
+        let elsewhere = grids.iter().zip(&self.sheets).any(|(at, sheet)| resolution_of(sheet) != *at);
         let start = elsewhere.then(|| self.serialise());
         // A change of grid keeps the settings of the sheet.
-        if (0..grids.len()).any(|i| self.remap_index(i, grids[i]).is_err()) || self.check_make(body).is_err() {
+        if (0..grids.len()).any(|i| self.change_resolution(i, &grids[i]).is_err()) || self.check_make(body).is_err() {
             start.iter().for_each(|start| drop(self.deserialise(start)));
             return false;
         }

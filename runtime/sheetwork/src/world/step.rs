@@ -81,12 +81,13 @@ impl World {
         }
     }
 
-    /// Phases after the motion: fracture, events, buckling, levels of detail.
+    /// Phases after the motion: fracture, events, buckling, levels of detail, local refinement.
     fn finish_step(&mut self, dt: f64, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
         self.fracture_sheets();
         self.collect_events(name);
         self.detect_buckling(self.time - dt);
         self.update_lod(dt);
+        self.refine_sheets();
     }
 
     /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid

@@ -22,6 +22,7 @@ mod inter_layer;
 mod layers;
 mod measures;
 mod picture;
+mod remeshing;
 mod report;
 mod rows;
 mod stiffness;

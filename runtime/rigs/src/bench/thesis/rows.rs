@@ -2,7 +2,7 @@
 
 use crate::bench::thesis::{
     Row, arithmetic, counts, damping, drops, dynamics, engines, future, heat, instruments, inter_layer, layers,
-    stiffness, study,
+    remeshing, stiffness, study,
 };
 
 /// All rows.
@@ -69,6 +69,7 @@ pub(crate) const TABLE: &[Row] = &[
     future::BODIES,
     future::FLEXION,
     future::RETENTION,
+    remeshing::FOLD,
     future::ADAPTIVE,
     future::HOT_SPOTS,
 ];

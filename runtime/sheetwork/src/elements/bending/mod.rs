@@ -365,13 +365,16 @@ impl Element for Bending {
         self.sum_constant();
     }
 
-    fn open(&mut self, open: &OpenCells, _gone: &[bool]) {
+    fn open(&mut self, _x: &Vectors, open: &OpenCells, _gone: &[bool]) {
         if self.whole.is_empty() {
             self.whole = self.source.iter().map(ClosedPart::from_group).collect();
         }
         let columns = open.size().0 + 1;
         for ((source, group), whole) in self.source.iter_mut().zip(&mut self.groups).zip(&self.whole) {
-            let left = whole.closed_part(source, columns, open);
+            let left = match open.triangles() {
+                None => whole.closed_part(source, columns, open),
+                Some(cells) => whole.closed_triangle(source.home as usize, cells, open.cells()),
+            };
             (source.area, source.relaxed, source.frame, group.frame) =
                 (left.area, left.relaxed, left.frame, left.frame);
         }

@@ -497,7 +497,7 @@ impl Element for CellMembrane {
         kernel!(settle, self, &self.cell, &mut self.packets, &self.rest_state, x);
     }
 
-    fn open(&mut self, open: &OpenCells, _gone: &[bool]) {
+    fn open(&mut self, _x: &Vectors, open: &OpenCells, _gone: &[bool]) {
         if self.rest_state.is_empty() {
             self.rest_state = vec![PacketRestState::COLD; self.packets.len()];
         }

@@ -25,6 +25,8 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::elements::curvature::CurvatureGroup;
+use crate::elements::staggered::ClosedPart;
+use crate::elements::triangle_cells::TriangleCells;
 use crate::mesh::outline::{MeshEdge, TriangleMesh};
 
 /// Area factor of a triangle with a clamped edge.
@@ -66,6 +68,26 @@ pub fn triangle_curvatures(
     (groups, directions)
 }
 
+/// Direction of curvature (uu, vv, 2uv) that the slope of an edge along the unit vector `t` changes.
+pub(crate) fn bend_across(t: [f64; 2]) -> [f64; 3] {
+    let n = [t[1], -t[0]];
+    [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]]
+}
+
+impl ClosedPart {
+    /// The part that remains of triangle `k` beside the `open` ones: nothing of an open triangle;
+    /// the curvature across an edge with a free slope is relaxed.
+    pub(crate) fn closed_triangle(&self, k: usize, cells: &TriangleCells, open: &[bool]) -> Self {
+        let mut left = self.clone();
+        left.relaxed.extend(cells.freed_directions(k));
+        // With all three directions relaxed no stiffness is left but rounding.
+        if open[k] || left.relaxed.len() > 2 {
+            left.area = 0.0;
+        }
+        left
+    }
+}
+
 /// The curvature of triangle `k`.
 fn curvature(
     mesh: &TriangleMesh,
@@ -100,7 +122,7 @@ fn curvature(
         let twist = [n[0] * t[0] / area, n[1] * t[1] / area, (n[0] * t[1] + n[1] * t[0]) / area];
         add(nodes[(c + 1) % 3], twist, 1.0);
         add(nodes[c], twist, -1.0);
-        let bend = [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]];
+        let bend = bend_across(t);
         let per_slope = bend.map(|b| b * length / area);
         if let Some(clamp) = clamp_of.get(&e) {
             (0..3).for_each(|i| group.clamps[i].push((*clamp, per_slope[i])));

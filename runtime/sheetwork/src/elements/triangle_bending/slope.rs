@@ -22,7 +22,7 @@ pub type Stencil = Vec<(u32, f64)>;
 /// Smallest ratio of the singular values of P at which the patch determines a quadratic.
 const MINIMUM_SINGULAR_VALUE_RATIO: f64 = 0.02;
 /// Maximum number of additional rings of a patch.
-const MAXIMUM_RINGS: usize = 2;
+pub(crate) const MAXIMUM_RINGS: usize = 2;
 /// Eigenvalue of P W Pᵀ, relative to the largest, below which the pseudo-inverse drops it.
 const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 
@@ -65,7 +65,7 @@ fn moments(all: &[[f64; 6]], weight: &[f64]) -> [[f64; 6]; 6] {
 fn slope(mesh: &TriangleMesh, edge: &MeshEdge) -> Stencil {
     let (length, t) = mesh.direction(edge);
     let (n, middle) = ([t[1], -t[0]], mesh.middle(edge));
-    let (masses, all) = patch(mesh, edge, length, middle);
+    let (masses, all, _) = patch(mesh, edge, length, middle);
     let mut r = start(mesh, edge, n, &masses);
     // From here in units of the edge's length.
     r.iter_mut().for_each(|w| *w *= length);
@@ -84,8 +84,15 @@ fn slope(mesh: &TriangleMesh, edge: &MeshEdge) -> Stencil {
     masses.into_iter().zip(r).filter(|(_, r)| r.abs() > 1e-13).map(|(v, r)| (v, r / length)).collect()
 }
 
-/// Nodes of the patch, and their monomials.
-fn patch(mesh: &TriangleMesh, edge: &MeshEdge, length: f64, middle: [f64; 2]) -> (Vec<u32>, Vec<[f64; 6]>) {
+/// Nodes that the slope of an inner edge depends on, and the number of rings of triangles around the
+/// edge's own two.
+pub fn patch_nodes(mesh: &TriangleMesh, edge: &MeshEdge) -> (Vec<u32>, usize) {
+    let (masses, _, rings) = patch(mesh, edge, mesh.direction(edge).0, mesh.middle(edge));
+    (masses, rings)
+}
+
+/// Nodes of the patch, their monomials, and the number of its rings.
+fn patch(mesh: &TriangleMesh, edge: &MeshEdge, length: f64, middle: [f64; 2]) -> (Vec<u32>, Vec<[f64; 6]>, usize) {
     let mut triangles = grown(mesh, &edge.triangles.into_iter().collect());
     for ring in 0..=MAXIMUM_RINGS {
         let masses: BTreeSet<u32> = triangles.iter().flat_map(|k| mesh.triangles[*k as usize]).collect();
@@ -99,11 +106,11 @@ fn patch(mesh: &TriangleMesh, edge: &MeshEdge, length: f64, middle: [f64; 2]) ->
         if ring == MAXIMUM_RINGS
             || (all.len() >= 6 && low > MINIMUM_SINGULAR_VALUE_RATIO * MINIMUM_SINGULAR_VALUE_RATIO * high)
         {
-            return (masses.into_iter().collect(), all);
+            return (masses.into_iter().collect(), all, ring + 1);
         }
         triangles = grown(mesh, &triangles);
     }
-    (Vec::new(), Vec::new())
+    (Vec::new(), Vec::new(), 0)
 }
 
 /// Mean of the two triangles' gradients along `n`, each weighted by the other's height.

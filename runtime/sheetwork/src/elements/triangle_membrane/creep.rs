@@ -63,13 +63,13 @@ impl EdgeMembrane {
     /// Strain of edge `e` at `x` (m) relative to the expanded edge, creep strain included.
     fn whole(&self, e: usize, x: &Vectors, creeping: &EdgeCreep) -> f64 {
         let strain = &self.strains[e];
-        strain.at(x) + 0.5 * (strain.unit - 1.0) - creeping.warmth[e].1
+        strain.at(x) + 0.5 * (strain.unit - 1.0 - self.arc_change(e)) - creeping.warmth[e].1
     }
 
     /// Sets the rest strain of edge `e` from `creeping`.
     pub(crate) fn apply_rest_strain(&mut self, e: usize, creeping: &EdgeCreep) {
-        let strain = &mut self.strains[e];
-        strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
+        let rest = creeping.warmth[e].1 + creeping.strains[e].rest;
+        self.strains[e].unit = 1.0 + 2.0 * rest + self.arc_change(e);
     }
 
     /// Applies temperature to the edges, as [`crate::elements::Element::apply_temperature`];

@@ -131,13 +131,26 @@ impl EdgeMembrane {
 }
 
 /// Groups whose curvature contributes to an edge, and their shares.
-pub(super) fn sources(mesh: &TriangleMesh, edge: &MeshEdge) -> [(u32, f64); 2] {
+pub(super) type Sources = [(u32, f64); 2];
+
+/// Sources of an edge of `mesh`.
+pub(super) fn sources(mesh: &TriangleMesh, edge: &MeshEdge) -> Sources {
     let [first, second] = edge.triangles;
     if second == NO_TRIANGLE {
         return [(first, 1.0), (first, 0.0)];
     }
     let (a, b) = (mesh.areas[first as usize], mesh.areas[second as usize]);
     [(first, b / (a + b)), (second, a / (a + b))]
+}
+
+/// Those of the sources `whole` of an edge whose curvature is `known`; both if neither is.
+pub(super) fn sources_of(whole: Sources, edge: &MeshEdge, known: impl Fn(u32) -> bool) -> Sources {
+    let [first, second] = edge.triangles;
+    if edge.is_boundary() || known(first) == known(second) {
+        return whole;
+    }
+    let own = if known(first) { first } else { second };
+    [(own, 1.0), (own, 0.0)]
 }
 
 /// Adds weights to a list with one entry per index.

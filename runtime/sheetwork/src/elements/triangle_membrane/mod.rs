@@ -18,19 +18,20 @@
 
 pub(crate) mod creep;
 mod edge_strain;
+mod opening;
 pub(crate) mod remap;
 #[cfg(test)]
 mod tests;
-
-use std::collections::BTreeSet;
 
 use glam::DVec3;
 
 use crate::elements::creep::InelasticElement;
 use crate::elements::curvature::{CurvatureGroup, apply as product, dot};
+use crate::elements::fracture::OpenCells;
 use crate::elements::remap::Remap;
 use crate::elements::triangle_membrane::creep::EdgeCreep;
-use crate::elements::triangle_membrane::edge_strain::{EdgeStrain, sources};
+use crate::elements::triangle_membrane::edge_strain::{EdgeStrain, Sources, sources};
+use crate::elements::triangle_membrane::opening::Opening;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, add_block, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
 use crate::math::Vectors;
@@ -80,7 +81,7 @@ pub struct EdgeMembrane {
     /// One entry per triangle; empty until the first change of temperature.
     rest_state: Vec<TriangleRestState>,
     /// Curvature along each edge before relaxation: indices of groups and their shares.
-    sources: Vec<[(u32, f64); 2]>,
+    sources: Vec<Sources>,
     /// Squared direction (t_u², t_v², t_u t_v) and length (m) of each edge.
     directions: Vec<([f64; 3], f64)>,
     groups: Vec<CurvatureGroup>,
@@ -101,6 +102,10 @@ pub struct EdgeMembrane {
     gradients: Vec<[DVec3; 3]>,
     /// Creep state; `None` without creep.
     creep: Option<Box<EdgeCreep>>,
+    /// Open triangles; `None` while all are closed.
+    opening: Option<Box<Opening>>,
+    /// Bending stiffness of the law, N m.
+    bending: [[f64; 3]; 3],
 }
 
 impl EdgeMembrane {
@@ -128,20 +133,12 @@ impl EdgeMembrane {
             let s = own.map(|e| membrane.directions[e as usize].0);
             let owns = own.map(|e| mesh.edges[e as usize].triangles[0] == k as u32);
             let from_edges = inverse(&s);
-            let mut triangle =
+            let triangle =
                 MembraneTriangle { edges: *own, from_edges, area: mesh.areas[k], owns, ..MembraneTriangle::default() };
-            let used = own.iter().flat_map(|e| {
-                let strain = &membrane.strains[*e as usize];
-                strain.arc.iter().map(|a| a.0).chain(strain.ends)
-            });
-            triangle.masses = used.collect::<BTreeSet<u32>>().into_iter().collect();
-            let pairs = triangle.masses.len() * (triangle.masses.len() + 1) / 2;
-            triangle.blocks = vec![NO_BLOCK; pairs];
             membrane.triangles.push(triangle);
         }
+        membrane.gather_nodes();
         membrane.compute_weights();
-        let most = membrane.triangles.iter().map(|t| t.masses.len()).max().unwrap_or(0);
-        membrane.gradients = vec![[DVec3::ZERO; 3]; 2 * most];
         membrane
     }
 
@@ -263,8 +260,11 @@ impl Element for EdgeMembrane {
 
     fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
+        self.bending = law.bending;
+        let is_open = |k: usize| self.opening.as_ref().is_some_and(|o| o.open[k]);
         for (k, t) in self.triangles.iter_mut().enumerate() {
-            let area = t.area * self.rest_state.get(k).map_or(1.0, |w| w.softness);
+            let softness = self.rest_state.get(k).map_or(1.0, |w| w.softness);
+            let area = if is_open(k) { 0.0 } else { t.area * softness };
             let s = &t.from_edges;
             // S⁻¹ maps edge strains to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
             let cs: [[f64; 3]; 3] = std::array::from_fn(|j| product(&law.membrane, &[s[0][j], s[1][j], s[2][j]]));
@@ -376,6 +376,7 @@ impl Element for EdgeMembrane {
         to.flag(!self.rest_state.is_empty());
         self.rest_state.serialise(to);
         self.creep.iter().for_each(|creep| creep.serialise(to));
+        self.opening.iter().for_each(|opening| to.sparse(&opening.arc_change));
     }
 
     fn deserialise_changes(&mut self, from: &mut StateReader) -> ReadResult {
@@ -386,7 +387,8 @@ impl Element for EdgeMembrane {
             self.rest_state.resize(self.triangles.len(), TriangleRestState::COLD);
         }
         self.rest_state.deserialise(from)?;
-        self.creep.iter_mut().try_for_each(|creep| creep.deserialise(from))
+        self.creep.iter_mut().try_for_each(|creep| creep.deserialise(from))?;
+        self.opening.iter_mut().try_for_each(|opening| from.sparse(&mut opening.arc_change))
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -436,6 +438,12 @@ impl Element for EdgeMembrane {
     fn update_stress(&mut self, x: &Vectors) {
         self.strain_stage(x);
         self.stress_of_work();
+    }
+
+    fn open(&mut self, x: &Vectors, open: &OpenCells, _gone: &[bool]) {
+        if let Some(cells) = open.triangles() {
+            self.open_triangles(x, cells, open);
+        }
     }
 
     fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {

@@ -10,9 +10,9 @@ use crate::mesh::outline::mesh::TriangleMesh;
 /// Fraction of the way towards the inner point at which the search is made.
 const INWARD_FRACTION: f64 = 1e-3;
 
-/// Point location in a mesh.
-pub struct PointLocator<'a> {
-    mesh: &'a TriangleMesh,
+/// Search cells over the bounding box of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriangleIndex {
     low: [f64; 2],
     /// Search cells per metre along u and v.
     per_metre: [f64; 2],
@@ -21,30 +21,27 @@ pub struct PointLocator<'a> {
     cells: Vec<Vec<u32>>,
 }
 
-impl<'a> PointLocator<'a> {
-    /// Point location in `mesh`.
-    pub fn new(mesh: &'a TriangleMesh) -> Self {
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for (p, a) in mesh.positions.iter().flat_map(|p| [(p, 0), (p, 1)]) {
-            (low[a], high[a]) = (low[a].min(p[a]), high[a].max(p[a]));
-        }
+impl TriangleIndex {
+    /// Search cells of `mesh`.
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let (low, high) = mesh.bounds();
         let side = (mesh.triangles.len() as f64).sqrt().ceil().max(1.0);
         let per_metre: [f64; 2] = std::array::from_fn(|a| side / (high[a] - low[a]).max(f64::MIN_POSITIVE));
         let count = [side as usize; 2];
-        let mut locator = Self { mesh, low, per_metre, count, cells: vec![Vec::new(); count[0] * count[1]] };
+        let mut index = Self { low, per_metre, count, cells: vec![Vec::new(); count[0] * count[1]] };
         for (k, t) in mesh.triangles.iter().enumerate() {
-            let corners = t.map(|v| locator.cell(mesh.positions[v as usize]));
+            let corners = t.map(|v| index.cell(mesh.positions[v as usize]));
             let range = |a: usize| {
                 let each = corners.map(|c| c[a]);
                 each.into_iter().min().unwrap_or(0)..=each.into_iter().max().unwrap_or(0)
             };
             for j in range(1) {
                 for i in range(0) {
-                    locator.cells[j * count[0] + i].push(k as u32);
+                    index.cells[j * count[0] + i].push(k as u32);
                 }
             }
         }
-        locator
+        index
     }
 
     fn cell(&self, p: [f64; 2]) -> [usize; 2] {
@@ -54,14 +51,28 @@ impl<'a> PointLocator<'a> {
         })
     }
 
+    /// Triangles that may contain `p` (m), in ascending order.
+    pub fn near(&self, p: [f64; 2]) -> &[u32] {
+        let [i, j] = self.cell(p);
+        self.cells.get(j * self.count[0] + i).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// Point location in a mesh.
+pub struct PointLocator<'a> {
+    mesh: &'a TriangleMesh,
+    index: TriangleIndex,
+}
+
+impl<'a> PointLocator<'a> {
+    /// Point location in `mesh`.
+    pub fn new(mesh: &'a TriangleMesh) -> Self {
+        Self { mesh, index: TriangleIndex::new(mesh) }
+    }
+
     /// Weights of the corners of triangle `k` at `p` (m).
     pub fn weights(&self, k: u32, p: [f64; 2]) -> [f64; 3] {
-        let [a, b, c] = self.mesh.triangles[k as usize].map(|v| self.mesh.positions[v as usize]);
-        let twice =
-            |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
-        let whole = twice(a, b, c);
-        let (s, t) = (twice(p, b, c) / whole, twice(a, p, c) / whole);
-        [s, t, 1.0 - s - t]
+        self.mesh.weights(k, p)
     }
 
     /// Triangle that contains `p` (m), or has the least negative weights, seen from the side of
@@ -69,12 +80,10 @@ impl<'a> PointLocator<'a> {
     pub fn find(&self, p: [f64; 2], inside: [f64; 2]) -> u32 {
         let at = std::array::from_fn(|a| p[a] + INWARD_FRACTION * (inside[a] - p[a]));
         let outside = |k: &u32| -self.weights(*k, at).into_iter().fold(f64::INFINITY, f64::min);
-        let [i, j] = self.cell(at);
-        let here = &self.cells[j * self.count[0] + i];
         let best = |list: &mut dyn Iterator<Item = u32>| {
             list.map(|k| (outside(&k), k)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
         };
-        match best(&mut here.iter().copied()) {
+        match best(&mut self.index.near(at).iter().copied()) {
             Some((out, k)) if out <= 0.0 => k,
             _ => best(&mut (0..self.mesh.triangles.len() as u32)).map_or(0, |b| b.1),
         }

@@ -93,6 +93,25 @@ impl TriangleMesh {
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
     }
 
+    /// Corners of the bounding box, m.
+    pub fn bounds(&self) -> ([f64; 2], [f64; 2]) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (p, a) in self.positions.iter().flat_map(|p| [(p, 0), (p, 1)]) {
+            (low[a], high[a]) = (low[a].min(p[a]), high[a].max(p[a]));
+        }
+        (low, high)
+    }
+
+    /// Weights of the corners of triangle `k` at `p` (m).
+    pub fn weights(&self, k: u32, p: [f64; 2]) -> [f64; 3] {
+        let [a, b, c] = self.triangles[k as usize].map(|v| self.positions[v as usize]);
+        let twice =
+            |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let whole = twice(a, b, c);
+        let (s, t) = (twice(p, b, c) / whole, twice(a, p, c) / whole);
+        [s, t, 1.0 - s - t]
+    }
+
     /// Neighbours of each node by edges.
     pub fn neighbours(&self) -> Vec<Vec<u32>> {
         let mut all = vec![Vec::new(); self.positions.len()];

@@ -10,7 +10,7 @@
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells
 //!   where there is room;
 //! - `split`: nodes doubled along cuts;
-//! - `mesh`: the result; `locate`: location of a point in it.
+//! - `mesh`: the result; `locate`: location of a point in it; `refine`: its local refinement.
 //!
 //! `features` rejects features smaller than a cell.
 
@@ -21,6 +21,7 @@ pub(crate) mod inner_row;
 pub(crate) mod line;
 pub mod locate;
 pub mod mesh;
+pub(crate) mod refine;
 pub mod ring;
 pub(crate) mod spec;
 pub(crate) mod split;

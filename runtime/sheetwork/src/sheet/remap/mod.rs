@@ -30,6 +30,7 @@ pub(crate) mod strain;
 
 use crate::elements::remap::{GridRemap, MeshRemap, Remap};
 use crate::error::InputError;
+use crate::mesh::outline::TriangleMesh;
 use crate::scene::{Region, SheetSpec};
 use crate::sheet::remap::layer_offsets::LatticeLayout;
 use crate::sheet::{RecoveryState, Sheet, Status, attachment, buckling, instability, inter_layer, temperature};
@@ -82,7 +83,7 @@ pub(crate) fn take_state_from(
     check_points(sheet, old, spec)?;
     let (from, to) = (old.model.meshes.present.clone(), sheet.model.meshes.present.clone());
     let carry = match (&from, &to) {
-        (Some(from), Some(to)) => Remap::Mesh(MeshRemap::new(from, to)),
+        (Some(from), Some(to)) => Remap::Mesh(mesh_remap((from, old), (to, sheet))),
         _ => Remap::Grid(GridRemap { from: nodes_along(old), to: nodes_along(sheet) }),
     };
     copy_settings_from(sheet, old, tolerance)?;
@@ -116,6 +117,15 @@ pub(crate) fn take_state_from(
     (sheet.state.counters, sheet.state.rest_time, sheet.state.status) =
         (old.state.counters, old.state.rest_time, old.state.status);
     Ok(())
+}
+
+/// Remapping between two meshes of a sheet.
+fn mesh_remap<'a>(from: (&'a TriangleMesh, &Sheet), to: (&'a TriangleMesh, &Sheet)) -> MeshRemap<'a> {
+    let refinements = from.1.model.meshes.refinement.as_ref().zip(to.1.model.meshes.refinement.as_ref());
+    match refinements.filter(|(a, b)| a.base == b.base) {
+        Some((a, b)) => MeshRemap::nested((from.0, a), (to.0, b)),
+        None => MeshRemap::new(from.0, to.0),
+    }
 }
 
 /// Numbers of nodes along length and width.

@@ -35,6 +35,10 @@ fn is_grid(sheet: &Sheet) -> bool {
 pub fn positions_at(sheet: &Sheet, grid: (u32, u32)) -> Cow<'_, Vectors> {
     let [columns, rows] = remap::nodes_along(sheet);
     let to = (grid.0 as usize, grid.1 as usize);
+    if let Some(count) = outline::base_nodes(sheet, grid) {
+        let x: Vec<DVec3> = sheet.state.x.iter().take(count).collect();
+        return Cow::Owned(vectors(&x));
+    }
     if let Some((mesh, first)) = outline::meshes_to(sheet, grid) {
         let x: Vec<DVec3> = sheet.state.x.iter().collect();
         let patches = outline::patches(sheet, mesh, false);
@@ -59,6 +63,9 @@ pub fn positions_at(sheet: &Sheet, grid: (u32, u32)) -> Cow<'_, Vectors> {
 /// Nodal `values` interpolated at the nodes of another grid.
 pub fn values_at<'a>(sheet: &Sheet, grid: (u32, u32), values: &'a [f64]) -> Cow<'a, [f64]> {
     let (from, to) = (remap::nodes_along(sheet), [grid.0 as usize, grid.1 as usize]);
+    if let Some(count) = outline::base_nodes(sheet, grid) {
+        return Cow::Borrowed(&values[..count]);
+    }
     if let Some((mesh, first)) = outline::meshes_to(sheet, grid) {
         return Cow::Owned(Remap::Mesh(MeshRemap::new(mesh, first)).at_nodes(values));
     }

@@ -3,7 +3,10 @@
 //!
 //! The new grid has another mesh. Its nodes are placed on the smooth surface through the old ones
 //! ([`crate::sheet::remap::patch`]) and then get the least motion that gives the edges the stretch
-//! of the old sheet, along their arcs; velocities likewise.
+//! of the old sheet, along their arcs; velocities likewise. Between two refinements of a mesh,
+//! nodes and edges that both have keep position and stretch.
+
+use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 
@@ -12,7 +15,9 @@ use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::math::Vectors;
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::outline::locate::{PointLocator, inward};
+use crate::mesh::outline::refine::Refinement;
 use crate::scene::SheetSpec;
+use crate::sheet::model::OutlineMeshes;
 use crate::sheet::remap::motion::{self, PIN_TOLERANCE, vectors};
 use crate::sheet::remap::patch::MovingLeastSquares;
 use crate::sheet::remap::strain::{MAX_NEWTON_ITERATIONS, MOTION_WEIGHT, STRAIN_THRESHOLD, solve_conjugate_gradients};
@@ -30,7 +35,7 @@ fn edge_membrane(sheet: &Sheet) -> Option<&EdgeMembrane> {
     sheet.elements.iter().find_map(|e| (&**e as &dyn std::any::Any).downcast_ref())
 }
 
-/// Present mesh and that of the scene's `grid`; `None` where they are the same.
+/// Present mesh and that of the scene's `grid` where that is another grid; `None` where it is not.
 pub(crate) fn meshes_to(sheet: &Sheet, grid: (u32, u32)) -> Option<(&TriangleMesh, &TriangleMesh)> {
     let (_, first) = sheet
         .model
@@ -41,10 +46,20 @@ pub(crate) fn meshes_to(sheet: &Sheet, grid: (u32, u32)) -> Option<(&TriangleMes
     Some((sheet.model.meshes.present.as_deref()?, first))
 }
 
+/// Number of nodes of the base mesh of a refined sheet on `grid`: they are its first nodes. `None`
+/// for another grid or a sheet that is not refined.
+pub(crate) fn base_nodes(sheet: &Sheet, grid: (u32, u32)) -> Option<usize> {
+    let refinement = sheet.model.meshes.refinement.as_ref()?;
+    ((sheet.model.grid.0, sheet.model.grid.2) == grid).then(|| refinement.base.positions.len())
+}
+
 /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
 pub(crate) fn copy_described_mesh(sheet: &mut Sheet, old: &Sheet) {
-    let own = || Some(((old.model.grid.0, old.model.grid.2), old.model.meshes.present.clone()?));
-    sheet.model.meshes.described = old.model.meshes.described.clone().or_else(own);
+    let OutlineMeshes { present, described, refinement } = &old.model.meshes;
+    let own = || Some(((old.model.grid.0, old.model.grid.2), present.clone()?));
+    // Nodes of a base mesh are the first nodes of its refinements.
+    let base = |r: &Refinement| ((old.model.grid.0, old.model.grid.2), r.base.clone());
+    sheet.model.meshes.described = described.clone().or_else(|| refinement.as_ref().map(|r| base(r))).or_else(own);
 }
 
 /// Size of a cell of its grid, m.
@@ -59,7 +74,8 @@ pub(crate) fn remap_outline(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, me
     let rotation = spec.placement.quaternion();
     let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.state.x.iter().collect(), old.state.v.iter().collect());
     remap_outline_pins(sheet, old, spec, meshes);
-    sheet.state.x = vectors(&surface.interpolate(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
+    let slope = [rotation * DVec3::X, rotation * DVec3::Z];
+    sheet.state.x = vectors(&surface.interpolate_new(meshes.to, &meshes.shared, &was, slope));
     sheet.pins.prescribe_positions(time, &mut sheet.state.x);
     restore_stretch_of(sheet, old, meshes);
     sheet.pins.prescribe_positions(time, &mut sheet.state.x);
@@ -67,7 +83,7 @@ pub(crate) fn remap_outline(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, me
         sheet.state.v = Vectors::zeros(sheet.node_count());
         return;
     }
-    let mut v = vectors(&surface.interpolate(meshes.to, &were, [DVec3::ZERO; 2]));
+    let mut v = vectors(&surface.interpolate_new(meshes.to, &meshes.shared, &were, [DVec3::ZERO; 2]));
     if let Some((before, now)) = edge_membrane(old).zip(edge_membrane(sheet)) {
         let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.state.x, &old.state.v));
         let change: Vec<f64> =
@@ -82,7 +98,22 @@ pub(crate) fn remap_outline(sheet: &mut Sheet, old: &Sheet, spec: &SheetSpec, me
 
 /// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
 pub(crate) fn patches<'a>(sheet: &Sheet, mesh: &'a TriangleMesh, slopes: bool) -> MovingLeastSquares<'a> {
-    MovingLeastSquares::new(mesh, cell(sheet), |i| sheet.inverse_mass[i] == 0.0, |i| slopes && sheet.model.clamped[i])
+    let held = |i: usize| sheet.inverse_mass[i] == 0.0;
+    let surface = MovingLeastSquares::new(mesh, cell(sheet), held, |i| slopes && sheet.model.clamped[i]);
+    match &sheet.model.meshes.refinement {
+        Some(refinement) => surface.with_scale(sizes_at_nodes(mesh, refinement)),
+        None => surface,
+    }
+}
+
+/// Size of the largest triangle around each node, in sizes of its base triangle.
+fn sizes_at_nodes(mesh: &TriangleMesh, refinement: &Refinement) -> Vec<f64> {
+    let mut sizes = vec![0.0_f64; mesh.positions.len()];
+    for ((t, area), parent) in mesh.triangles.iter().zip(&mesh.areas).zip(&refinement.parents) {
+        let size = (area / refinement.base.areas[*parent as usize]).sqrt();
+        t.iter().for_each(|v| sizes[*v as usize] = sizes[*v as usize].max(size));
+    }
+    sizes
 }
 
 /// Shift the start positions of pins from those of the description like those of `old`, which a
@@ -197,7 +228,20 @@ impl PinShifts {
 fn read_stretch((before, now): (&EdgeMembrane, &EdgeMembrane), meshes: &MeshRemap, stretch: &[f64]) -> Vec<f64> {
     let at_masses = mean_at_masses(meshes.from, &before.tensors(stretch));
     let read: Vec<[f64; 3]> = (0..meshes.to.positions.len()).map(|i| meshes.at_node(&at_masses, i)).collect();
-    now.edge_strains(&read)
+    let mut edges = now.edge_strains(&read);
+    if meshes.shared.is_empty() {
+        return edges;
+    }
+    // Edges that both meshes have keep their stretch.
+    let key = |[a, b]: [u32; 2]| (a.min(b), a.max(b));
+    let there: BTreeMap<(u32, u32), f64> =
+        meshes.from.edges.iter().map(|e| key(e.nodes)).zip(stretch.iter().copied()).collect();
+    for (edge, strain) in meshes.to.edges.iter().zip(&mut edges) {
+        if let [Some(a), Some(b)] = edge.nodes.map(|v| meshes.shared[v as usize]) {
+            *strain = there.get(&key([a, b])).copied().unwrap_or(*strain);
+        }
+    }
+    edges
 }
 
 /// Mean of triangle values at each node, weighted by area.

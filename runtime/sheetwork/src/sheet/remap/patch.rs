@@ -15,6 +15,9 @@
 //! excluded. Pinned nodes whose neighbours are all pinned are excluded too. At the border of a
 //! clamped region the slope is known, and a coarse mesh shows it only as a kink, so the term |∇a(qᵢ
 //! - p) - s|² with the same weight is added there.
+//!
+//! On a locally refined mesh all lengths are in cells of the size that the mesh has around p, and
+//! only nodes that the old mesh lacks are placed on the surface.
 
 use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
@@ -49,6 +52,8 @@ pub(crate) struct MovingLeastSquares<'a> {
     inner_pinned: Vec<bool>,
     /// Nodes with a known slope.
     sloped: Vec<bool>,
+    /// Size of the triangles around each node, in cells; empty where all are of one size.
+    scale: Vec<f64>,
 }
 
 /// Weights of a point's value: nodes, and slopes along u and v (per cell).
@@ -72,41 +77,68 @@ impl<'a> MovingLeastSquares<'a> {
         let deep: Vec<bool> = (0..neighbours.len()).map(is_deep).collect();
         let is_sloped = |i: usize| held(i) && !deep[i] && clamped(i);
         let sloped = (0..neighbours.len()).map(is_sloped).collect();
-        Self { mesh, cell, neighbours, inner_pinned: deep, sloped }
+        Self { mesh, cell, neighbours, inner_pinned: deep, sloped, scale: Vec::new() }
+    }
+
+    /// Set the size of the triangles around each node, in cells.
+    pub fn with_scale(self, scale: Vec<f64>) -> Self {
+        Self { scale, ..self }
     }
 
     /// Interpolate `values` at the nodes of `to`, with `slope` along u and v (per metre) where the
     /// slope is known.
     pub fn interpolate(&self, to: &TriangleMesh, values: &[DVec3], slope: [DVec3; 2]) -> Vec<DVec3> {
+        self.interpolate_new(to, &[], values, slope)
+    }
+
+    /// Interpolate as [`MovingLeastSquares::interpolate`]. A node of `to` for which `shared` has a
+    /// node of this mesh gets the value there.
+    pub fn interpolate_new(
+        &self,
+        to: &TriangleMesh,
+        shared: &[Option<u32>],
+        values: &[DVec3],
+        slope: [DVec3; 2],
+    ) -> Vec<DVec3> {
         let slope = [slope[0] * self.cell[0], slope[1] * self.cell[1]];
+        let (locator, sides) = (PointLocator::new(self.mesh), inward(to));
+        let at = |(i, p): (usize, &[f64; 2])| match shared.get(i).copied().flatten() {
+            Some(old) => nearest(&[(old, [0.0; 2])]),
+            None => self.fit(*p, &self.mesh.triangles[locator.find(*p, sides[i]) as usize]),
+        };
+        let wanted: Vec<PointWeights> = to.positions.iter().enumerate().map(at).collect();
+        let mut used = vec![shared.is_empty(); values.len()];
+        for fit in wanted.iter().filter(|fit| fit.masses.len() > 1) {
+            fit.masses.iter().for_each(|(i, _)| used[*i as usize] = true);
+        }
         let own = |(i, p): (usize, &[f64; 2])| {
             if self.inner_pinned[i] { nearest(&[(i as u32, [0.0; 2])]) } else { self.fit(*p, &[i as u32]) }
         };
-        let own: Vec<PointWeights> = self.mesh.positions.iter().enumerate().map(own).collect();
+        let nodes = self.mesh.positions.iter().enumerate().filter(|(i, _)| used[*i]);
+        let own: Vec<(usize, PointWeights)> = nodes.map(|node| (node.0, own(node))).collect();
         let mut raised = values.to_vec();
         for _ in 0..RESIDUAL_PASSES {
-            let missed: Vec<DVec3> = own.iter().zip(values).map(|(fit, x)| *x - fit.of(&raised, slope)).collect();
-            raised.iter_mut().zip(missed).for_each(|(r, m)| *r += m);
+            let missed: Vec<DVec3> = own.iter().map(|(i, fit)| values[*i] - fit.of(&raised, slope)).collect();
+            own.iter().zip(missed).for_each(|((i, _), m)| raised[*i] += m);
         }
-        let (locator, sides) = (PointLocator::new(self.mesh), inward(to));
-        let at = |(i, p): (usize, &[f64; 2])| {
-            let k = locator.find(*p, sides[i]);
-            self.fit(*p, &self.mesh.triangles[k as usize]).of(&raised, slope)
+        let value = |(i, fit): (usize, &PointWeights)| match shared.get(i).copied().flatten() {
+            Some(old) => values[old as usize],
+            None => fit.of(&raised, slope),
         };
-        to.positions.iter().enumerate().map(at).collect()
+        wanted.iter().enumerate().map(value).collect()
     }
 
-    fn away(&self, mass: u32, p: [f64; 2]) -> [f64; 2] {
+    fn away(&self, mass: u32, p: [f64; 2], scale: f64) -> [f64; 2] {
         let q = self.mesh.positions[mass as usize];
-        std::array::from_fn(|a| (q[a] - p[a]) / self.cell[a])
+        std::array::from_fn(|a| (q[a] - p[a]) / (scale * self.cell[a]))
     }
 
-    /// Nodes within reach of `p` (m) with their positions relative to it (cells); `start` are the
-    /// adjacent nodes.
-    fn around(&self, p: [f64; 2], start: &[u32]) -> Vec<(u32, [f64; 2])> {
+    /// Nodes within reach of `p` (m) with their positions relative to it (cells times `scale`);
+    /// `start` are the adjacent nodes.
+    fn around(&self, p: [f64; 2], start: &[u32], scale: f64) -> Vec<(u32, [f64; 2])> {
         let far = |[u, v]: [f64; 2]| u.hypot(v);
         // Shortest paths along edges (Dijkstra); a linear search suffices for some dozens of nodes.
-        let mut open: Vec<(f64, u32)> = start.iter().map(|m| (far(self.away(*m, p)), *m)).collect();
+        let mut open: Vec<(f64, u32)> = start.iter().map(|m| (far(self.away(*m, p, scale)), *m)).collect();
         let (mut done, mut found) = (Vec::new(), Vec::new());
         while let Some(next) =
             (0..open.len()).min_by(|a, b| open[*a].0.total_cmp(&open[*b].0).then(open[*a].1.cmp(&open[*b].1)))
@@ -116,7 +148,7 @@ impl<'a> MovingLeastSquares<'a> {
                 continue;
             }
             done.push(mass);
-            let place = self.away(mass, p);
+            let place = self.away(mass, p, scale);
             if !self.inner_pinned[mass as usize]
                 && far(place) < WEIGHT_RADIUS
                 && way <= MAX_PATH.0 * far(place) + MAX_PATH.1
@@ -124,7 +156,7 @@ impl<'a> MovingLeastSquares<'a> {
                 found.push((mass, place));
             }
             for other in self.neighbours[mass as usize].iter().filter(|m| !done.contains(m)) {
-                let (a, b) = (place, self.away(*other, p));
+                let (a, b) = (place, self.away(*other, p, scale));
                 let way = way + far([b[0] - a[0], b[1] - a[1]]);
                 if way < MAX_PATH.0 * WEIGHT_RADIUS && far(b) < WEIGHT_RADIUS {
                     open.push((way, *other));
@@ -136,9 +168,11 @@ impl<'a> MovingLeastSquares<'a> {
 
     /// Value at `p` (m) as a weighted sum over nodes.
     fn fit(&self, p: [f64; 2], start: &[u32]) -> PointWeights {
-        let masses = self.around(p, start);
+        let sizes = start.iter().filter_map(|m| self.scale.get(*m as usize).copied());
+        let scale = sizes.reduce(f64::min).unwrap_or(1.0);
+        let masses = self.around(p, start, scale);
         if masses.is_empty() {
-            return nearest(&start.iter().map(|m| (*m, self.away(*m, p))).collect::<Vec<_>>());
+            return nearest(&start.iter().map(|m| (*m, self.away(*m, p, scale))).collect::<Vec<_>>());
         }
         let mut moments = SMatrix::<f64, TERMS, TERMS>::zeros();
         let rows: Vec<(f64, [f64; TERMS])> = masses.iter().map(|(_, s)| (weight(*s), terms(*s))).collect();
@@ -158,7 +192,7 @@ impl<'a> MovingLeastSquares<'a> {
         let Some(factor) = moments.cholesky() else { return nearest(&masses) };
         let unit = factor.solve(&SVector::<f64, TERMS>::ith(0, 1.0));
         let value = |row: &[f64; TERMS]| row.iter().enumerate().map(|(i, a)| a * unit[i]).sum::<f64>();
-        let slope = std::array::from_fn(|a| slopes.iter().map(|(w, two)| w * value(&two[a])).sum());
+        let slope = std::array::from_fn(|a| slopes.iter().map(|(w, two)| w * value(&two[a])).sum::<f64>() * scale);
         PointWeights {
             masses: masses.iter().zip(&rows).map(|((mass, _), (w, row))| (*mass, w * value(row))).collect(),
             slope,

@@ -72,7 +72,7 @@ impl ThermalNetwork {
         let mut area = vec![0.0; n];
         let mut plane = Plane::new();
         match &sheet.model.triangles {
-            Some(triangles) => of_triangles(sheet, triangles, &mut area, &mut plane),
+            Some(_) => of_triangles(sheet, &sheet.layer_triangles(0), &mut area, &mut plane),
             None => sheet.model.layers.iter().for_each(|layer| of_layer(sheet, layer, &mut area, &mut plane)),
         }
         let mut network = Self { area: area.repeat(points), ..Self::default() };
@@ -150,7 +150,7 @@ impl ThermalNetwork {
 /// triangles.
 fn of_layer(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     if layer.triangular {
-        of_triangles(sheet, &layer.triangles(), area, plane);
+        of_triangles(sheet, &sheet.closed_triangles(layer.triangles()), area, plane);
         fill_outline(sheet, layer, area, plane);
         return;
     }
@@ -226,8 +226,8 @@ fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: 
     }
 }
 
-/// Assign the area that a triangular layer leaves uncovered to its border, as a strip of uniform
-/// width.
+/// Assign the area that a triangular layer leaves uncovered while all cells are closed to its
+/// border, as a strip of uniform width, where the border is beside a closed cell.
 fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     let (i, j) = (layer.nx - 1, layer.nz - 1);
     let along = (0..i).flat_map(|k| [(layer.at(k, 0), layer.at(k + 1, 0)), (layer.at(k, j), layer.at(k + 1, j))]);
@@ -238,12 +238,21 @@ fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &m
         (p[0] - q[0]).hypot(p[1] - q[1])
     };
     let around: f64 = border.iter().map(|e| length(*e)).sum();
-    let covered: f64 = layer.range().map(|m| area[m]).sum();
+    let covered: f64 = if sheet.open_cell_set().is_none() {
+        layer.range().map(|m| area[m]).sum()
+    } else {
+        layer.triangles().iter().map(|t| triangle_area(t.map(|m| sheet.model.place(m)))).sum()
+    };
     let width = (sheet.model.extent.0 * sheet.model.extent.1 - covered) / around;
-    for edge in border {
+    for edge in border.into_iter().filter(|(a, b)| !sheet.is_side_cut(*a, *b)) {
         let l = length(edge);
         area[edge.0 as usize] += 0.5 * width * l;
         area[edge.1 as usize] += 0.5 * width * l;
         *plane.entry((edge.0.min(edge.1), edge.0.max(edge.1))).or_default() += width / l;
     }
+}
+
+/// Area of a triangle, m².
+fn triangle_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
 }

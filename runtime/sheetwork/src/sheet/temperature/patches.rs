@@ -37,13 +37,9 @@ pub struct SheetPatches {
 impl SheetPatches {
     /// Patches of `sheet`.
     pub fn new(sheet: &Sheet, network: &ThermalNetwork, points: usize) -> Self {
-        let of_layer = |index: usize| match &sheet.model.triangles {
-            Some(triangles) => triangles.clone(),
-            None => sheet.model.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
-        };
         let top = sheet.model.layers.len().saturating_sub(1);
         let mut faces = Self {
-            triangles: [of_layer(0), if top > 0 { of_layer(top) } else { Vec::new() }],
+            triangles: [sheet.layer_triangles(0), if top > 0 { sheet.layer_triangles(top) } else { Vec::new() }],
             sums: vec![DVec3::ZERO; sheet.node_count()],
             ..Self::default()
         };

@@ -347,6 +347,16 @@ parameters! {
     DetailGrid: number("sheets.*.detail.levels.*.grid", "masses", (2.0, 2000.0)).kind(Pair).required(),
     /// Distance up to which a level of detail is used.
     DetailDistance: number("sheets.*.detail.levels.*.within", "m", (0.0, 1e6)).kind(Optional).default("none"),
+    /// Largest number of times that an edge is halved by local refinement.
+    RefineLevels: number("sheets.*.refine.levels", "halvings", (1.0, 3.0)).default("2"),
+    /// Largest fold angle per edge of a refined mesh.
+    RefineFold: number("sheets.*.refine.fold", "degrees", (0.5, 90.0)).default("10"),
+    /// Strain that is refined.
+    RefineStrain: number("sheets.*.refine.strain", "of tears_at", (0.01, 1.0)).kind(Optional).default("none"),
+    /// Part of the limits below which a refined mesh is coarsened.
+    RefineHysteresis: number("sheets.*.refine.hysteresis", "of the limits", (0.0, 0.9)).default("0.5"),
+    /// Steps between changes of a refined mesh.
+    RefineEvery: number("sheets.*.refine.every", "steps", (1.0, 1e5)).default("10"),
     /// Radius of a ball, or edge of a box.
     BodySize: number("bodies.*.shape", "m", EXTENT).required(),
     /// Mass of a dynamic body.
