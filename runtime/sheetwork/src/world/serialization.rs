@@ -153,6 +153,8 @@ impl World {
         self.rigid.iter_mut().try_for_each(|rigid| rigid.deserialise(&mut from, &self.scene))?;
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.sheet_contacts) {
             contact.deserialise_surface(sheet, &mut from)?;
+            // Its clearances are of another time.
+            contact.drawn = None;
             serialization::deserialise_state(sheet, &mut from, |from, masses| {
                 contact.clearance.deserialise(from, masses)
             })?;
