@@ -50,11 +50,7 @@ pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3
 /// Update the bonds of the sheets of an island after a step: count the contacts of every node, then
 /// bond the closed contacts that are warm enough. `solved` holds the contacts of the solver, if it
 /// ran, and maps the island's body indices to indices in `around`.
-pub(crate) fn update_bonds(
-    sheets: &mut [Sheet],
-    solved: Option<(&ContactWorkspace, &[u32])>,
-    around: &StepBodies,
-) {
+pub(crate) fn update_bonds(sheets: &mut [Sheet], solved: Option<(&ContactWorkspace, &[u32])>, around: &StepBodies) {
     if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;
     }
@@ -157,7 +153,11 @@ fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Su
 /// Acceleration of a node that a bond bears without an earlier load, m/s².
 fn unloaded_acceleration(sheet: &Sheet) -> f64 {
     let dt = sheet.state.adhesion.as_ref().map_or(0.0, |stuck| stuck.substep);
-    if dt > 0.0 { SETTINGS.node_acceleration.min(SETTINGS.node_displacement / (dt * dt)) } else { SETTINGS.node_acceleration }
+    if dt > 0.0 {
+        SETTINGS.node_acceleration.min(SETTINGS.node_displacement / (dt * dt))
+    } else {
+        SETTINGS.node_acceleration
+    }
 }
 
 /// Dynamic bodies of an island that may be suspended from bonds.

@@ -90,8 +90,8 @@ settings! {
         pub surface_parts: u32 = 5,
         /// Maximum number of sweeps over the contacts of the drawn surface.
         pub surface_sweeps: u32 = 30,
-        /// Correction (m in a step) below which the sweeps end.
-        pub surface_tolerance: f64 = 1e-7,
+        /// Correction (m in a step) below which the sweeps end, small against the contact offset.
+        pub surface_tolerance: f64 = 1e-6,
     }
 
     /// Bonds: load that a bond bears before it opens.

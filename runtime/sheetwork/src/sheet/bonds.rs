@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 
-use crate::math::Vectors;
 use crate::elements::flexion_limit::solver::LimitContact;
+use crate::math::Vectors;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
 use crate::sheet::Sheet;
 use crate::units::temperature::REFERENCE;

@@ -59,7 +59,8 @@ pub(crate) fn record(
     let mass = sheet.model.mass[i];
     let Some(stuck) = &mut sheet.state.adhesion else { return };
     let impulse = if response.impact > 0.0 { DVec3::ZERO } else { (response.v - flight.v1) * mass };
-    let contact = NodeBondContact { node: i as u32, towards: -surface.normal, force: impulse, friction: surface.friction };
+    let contact =
+        NodeBondContact { node: i as u32, towards: -surface.normal, force: impulse, friction: surface.friction };
     stuck.node_contacts.push(contact);
 }
 

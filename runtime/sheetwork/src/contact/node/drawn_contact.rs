@@ -10,7 +10,8 @@
 //!   Δx_i = (w_i/m_i) p,   K = Σ w_i²/m_i,   p_n ← max(0, p_n + (d - x_s·n)/K),   |p_t| ≤ μ p_n,
 //!
 //! where p_t opposes the tangential displacement of the step, or the tangential velocity. A vertex
-//! that approaches faster than [`NodeContactSettings::restitution_speed`] rebounds. Since the
+//! that approaches faster than [`NodeContactSettings::restitution_speed`] rebounds. All others start
+//! from their impulses of the last substep, so that a sheet at rest needs few sweeps. Since the
 //! impulses at a vertex act on its nodes with its own weights, momentum and angular momentum change
 //! as by a force at the vertex, and without restitution no sweep adds kinetic energy.
 
@@ -21,12 +22,13 @@ use rapier3d::prelude::ColliderHandle;
 
 use crate::contact::node::clearance::Clearance;
 use crate::contact::node::detection::reach_of_moving;
-use crate::contact::node::response::NodeContactSurface;
+use crate::contact::node::response::{NodeContactSurface, NodePath, time_of_impact};
 use crate::contact::node::target::{NO_FACE, PathHit, StepTarget};
 use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::math::Vectors;
 use crate::rigid::RigidView;
 use crate::scene::ContactSurface;
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
 use crate::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use crate::sheet::{Sheet, node_contact};
 
@@ -48,10 +50,26 @@ pub(crate) struct DrawnContact {
     /// Positions of the vertices at the start and at the end of the substep, m.
     start: Vectors,
     end: Vectors,
-    /// Clearance of the vertices.
-    pub clearance: Clearance,
+    /// Clearance of the vertices. Results do not depend on it.
+    clearance: Clearance,
     contacts: Vec<VertexContact>,
+    /// Impulses of the last substep, for positions (kg m) and for velocities (N s).
+    impulses: [Vec<PointImpulse>; 2],
+    /// Impulses by point while the sweeps begin; zero at all other times.
+    first_impulses: Vectors,
+    /// Swept values (m or m/s) and inverse masses along the axes (1/kg) of the nodes.
+    values: Vec<DVec3>,
+    mobility: Vec<DVec3>,
 }
+
+/// Impulse at a vertex or node.
+#[derive(Clone, Copy, Default)]
+struct PointImpulse {
+    point: u32,
+    impulse: DVec3,
+}
+
+state!(PointImpulse { point, impulse });
 
 /// Contact of a vertex, or of a node, with a surface.
 #[derive(Clone, Copy)]
@@ -95,7 +113,9 @@ impl DrawnContact {
         };
         let last = sheet.model.layers.len().saturating_sub(1);
         for layer in [0, last].into_iter().take(last.min(1) + 1) {
-            let Some(surface) = DrawingSurface::of_sheet(sheet, layer, SETTINGS.surface_parts, smoothing) else { continue };
+            let Some(surface) = DrawingSurface::of_sheet(sheet, layer, SETTINGS.surface_parts, smoothing) else {
+                continue;
+            };
             for vertex in 0..surface.len() {
                 let sum: f64 = surface.terms(vertex).map(|(_, w)| w).sum();
                 surface.terms(vertex).for_each(|(i, w)| built.push(i, w / sum));
@@ -108,6 +128,7 @@ impl DrawnContact {
             built.first.push(built.nodes.len() as u32);
         }
         (built.start, built.end) = (Vectors::zeros(built.vertices), Vectors::zeros(built.vertices));
+        built.first_impulses = Vectors::zeros(built.first.len() - 1);
         *contact = Some(Box::new(built));
     }
 
@@ -162,7 +183,7 @@ impl DrawnContact {
                     }
                     PathHit::Surface(surface) => {
                         self.clearance.nearest[vertex] = 0.0;
-                        self.add_contact(sheet, vertex, surface, start);
+                        self.add_contact(sheet, vertex, surface, dt);
                         meets = true;
                     }
                 }
@@ -174,42 +195,117 @@ impl DrawnContact {
         self.clearance.end(&self.end);
     }
 
-    fn add_contact(&mut self, sheet: &Sheet, point: usize, surface: NodeContactSurface, start: DVec3) {
+    fn add_contact(&mut self, sheet: &Sheet, point: usize, surface: NodeContactSurface, dt: f64) {
         let mobility: f64 = self.terms(point).map(|(i, w)| w * w * sheet.inverse_mass[i]).sum();
         if mobility <= 0.0 {
             return;
         }
-        let approach = -(self.at(point, &sheet.state.v) - surface.velocity).dot(surface.normal);
-        let rebound = if approach > SETTINGS.restitution_speed { surface.restitution * approach } else { 0.0 };
-        let level = surface.point.dot(surface.normal) + node_contact::contact_offset(sheet);
+        let offset = node_contact::contact_offset(sheet);
+        let [x0, v0] = [&sheet.work.x_before, &sheet.work.v_before].map(|values| self.at(point, values));
+        let [x1, v1] = [&sheet.state.x, &sheet.state.v].map(|values| self.at(point, values));
+        let path = NodePath { x0, v0, x1, v1, dt, drift: 0.5 };
+        // The velocity that forces of this substep give a resting point is no impact.
+        let arriving = v0.lerp(v1, time_of_impact(&path, &surface, offset));
+        let approach = -(arriving - surface.velocity).dot(surface.normal);
+        let is_impact = point < self.vertices && approach > SETTINGS.restitution_speed;
+        let rebound = if is_impact { surface.restitution * approach } else { 0.0 };
+        let level = surface.point.dot(surface.normal) + offset;
         let (normal, tangential) = (0.0, DVec3::ZERO);
-        self.contacts.push(VertexContact { point, surface, level, start, mobility, rebound, normal, tangential });
+        self.contacts.push(VertexContact { point, surface, level, start: x0, mobility, rebound, normal, tangential });
     }
 
     /// Sweep until no contact changes by more than the tolerance (m or m/s).
     fn sweep(&mut self, sheet: &mut Sheet, quantity: SweptQuantity, tolerance: f64) {
-        let Sheet { state, inverse_mass, pins, .. } = sheet;
-        let values = if quantity == SweptQuantity::Velocities { &mut state.v } else { &mut state.x };
+        let swept = if quantity == SweptQuantity::Velocities { &mut sheet.state.v } else { &mut sheet.state.x };
+        self.values.clear();
+        self.values.extend(swept.iter());
         let mut contacts = std::mem::take(&mut self.contacts);
-        for contact in &mut contacts {
-            (contact.normal, contact.tangential) = (0.0, DVec3::ZERO);
-        }
+        self.begin_impulses(&mut contacts, quantity);
         for _ in 0..SETTINGS.surface_sweeps {
             let mut largest = 0.0_f64;
             for contact in &mut contacts {
-                let change = contact.change(self.at(contact.point, values), quantity);
+                let change = contact.change(self.value(contact.point), quantity);
                 if change != DVec3::ZERO {
                     largest = largest.max(change.length() * contact.mobility);
-                    for (i, w) in self.terms(contact.point) {
-                        values.add(i, change * pins.free_axes(i as u32) * (w * inverse_mass[i]));
-                    }
+                    self.push_nodes(contact.point, change);
                 }
             }
             if largest <= tolerance {
                 break;
             }
         }
+        let impulses = &mut self.impulses[quantity.index()];
+        impulses.clear();
+        impulses.extend(
+            contacts
+                .iter()
+                .filter(|c| c.normal > 0.0)
+                .map(|c| PointImpulse { point: c.point as u32, impulse: c.surface.normal * c.normal + c.tangential }),
+        );
         self.contacts = contacts;
+        for (i, value) in self.values.iter().enumerate() {
+            swept.set(i, *value);
+        }
+    }
+
+    /// Start every contact from the impulse of its point in the last substep, and from zero in a
+    /// rebound.
+    fn begin_impulses(&mut self, contacts: &mut [VertexContact], quantity: SweptQuantity) {
+        let last = std::mem::take(&mut self.impulses[quantity.index()]);
+        for stored in &last {
+            self.first_impulses.add(stored.point as usize, stored.impulse);
+        }
+        for contact in contacts {
+            let first = self.first_impulses.get(contact.point);
+            self.first_impulses.set(contact.point, DVec3::ZERO);
+            let n = contact.surface.normal;
+            contact.normal = if contact.rebound > 0.0 { 0.0 } else { first.dot(n).max(0.0) };
+            let most = contact.surface.friction * contact.normal;
+            contact.tangential = first.reject_from_normalized(n).clamp_length_max(most);
+            self.push_nodes(contact.point, n * contact.normal + contact.tangential);
+        }
+        for stored in &last {
+            self.first_impulses.set(stored.point as usize, DVec3::ZERO);
+        }
+        self.impulses[quantity.index()] = last;
+    }
+
+    fn value(&self, point: usize) -> DVec3 {
+        self.terms(point).map(|(i, w)| self.values[i] * w).sum()
+    }
+
+    /// Change the nodes of a point by an impulse.
+    fn push_nodes(&mut self, point: usize, impulse: DVec3) {
+        let range = self.first[point] as usize..self.first[point + 1] as usize;
+        for (i, w) in self.nodes[range.clone()].iter().zip(&self.weights[range]) {
+            let i = *i as usize;
+            self.values[i] += impulse * self.mobility[i] * *w;
+        }
+    }
+
+    /// Serialise the impulses of the last substep.
+    pub fn serialise(drawn: Option<&Self>, to: &mut StateWriter) {
+        for quantity in 0..2 {
+            to.states(drawn.map_or(&[][..], |drawn| drawn.impulses[quantity].as_slice()));
+        }
+    }
+
+    /// Deserialise the impulses of the last substep.
+    pub fn deserialise(&mut self, from: &mut StateReader) -> ReadResult {
+        self.clearance.clear();
+        for quantity in 0..2 {
+            self.impulses[quantity] = from.states(9)?;
+            if self.impulses[quantity].iter().any(|stored| stored.point as usize >= self.first_impulses.len()) {
+                return Err(CorruptState);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SweptQuantity {
+    fn index(self) -> usize {
+        usize::from(self == Self::Velocities)
     }
 }
 
@@ -253,12 +349,15 @@ pub(crate) fn resolve_drawn_contact(
     drawn.contacts.clear();
     drawn.detect(sheet, view, (dt, remaining), touched);
     if drawn.contacts.is_empty() {
+        drawn.impulses.iter_mut().for_each(Vec::clear);
         return;
     }
     for (i, surface) in met {
-        let start = sheet.work.x_before.get(*i as usize);
-        drawn.add_contact(sheet, drawn.vertices + *i as usize, *surface, start);
+        drawn.add_contact(sheet, drawn.vertices + *i as usize, *surface, dt);
     }
+    drawn.mobility.clear();
+    let (inverse_mass, pins) = (&sheet.inverse_mass, &sheet.pins);
+    drawn.mobility.extend(inverse_mass.iter().enumerate().map(|(i, w)| pins.free_axes(i as u32) * *w));
     drawn.sweep(sheet, SweptQuantity::Positions(dt), SETTINGS.surface_tolerance);
     let mut contacts = std::mem::take(&mut drawn.contacts);
     contacts.retain(|c| drawn.at(c.point, &sheet.state.x).dot(c.surface.normal) < c.level + CLOSED);
