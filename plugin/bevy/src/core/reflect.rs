@@ -21,9 +21,9 @@ use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
-    Adhesion, BurgersCreep, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, InterLayerLaw, Material, MaterialChoice,
-    PinSpec, Placement, Polyhedron, PressureKey, RefineSpec, RegionVector, SheetSpec, SpotSpec, SpringLaw,
-    WhenUnstable,
+    Adhesion, BurgersCreep, ContactSurface, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, InterLayerLaw, Material,
+    MaterialChoice, PinSpec, Placement, Polyhedron, PressureKey, RefineSpec, RegionVector, SheetSpec, SpotSpec,
+    SpringLaw, WhenUnstable,
 };
 
 /// Range of a parameter, the attribute of its reflected field.
@@ -97,6 +97,8 @@ pub(super) struct SheetSpecReflect {
     plastic: bool,
     creep: bool,
     sticky: bool,
+    #[reflect(ignore)]
+    contact_surface: ContactSurface,
     tearing: bool,
     #[reflect(ignore)]
     spots: Vec<SpotSpec>,

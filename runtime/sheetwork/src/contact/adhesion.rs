@@ -1,7 +1,7 @@
 //! Adhesion of hot sheets: contacts become bonds that bear tension and break under load or when
 //! cold.
 //!
-//! The contact solvers do not know adhesion. After a step, every closed contact of a node becomes a
+//! Neither the contact solvers nor the response of single nodes know adhesion. After a step, every closed contact of a node becomes a
 //! bond if the sheet is adhesive and warm enough, or was bonded and is not too cold. In the next
 //! step the two sides are pulled together by a constant force f along the contact normal, as an
 //! applied force. The contact force is then p + f ≥ 0 for tensile loads up to f, and friction is
@@ -48,9 +48,9 @@ pub(crate) fn on_bodies(sheets: &[Sheet], mut push: impl FnMut(u32, DVec3, DVec3
 }
 
 /// Update the bonds of the sheets of an island after a step: count the contacts of every node, then
-/// bond the closed contacts that are warm enough. `bodies` maps the island's body indices to
-/// indices in `around`.
-pub(crate) fn update_bonds(sheets: &mut [Sheet], workspace: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
+/// bond the closed contacts that are warm enough. `solved` holds the contacts of the solver, if it
+/// ran, and maps the island's body indices to indices in `around`.
+pub(crate) fn update_bonds(sheets: &mut [Sheet], solved: Option<(&ContactWorkspace, &[u32])>, around: &StepBodies) {
     if !sheets.iter().any(|sheet| sheet.tack().is_some()) {
         return;
     }
@@ -58,22 +58,57 @@ pub(crate) fn update_bonds(sheets: &mut [Sheet], workspace: &ContactWorkspace, a
         let masses = sheet.node_count();
         sheet.state.adhesion.get_or_insert_default().begin(masses);
     }
-    workspace.for_each_closed(|contact, _| {
-        if let Some((sheet, mass, _)) = node_contact(contact)
-            && let Some(stuck) = &mut sheets[sheet as usize].state.adhesion
-        {
-            stuck.has_contact(mass, towards(contact));
-        }
-    });
+    if let Some((workspace, _)) = solved {
+        workspace.for_each_closed(|contact, _| {
+            if let Some((sheet, mass, _)) = node_contact(contact)
+                && let Some(stuck) = &mut sheets[sheet as usize].state.adhesion
+            {
+                stuck.has_contact(mass, towards(contact));
+                stuck.is_solved[mass as usize] |= other_body(contact).is_some();
+            }
+        });
+    }
+    sheets.iter_mut().filter_map(|sheet| sheet.state.adhesion.as_mut()).for_each(|stuck| stuck.count_node_contacts());
+    if let Some((workspace, bodies)) = solved {
+        bond_solved_contacts(sheets, workspace, around, bodies);
+    }
+    sheets.iter_mut().for_each(bond_node_contacts);
+}
+
+/// Bond the closed contacts of the solver.
+fn bond_solved_contacts(sheets: &mut [Sheet], workspace: &ContactWorkspace, around: &StepBodies, bodies: &[u32]) {
     let mut suspension = Suspension { workspace, around, bodies, last: (u32::MAX, 0.0) };
     workspace.for_each_closed(|contact, _| {
         let Some((sheet, mass, _)) = node_contact(contact) else { return };
         let Some(force) = bond_force(sheets, contact, &mut suspension) else { return };
         apply_bond(sheets, contact, force, bodies, around);
         if let Some(stuck) = &mut sheets[sheet as usize].state.adhesion {
-            stuck.bonds += usize::from(!std::mem::replace(&mut stuck.bonded[mass as usize], true));
+            stuck.set_bonded(mass);
         }
     });
+}
+
+/// Bond the contacts of single nodes with kinematic and static bodies, as far as the solver did not
+/// solve them too.
+fn bond_node_contacts(sheet: &mut Sheet) {
+    let Some(mut stuck) = sheet.state.adhesion.take() else { return };
+    for k in 0..stuck.node_contacts.len() {
+        let contact = stuck.node_contacts[k];
+        let i = contact.node;
+        let most_stress = strength(sheet, &SheetPoint::node(i), stuck.was_bonded[i as usize]);
+        if stuck.is_solved[i as usize] || most_stress <= 0.0 {
+            continue;
+        }
+        let parts = f64::from(stuck.contacts(i, contact.towards).max(1));
+        let before = stuck.previous_bond_force.get(i as usize).length() / parts;
+        let load = load_of((contact.force, contact.towards, contact.friction), before);
+        let need = unloaded_acceleration(sheet) * sheet.node_mass(i as usize) / parts;
+        let need = need.max(SETTINGS.maximum_load_growth * load);
+        let force = need.min(most_stress * sheet.area_of(i) / parts);
+        stuck.bond_force.add(i as usize, contact.towards * force);
+        stuck.set_bonded(i);
+    }
+    sheet.state.adhesion = Some(stuck);
 }
 
 /// Force of the bond that a closed contact becomes, N: the force that may be needed, bounded by the
@@ -95,14 +130,34 @@ fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Su
     if most_stress <= 0.0 {
         return None;
     }
-    let mut need = SETTINGS.node_acceleration * own.node_mass(mass as usize);
+    let mut need = unloaded_acceleration(own) * own.node_mass(mass as usize);
     if let Some(load) = suspension.load_of_body(contact) {
         need += load;
     }
     let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
     let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
-    need = (need / parts).max(SETTINGS.maximum_load_growth * bond_load(suspension.workspace, contact, before));
+    let mut contact_force = suspension.workspace.force_of(&contact.key).unwrap_or(DVec3::ZERO);
+    if crate::sheet::node_contact::solves_node_by_node(own) {
+        // The response of the node alone came first; the solver's force acts on displacements.
+        let drift = own.engine_kind.info().drift;
+        contact_force /= if drift > 0.0 { drift } else { 1.0 };
+        if other_body(contact).is_some() {
+            contact_force += stuck.node_force.get(mass as usize) * towards(contact).dot(-contact.normal);
+        }
+    }
+    let load = load_of((contact_force, contact.normal, contact.friction), before);
+    need = (need / parts).max(SETTINGS.maximum_load_growth * load);
     Some(need.min(most_stress * share * own.area_of(mass) / parts))
+}
+
+/// Acceleration of a node that a bond bears without an earlier load, m/s².
+fn unloaded_acceleration(sheet: &Sheet) -> f64 {
+    let dt = sheet.state.adhesion.as_ref().map_or(0.0, |stuck| stuck.substep);
+    if dt > 0.0 {
+        SETTINGS.node_acceleration.min(SETTINGS.node_displacement / (dt * dt))
+    } else {
+        SETTINGS.node_acceleration
+    }
 }
 
 /// Dynamic bodies of an island that may be suspended from bonds.
@@ -132,14 +187,13 @@ impl Suspension<'_> {
     }
 }
 
-/// Load of a bond in the step, N, given the bond force `force`: its tension, plus the normal force
-/// that its friction requires.
-fn bond_load(workspace: &ContactWorkspace, contact: &ContactConstraint, force: f64) -> f64 {
-    let contact_force = workspace.force_of(&contact.key).unwrap_or(DVec3::ZERO);
-    let across = contact_force.dot(contact.normal).abs();
-    let along = contact_force.reject_from_normalized(contact.normal).length();
-    let friction = if contact.friction > 0.0 { along / contact.friction } else { 0.0 };
-    (force - across).max(0.0) + friction
+/// Load of a bond in the step, N, given the contact force (N), its normal and friction coefficient,
+/// and the bond force `force`: its tension, plus the normal force that its friction requires.
+fn load_of((contact_force, normal, friction): (DVec3, DVec3, f64), force: f64) -> f64 {
+    let across = contact_force.dot(normal).abs();
+    let along = contact_force.reject_from_normalized(normal).length();
+    let for_friction = if friction > 0.0 { along / friction } else { 0.0 };
+    (force - across).max(0.0) + for_friction
 }
 
 /// Pull the two sides of a contact together with `force` (N).

@@ -85,12 +85,22 @@ settings! {
         /// Approach speed (m/s) above which a node rebounds. A resting node falls into the surface
         /// by g dt per step and must stay on it.
         pub restitution_speed: f64 = 0.01,
+        /// Vertices of the drawn surface per cell, along either side, that meet bodies: those that
+        /// the editor draws.
+        pub surface_parts: u32 = 5,
+        /// Maximum number of sweeps over the contacts of the drawn surface.
+        pub surface_sweeps: u32 = 30,
+        /// Correction (m in a step) below which the sweeps end, small against the contact offset.
+        pub surface_tolerance: f64 = 1e-6,
     }
 
     /// Bonds: load that a bond bears before it opens.
     pub struct AdhesionSettings {
         /// Acceleration of a node (m/s²) that a bond bears without an earlier load.
         pub node_acceleration: f64 = 200.0,
+        /// Displacement (m) in a substep of an explicit integrator by a bond without an earlier load,
+        /// whose acceleration it bounds: the free motion stays near the surface in long steps.
+        pub node_displacement: f64 = 5e-5,
         /// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an
         /// earlier load.
         pub body_acceleration: f64 = 20.0,

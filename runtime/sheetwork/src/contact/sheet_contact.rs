@@ -5,6 +5,7 @@
 
 use crate::collision::collision_surface::CollisionSurface;
 use crate::contact::node::clearance::Clearance;
+use crate::contact::node::drawn_contact::DrawnContact;
 use crate::contact::solver::sheet_response::SheetResponse;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::Sheet;
@@ -18,6 +19,8 @@ pub(crate) struct SheetContact {
     opening_revision: u64,
     /// Clearance of the nodes, for explicit integrators.
     pub clearance: Clearance,
+    /// Drawn surface in contact with bodies, for explicit integrators; `None` without one.
+    pub drawn: Option<Box<DrawnContact>>,
     /// Contacts of the sheet in the solver.
     pub response: SheetResponse,
 }

@@ -102,7 +102,8 @@ impl IslandContext<'_> {
         let IslandView { sheets, solver_bodies, .. } = island;
         self.record_contacts(sheets, workspace, work);
         workspace.closed_in_step.clear();
-        update_bonds(sheets, workspace, self.surroundings, work.bodies());
+        sheets.iter_mut().for_each(bonds::clear_node_contacts);
+        update_bonds(sheets, Some((workspace, work.bodies())), self.surroundings);
         sheets.iter_mut().for_each(bonds::remove_bond_forces);
         self.finish_sheets(sheets, touches);
         // Bodies that cannot have met a sheet move as Rapier computes.

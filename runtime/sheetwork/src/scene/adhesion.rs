@@ -1,7 +1,7 @@
 //! Checks of adhesion in a scene.
 
 use crate::error::{InputError, check_range, reject_if};
-use crate::scene::{Adhesion, IntegratorKind, Material, SheetSpec};
+use crate::scene::{Adhesion, Material, SheetSpec};
 use crate::units::parameters::ParameterId as Id;
 use crate::units::temperature::COLDEST;
 
@@ -29,17 +29,5 @@ pub(crate) fn check_tack(tack: &Adhesion) -> Result<(), InputError> {
 /// When it has none.
 pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
     reject_if!(material.tack.is_none(), "sticky", "asks for tack, which the material does not have");
-    Ok(())
-}
-
-/// Check that the integrator supports adhesion.
-///
-/// # Errors
-/// When it is explicit.
-pub(crate) fn check_integrator(engine: IntegratorKind) -> Result<(), InputError> {
-    if !engine.info().implicit {
-        let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());
-        return Err(InputError::new("sticky", problem));
-    }
     Ok(())
 }

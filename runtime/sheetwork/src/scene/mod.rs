@@ -10,6 +10,7 @@ pub(crate) mod body;
 pub(crate) mod builder;
 #[doc(hidden)]
 pub mod contact;
+pub mod contact_surface;
 mod defaults;
 pub mod fracture;
 pub(crate) mod heat_sources;
@@ -45,6 +46,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::scene::body::{BodySpec, Shape};
 pub use crate::scene::contact::{ContactDefaults, PairSpec};
+pub use crate::scene::contact_surface::ContactSurface;
 pub use crate::scene::heat_sources::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
 pub use crate::scene::integrator::IntegratorKind;
 pub use crate::scene::inter_layer::InterLayerLaw;
@@ -348,9 +350,10 @@ pub struct SheetSpec {
     pub plastic: bool,
     /// Whether the sheet creeps by the material's `burgers`.
     pub creep: bool,
-    /// Whether the sheet adheres to bodies, sheets and itself by the material's `tack` (implicit
-    /// integrators only).
+    /// Whether the sheet adheres to bodies, sheets and itself by the material's `tack`.
     pub sticky: bool,
+    /// Surface that meets bodies, with an explicit integrator.
+    pub contact_surface: ContactSurface,
     /// Whether cells open above the material's `tears_at` or `melts_at` (rectangles of square
     /// cells: shell, samm, slamm, double-diagonal, provot2d, provot3d).
     pub tearing: bool,
@@ -415,6 +418,7 @@ impl Default for SheetSpec {
             plastic: false,
             creep: false,
             sticky: false,
+            contact_surface: ContactSurface::Masses,
             tearing: false,
             spots: Vec::new(),
             slits: Vec::new(),

@@ -270,6 +270,7 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     crate::scene::rest_shape::check(s)?;
     crate::scene::fracture::check(s)?;
     crate::scene::adhesion::check(s)?;
+    crate::scene::contact_surface::check(s)?;
     crate::scene::lod::check(s)?;
     crate::scene::refine::check(s)?;
     each("spots", &s.spots, SpotSpec::check)?;

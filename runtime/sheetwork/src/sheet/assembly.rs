@@ -108,6 +108,7 @@ fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
             gap: 1.0,
             initial_diagonal: 0.0,
             folds: creases::folds(spec),
+            contact_surface: spec.contact_surface,
             adhesion_areas: Vec::new(),
             described_temperature: DescribedTemperature {
                 initial: spec.temperature,

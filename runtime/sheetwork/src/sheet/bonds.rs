@@ -4,8 +4,9 @@
 
 use glam::DVec3;
 
+use crate::elements::flexion_limit::solver::LimitContact;
 use crate::math::Vectors;
-use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter, state};
 use crate::sheet::Sheet;
 use crate::units::temperature::REFERENCE;
 
@@ -31,6 +32,39 @@ pub(crate) struct AdhesionState {
     pub applied: Vectors,
     /// Number of nodes with a bond.
     pub bonds: usize,
+    /// Contacts of single nodes with kinematic and static bodies in the last substep of an explicit
+    /// integrator.
+    pub node_contacts: Vec<NodeBondContact>,
+    /// Those of the substep before.
+    pub previous_node_contacts: Vec<NodeBondContact>,
+    /// Length of the last substep of an explicit integrator, s; zero with an implicit one.
+    pub substep: f64,
+    /// Sum of the forces of `node_contacts` on each node, N.
+    pub node_force: Vectors,
+    /// Whether the solver has a closed contact of each node with a body.
+    pub is_solved: Vec<bool>,
+}
+
+/// Closed contact of a node that the solver does not see.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NodeBondContact {
+    pub node: u32,
+    /// Unit vector from the node to the body.
+    pub towards: DVec3,
+    /// Contact force on the node, N; its impulse (N s) within a substep.
+    pub force: DVec3,
+    /// Friction coefficient.
+    pub friction: f64,
+}
+
+state!(NodeBondContact { node, towards, force, friction });
+
+impl NodeBondContact {
+    /// Contact of a node that was solved together with the flexion limit, with its impulse.
+    pub fn of_limit(contact: &LimitContact) -> Self {
+        let force = contact.normal * contact.impulse.0 + contact.impulse.1;
+        Self { node: contact.nodes[0], towards: -contact.normal, force, friction: contact.friction }
+    }
 }
 
 impl AdhesionState {
@@ -42,6 +76,7 @@ impl AdhesionState {
         to.flags(&self.bonded);
         to.flags(&self.was_bonded);
         to.count(self.bonds as u64);
+        to.states(&self.node_contacts);
     }
 
     /// Deserialise the bonds of a sheet with `masses` nodes.
@@ -53,23 +88,29 @@ impl AdhesionState {
         from.flags(&mut stuck.bonded)?;
         from.flags(&mut stuck.was_bonded)?;
         stuck.bonds = from.length(0)?;
+        stuck.node_contacts = from.states(11)?;
         if [stuck.bond_force.len(), stuck.previous_bond_force.len(), stuck.bonded.len(), stuck.was_bonded.len()]
             != [masses; 4]
+            || stuck.node_contacts.iter().any(|c| c.node as usize >= masses)
         {
             return Err(CorruptState);
         }
         (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
-        stuck.applied = Vectors::zeros(masses);
+        (stuck.applied, stuck.node_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
+        stuck.is_solved = vec![false; masses];
         Ok(stuck)
     }
 
     /// Begin a new step: the present bonds become those of the last step.
     pub(crate) fn begin(&mut self, masses: usize) {
         if self.bonded.len() != masses {
-            *self = Self { bond_force: Vectors::zeros(masses), bonded: vec![false; masses], ..Self::default() };
+            let node_contacts = std::mem::take(&mut self.node_contacts);
+            let bond_force = Vectors::zeros(masses);
+            *self = Self { bond_force, node_contacts, bonded: vec![false; masses], ..Self::default() };
             (self.was_bonded, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
             self.towards = vec![DVec3::ZERO; masses];
             (self.applied, self.previous_bond_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
+            (self.node_force, self.is_solved) = (Vectors::zeros(masses), vec![false; masses]);
         }
         std::mem::swap(&mut self.bonded, &mut self.was_bonded);
         std::mem::swap(&mut self.bond_force, &mut self.previous_bond_force);
@@ -78,6 +119,24 @@ impl AdhesionState {
         self.bond_force.clear();
         self.on_bodies.clear();
         self.bonds = 0;
+        self.is_solved.fill(false);
+        self.node_force.clear();
+    }
+
+    /// Count the contacts of single nodes and add up their forces.
+    pub(crate) fn count_node_contacts(&mut self) {
+        for k in 0..self.node_contacts.len() {
+            let NodeBondContact { node, towards, force, .. } = self.node_contacts[k];
+            self.node_force.add(node as usize, force);
+            if !self.is_solved[node as usize] {
+                self.has_contact(node, towards);
+            }
+        }
+    }
+
+    /// Mark node `i` as bonded.
+    pub(crate) fn set_bonded(&mut self, i: u32) {
+        self.bonds += usize::from(!std::mem::replace(&mut self.bonded[i as usize], true));
     }
 
     /// Count a contact of node `i` in direction `towards`.
@@ -103,6 +162,14 @@ impl Sheet {
     }
 }
 
+/// Remove the contacts of single nodes, where an implicit integrator has none.
+pub(crate) fn clear_node_contacts(sheet: &mut Sheet) {
+    if let Some(stuck) = &mut sheet.state.adhesion {
+        stuck.node_contacts.clear();
+        stuck.substep = 0.0;
+    }
+}
+
 /// Add the bond forces to the applied forces.
 pub(crate) fn apply_bond_forces(sheet: &mut Sheet) {
     if let Some(stuck) = &mut sheet.state.adhesion {
@@ -115,14 +182,6 @@ pub(crate) fn apply_bond_forces(sheet: &mut Sheet) {
 pub(crate) fn remove_bond_forces(sheet: &mut Sheet) {
     if let Some(stuck) = &sheet.state.adhesion {
         sheet.parameters.applied.copy_from(&stuck.applied);
-    }
-}
-
-/// Remove all bonds.
-pub(crate) fn break_all_bonds(sheet: &mut Sheet) {
-    let masses = sheet.node_count();
-    if let Some(stuck) = &mut sheet.state.adhesion {
-        stuck.begin(masses);
     }
 }
 

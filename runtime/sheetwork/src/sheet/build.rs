@@ -19,7 +19,9 @@ use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
 use crate::scene::validate::warp_direction;
-use crate::scene::{Region, RegionVector, Scene, SheetSpec, adhesion, fracture, rest_shape, sheet_name};
+use crate::scene::{
+    Region, RegionVector, Scene, SheetSpec, adhesion, contact_surface, fracture, rest_shape, sheet_name,
+};
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
 use crate::sheet::fracture::{FractureState, open_slits};
@@ -98,8 +100,8 @@ impl Sheet {
             temperature::start_temperatures(&mut sheet, scene.ambient_temperature);
         }
         sheet.state.touching = vec![false; sheet.node_count()];
+        contact_surface::check_integrator(spec, scene.engine)?;
         if spec.sticky {
-            adhesion::check_integrator(scene.engine)?;
             adhesion::check_material(&sheet.parameters.material)?;
             sheet.model.adhesion_areas = node_areas(&sheet);
         }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::mesh::outline::TriangleMesh;
 use crate::mesh::outline::refine::Refinement;
 use crate::mesh::structure::{LatticeLayer, StructureKind};
+use crate::scene::ContactSurface;
 use crate::sheet::surface::CreaseLines;
 
 /// Properties that a step does not change.
@@ -43,6 +44,8 @@ pub struct SheetModel {
     pub(crate) initial_diagonal: f64,
     /// Columns and rows of nodes along creases.
     pub(crate) folds: CreaseLines,
+    /// Surface that meets bodies, with an explicit integrator.
+    pub(crate) contact_surface: ContactSurface,
     /// Area per node of an adhesive sheet, m²; empty otherwise.
     pub(crate) adhesion_areas: Vec<f64>,
     pub(crate) described_temperature: DescribedTemperature,

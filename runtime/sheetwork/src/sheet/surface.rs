@@ -195,6 +195,12 @@ impl DrawingSurface {
         mesh
     }
 
+    /// Nodes of a vertex with their weights.
+    pub(crate) fn terms(&self, vertex: usize) -> impl Iterator<Item = (u32, f64)> {
+        let range = self.first[vertex] as usize..self.first[vertex + 1] as usize;
+        self.masses[range.clone()].iter().copied().zip(self.weights[range].iter().map(|w| f64::from(*w)))
+    }
+
     /// Number of vertices.
     pub fn len(&self) -> usize {
         self.uvs.len()

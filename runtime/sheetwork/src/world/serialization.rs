@@ -9,8 +9,9 @@
 use crc32fast::Hasher;
 
 use crate::contact::SheetContact;
+use crate::contact::node::drawn_contact::DrawnContact;
 use crate::error::{InputError, SnapshotError};
-use crate::scene::{Air, ContactDefaults, Scene};
+use crate::scene::{Air, ContactDefaults, ContactSurface, Scene};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::refine::{Resolution, resolution_of};
 use crate::sheet::{Sheet, serialization};
@@ -129,7 +130,12 @@ impl World {
         self.rigid.iter().for_each(|rigid| rigid.serialise(to));
         for (sheet, contact) in self.sheets.iter().zip(&self.sheet_contacts) {
             contact.serialise_surface(to);
-            serialization::serialise_state(sheet, to, |to| contact.clearance.serialise(to, sheet.state.displaced));
+            serialization::serialise_state(sheet, to, |to| {
+                contact.clearance.serialise(to, sheet.state.displaced);
+                if sheet.model.contact_surface != ContactSurface::Masses {
+                    DrawnContact::serialise(contact.drawn.as_deref(), to);
+                }
+            });
         }
         self.islands.serialise(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.serialise(to));
@@ -158,8 +164,10 @@ impl World {
         self.rigid.iter_mut().try_for_each(|rigid| rigid.deserialise(&mut from, &self.scene))?;
         for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.sheet_contacts) {
             contact.deserialise_surface(sheet, &mut from)?;
+            DrawnContact::prepare(&mut contact.drawn, sheet);
             serialization::deserialise_state(sheet, &mut from, |from, masses| {
-                contact.clearance.deserialise(from, masses)
+                contact.clearance.deserialise(from, masses)?;
+                contact.drawn.iter_mut().try_for_each(|drawn| drawn.deserialise(from))
             })?;
             contact.prepare_opened(sheet);
         }

@@ -3,7 +3,8 @@
 
 use sheetwork::islands::event::EventKind;
 use sheetwork::scene::Scene;
-use sheetwork::{BuildError, InputError};
+use sheetwork::sheet::Sheet;
+use sheetwork::{BuildError, InputError, World};
 
 use crate::bench::thesis::experiment::Experiment;
 use crate::bench::thesis::measures::{half_stretch, probe, stretch_x, stretch_z};
@@ -200,5 +201,40 @@ pub(crate) const STRUCTURES: Row = Row {
         let holds = grown[0] > grown[1] && grown[0] > grown[2];
         let reason = "on the wedge the load is along x, where the springs of SaMM are as many as those of the others";
         Ok(Finding::new(lines.join("; "), Verdict::of(holds, reason)))
+    },
+};
+
+pub(crate) const STICKING: Row = Row {
+    name: "7.4viii-sticking",
+    title: "7.4 viii: hot sheets that stick",
+    says: "Not in the thesis: sheets could stick to each other and to bodies. Scene sticky_wedge, two hot lattices on a hot wedge, \
+           as in its tests with heat.",
+    run: || {
+        let mut lines = Vec::new();
+        let mut slid = Vec::new();
+        let mut strip = None;
+        for sticky in ["true", "false"] {
+            let fields = ["sheets.0.sticky", "sheets.1.sticky"].map(|field| (field, sticky));
+            let mut run = Experiment::new("sticky_wedge", &fields)?;
+            let apart = |world: &World| world.sheets()[1].centre_of_mass() - world.sheets()[0].centre_of_mass();
+            let start = apart(&run.world);
+            run.print_at(&[0.15, 0.3, 0.5, 2.0]);
+            run.run();
+            run.print();
+            let way = (apart(&run.world) - start).x.abs();
+            let bonds: usize = run.world.sheets().iter().map(Sheet::bonds).sum();
+            lines.push(format!(
+                "sticky {sticky}: {bonds} bonds, the upper sheet slides {:.2} mm over the lower one",
+                1e3 * way
+            ));
+            slid.push(way);
+            strip = strip.or_else(|| Some(run.strip("Two hot sheets fall on a hot wedge and stick")));
+        }
+        let verdict = Verdict::of(slid[0] < 0.3 * slid[1], "the sheets slide as without adhesion");
+        let finding = Finding::new(lines.join("; "), verdict);
+        Ok(match strip {
+            Some(strip) => finding.with(strip),
+            None => finding,
+        })
     },
 };

@@ -1,6 +1,6 @@
 //! Layers of the sheet: the layer that is drawn (figures 5.12 and 5.13), and their number (3.6.3).
 
-use sheetwork::InputError;
+use sheetwork::{InputError, World};
 
 use crate::bench::thesis::experiment::{Experiment, rest};
 use crate::bench::thesis::measures::layer_distance;
@@ -65,6 +65,52 @@ pub(crate) const SMOOTHED: Row = Row {
         Ok(Finding::new(lines.join("; "), Verdict::of(holds, reason)).with(run.strip("A sheet falls on a cube")))
     },
 };
+
+pub(crate) const CONTACT_SURFACE: Row = Row {
+    name: "7.3e-contact-surface",
+    title: "7.3 e: contact that knows the smoothed surface",
+    says: "Not in the thesis: contact could take account of the smoothed surface that is drawn, so that it would not sink into \
+           bodies. Scene wedge with `contact_surface`.",
+    run: || {
+        let kinds =
+            [("Masses", "interpolating"), ("Smooth", "interpolating"), ("Masses", "b-spline"), ("BSpline", "b-spline")];
+        let (mut lines, mut at_rest, mut sound) = (Vec::new(), Vec::new(), true);
+        let mut last = None;
+        for (surface, drawn) in kinds {
+            let mut run = Experiment::new("wedge", &[("sheets.0.contact_surface", surface)])?;
+            let mut impact = 0.0_f64;
+            run.run_watching(0.6, |world| impact = impact.max(depth_of(world, drawn)));
+            run.print();
+            run.run();
+            run.print();
+            let depth = depth_of(&run.world, drawn);
+            lines.push(format!(
+                "{drawn}, contact of {surface}: {:.3} mm deep at impact, {:.3} mm at the end, {}",
+                1e3 * impact,
+                1e3 * depth,
+                rest(&run)
+            ));
+            at_rest.push(depth);
+            sound &= run.is_sound();
+            last = Some(run);
+        }
+        let sinks = |i: usize| at_rest[i] > 3e-4 && at_rest[i + 1] < 1e-4;
+        let finding = Finding::new(
+            lines.join("; "),
+            Verdict::of(sound && sinks(0) && sinks(2), "the surface sinks, or does not rest"),
+        );
+        Ok(match last {
+            Some(mut run) => finding.with(run.strip("Contact of the B-spline surface")),
+            None => finding,
+        })
+    },
+};
+
+/// Depth of the drawn bottom layer of the first sheet in bodies, m.
+fn depth_of(world: &World, smoothing: &str) -> f64 {
+    let all = drawn_surfaces(world);
+    all.iter().find(|s| s.layer == 0 && s.smoothing == smoothing).and_then(|s| s.depth_m).unwrap_or(0.0)
+}
 
 pub(crate) const LAYERS: Row = Row {
     name: "3.6.3-layers",

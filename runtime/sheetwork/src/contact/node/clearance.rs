@@ -34,6 +34,9 @@ pub(crate) struct Clearance {
     pub hits: Vec<u32>,
     /// First hit of each node in this step.
     pub first_hit: Vec<Option<FirstHit>>,
+    /// Nodes with contact in this step and their surfaces, for sheets whose drawn surface meets
+    /// bodies.
+    pub node_surfaces: Vec<(u32, NodeContactSurface)>,
     /// Remaining paths of nodes after their contact.
     pub remaining_paths: Vec<RemainingPath>,
     /// Remaining paths of the previous iteration.
@@ -128,6 +131,7 @@ impl Clearance {
         self.between_bodies.clear();
         self.remaining_paths.clear();
         self.hits.clear();
+        self.node_surfaces.clear();
         self.moved += reach;
         let mut any = false;
         for i in 0..x.len() {

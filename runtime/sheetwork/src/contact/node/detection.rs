@@ -14,6 +14,7 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
+use crate::contact::node::bonding;
 use crate::contact::node::clearance::{Clearance, FirstHit, RemainingPath};
 use crate::contact::node::flexion;
 use crate::contact::node::response::{NodeContactSurface, NodePath, respond_to_surface, time_of_impact};
@@ -22,6 +23,7 @@ use crate::contact::node::through_thickness::propagate_impacts;
 use crate::contact::settings::{ContactSettings, NodeContactSettings};
 use crate::math::RigidFrame;
 use crate::rigid::RigidView;
+use crate::scene::ContactSurface;
 use crate::sheet::layer_stack::LayerImpact;
 use crate::sheet::{Sheet, node_contact};
 
@@ -39,6 +41,7 @@ pub(crate) fn resolve_node_contact(
     (dt, remaining): (f64, f64),
     touched: &mut dyn FnMut(ColliderHandle),
 ) {
+    bonding::begin(sheet);
     let reach = reach_of_moving(view, dt + remaining);
     let offset = node_contact::contact_offset(sheet);
     let margin = (SETTINGS.search_margin * sheet.model.initial_diagonal).max(2.0 * offset);
@@ -48,7 +51,8 @@ pub(crate) fn resolve_node_contact(
         clearance.clear();
     }
     let inverse_mass = &sheet.inverse_mass;
-    if !clearance.begin(&sheet.state.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+    let tested = offset + bonding::tolerance(sheet);
+    if !clearance.begin(&sheet.state.x, |i| inverse_mass[i] > 0.0, reach, margin, tested) {
         flexion::hold_limit(sheet, clearance, Some(view), (dt, remaining), touched);
         return;
     }
@@ -72,12 +76,13 @@ pub(crate) fn resolve_node_contact(
         separate_from_two_bodies(sheet, clearance, view, around, (dt, remaining));
     }
     flexion::hold_limit(sheet, clearance, Some(view), (dt, remaining), touched);
+    bonding::finish(sheet, clearance, dt);
     clearance.end(&sheet.state.x);
 }
 
 /// Upper bound of the displacement of any point of a kinematic body in `time` (s), m: speed, plus
 /// angular speed times radius.
-fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
+pub(crate) fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
     let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.is_dynamic(b));
     let reach = moving.map(|(_, body)| {
         let turn = f64::from(body.angvel().length());
@@ -180,6 +185,10 @@ fn respond(
 ) -> bool {
     let out = respond_to_surface(flight, surface, node_contact::contact_offset(sheet));
     flexion::record(sheet, i, surface, &out);
+    bonding::record(sheet, i, flight, surface, &out);
+    if sheet.model.contact_surface != ContactSurface::Masses {
+        clearance.node_surfaces.push((i as u32, *surface));
+    }
     sheet.state.x.set(i, out.x);
     sheet.state.v.set(i, out.v);
     sheet.state.counters.contacts += 1;

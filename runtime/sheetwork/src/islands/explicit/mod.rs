@@ -17,6 +17,7 @@ use crate::parallel::*;
 use glam::DVec3;
 
 use crate::collision::narrow_phase::DetectionScope;
+use crate::contact::adhesion::update_bonds;
 use crate::contact::node::flexion::hold_limits_with_contacts;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, solve_explicit};
 use crate::contact::{IslandView, SheetContact};
@@ -28,35 +29,55 @@ use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::sheet::instability::energy_at_start;
-use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, bonds, node_contact};
+use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, node_contact};
+
+/// Result of the contacts at the end of a step.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ContactSolve {
+    /// A single sheet has none: its motion is unchanged and its step is not ended.
+    NotNeeded,
+    /// The step is ended without contacts of the solver.
+    Ended,
+    /// The step is ended with contacts of the solver.
+    Solved,
+}
 
 const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 impl IslandContext<'_> {
     /// Step the island of the sheets `all`, whose indices in the world are `ids`.
     pub fn step_explicit(&self, mut all: SteppedSheets, ids: &[u32], parallel: bool) {
+        if !self.advance_and_resolve(&mut all, ids, parallel) {
+            update_bonds(all.sheets, None, self.surroundings);
+        }
+    }
+
+    /// Advance the sheets and resolve their contacts. Returns whether the contact solver ran, and
+    /// with it the update of the bonds.
+    fn advance_and_resolve(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
         if let Some(Some(state)) = all.states.first_mut() {
             state.progress.report = StepReport { islands: 1, ..StepReport::default() };
         }
         if all.sheets.len() != 1 {
-            self.advance_all_free(&mut all, parallel);
-            self.resolve_contacts(&mut all, ids, parallel);
-            return;
+            self.advance_all_free(all, parallel);
+            return self.resolve_contacts(all, ids, parallel) == ContactSolve::Solved;
         }
         let (sheet, contact, touches) = (&mut all.sheets[0], &mut all.contacts[0], &mut all.touches[0]);
         instability::begin_energy_check(sheet);
         let last = advance_free(sheet, contact, touches, self.context);
         if sheet.state.status != Status::Awake {
-            return;
+            return false;
         }
         let is_near = self.is_near(sheet, contact);
-        if !(is_near && self.resolve_contacts(&mut all, ids, parallel)) {
+        let solve = if is_near { self.resolve_contacts(all, ids, parallel) } else { ContactSolve::NotNeeded };
+        if solve == ContactSolve::NotNeeded {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
             if sheet.state.touching.contains(&true) {
                 instability::finish_energy_check(sheet, touches, self.context, 0.0);
             }
             finish_step(sheet, touches, self.context, last);
         }
+        solve == ContactSolve::Solved
     }
 
     fn advance_all_free(&self, all: &mut SteppedSheets, parallel: bool) {
@@ -91,15 +112,12 @@ impl IslandContext<'_> {
     }
 
     /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
-    /// end the step. Returns `false`, with the motion unchanged, when a single sheet has no
-    /// contact.
-    fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> bool {
+    /// end the step, unless a single sheet has no contact.
+    fn resolve_contacts(&self, all: &mut SteppedSheets, ids: &[u32], parallel: bool) -> ContactSolve {
         let SteppedSheets { sheets, contacts, touches, states } = all;
-        let Some(state) = states.first_mut() else { return false };
+        let Some(state) = states.first_mut() else { return ContactSolve::NotNeeded };
         let dt = self.context.dt;
         for (sheet, contact) in sheets.iter_mut().zip(contacts.iter_mut()) {
-            // Adhesion is not supported with explicit integrators.
-            bonds::break_all_bonds(sheet);
             contact.prepare_surface(sheet);
             sheet.work.touched_colliders.clear();
             node_contact::begin_contact_stage(sheet, dt);
@@ -151,6 +169,7 @@ impl IslandContext<'_> {
             progress.reset_contact();
         } else {
             self.record_contacts(sheets, workspace, work);
+            update_bonds(sheets, Some((workspace, work.bodies())), self.surroundings);
             self.update_bodies(&solver_bodies, work, workspace, body_updates);
         }
         if !lone {
@@ -163,7 +182,11 @@ impl IslandContext<'_> {
             }
         }
         workspace.solver_bodies = solver_bodies;
-        !lone
+        match idle || put_back {
+            _ if lone => ContactSolve::NotNeeded,
+            true => ContactSolve::Ended,
+            false => ContactSolve::Solved,
+        }
     }
 
     /// Begin detection for an island whose free motions are known. Returns `false` when contact is

@@ -7,7 +7,9 @@
 //!     → place kinematic nodes → sleep test
 
 use crate::contact::SheetContact;
+use crate::contact::node::bonding;
 use crate::contact::node::detection::resolve_node_contact;
+use crate::contact::node::drawn_contact::{DrawnContact, resolve_drawn_contact};
 use crate::contact::node::flexion;
 use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::resting::fall_asleep;
@@ -31,6 +33,7 @@ pub(crate) fn advance_free(
     context: &StepContext,
 ) -> f64 {
     node_contact::resize_workspace(sheet);
+    DrawnContact::prepare(&mut contact.drawn, sheet);
     touches.begin(context.time);
     sheet.state.touching.fill(false);
     node_contact::save_start(sheet);
@@ -88,13 +91,19 @@ fn substep(
         stop_unstable(sheet, touches, context, taken);
         return None;
     }
+    bonding::pull(sheet, taken);
     flexion::begin(sheet);
     if let Some(view) = context.view {
         let remaining = (context.dt - done - taken).max(0.0);
+        let displaced = sheet.state.displaced;
         let mut recorder = ContactRecorder { touches, view };
         context.profiler.measure(Phase::Detection, || {
             let touched = &mut |collider| recorder.touched(collider);
             resolve_node_contact(sheet, &mut contact.clearance, view, (taken, remaining), touched);
+            if let Some(drawn) = &mut contact.drawn {
+                let met = &contact.clearance.node_surfaces;
+                resolve_drawn_contact(sheet, drawn, met, view, ((taken, remaining), displaced), touched);
+            }
         });
     } else {
         flexion::hold_limit(sheet, &mut contact.clearance, None, (taken, 0.0), &mut |_| {});

@@ -1,0 +1,51 @@
+//! Surface of a sheet that meets kinematic and static bodies, and its checks in a scene.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{InputError, reject_if};
+use crate::scene::{IntegratorKind, SheetSpec};
+
+/// Surface of a sheet that meets kinematic and static bodies (explicit integrators).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ContactSurface {
+    /// The nodes alone.
+    #[default]
+    Masses,
+    /// The nodes, and the drawn surface through them.
+    Smooth,
+    /// The nodes, and the drawn B-spline surface that has them as control points.
+    BSpline,
+}
+
+/// Check the contact surface of a sheet.
+///
+/// # Errors
+/// When the sheet has features that its drawn surface does not follow.
+pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
+    if s.contact_surface == ContactSurface::Masses {
+        return Ok(());
+    }
+    let is_outlined = s.outline.is_some() || !s.holes.is_empty() || !s.cuts.is_empty();
+    reject_if!(is_outlined, "contact_surface", "is for rectangles: it does not go with outline, holes or cuts");
+    let opens = s.tearing || !s.slits.is_empty();
+    reject_if!(opens, "contact_surface", "does not go with tearing or slits: an opened sheet is drawn flat");
+    let is_limited = s.flexion_limit.is_some();
+    reject_if!(is_limited, "contact_surface", "does not go with flexion_limit, which is solved with the nodes");
+    Ok(())
+}
+
+/// Check that the integrator supports the contact surface.
+///
+/// # Errors
+/// When it is implicit.
+pub(crate) fn check_integrator(s: &SheetSpec, engine: IntegratorKind) -> Result<(), InputError> {
+    if s.contact_surface != ContactSurface::Masses && engine.info().implicit {
+        let problem = format!(
+            "is for explicit engines (euler-richardson, rk4, ...), not for {}: contact of implicit engines is that of the \
+             flat triangles between the nodes",
+            engine.name()
+        );
+        return Err(InputError::new("contact_surface", problem));
+    }
+    Ok(())
+}
