@@ -151,7 +151,7 @@ fn snapshots_resets_and_threads_continue_to_the_bit() {
     steps(&mut world, 40);
     let end = state_hash(&world);
     assert_ne!(world.sheets()[0].model.refinement.clone(), levels);
-    // The same world, another one, and one with two threads.
+    // This world, another one, and one with two threads.
     world.restore(&kept).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(world.sheets()[0].model.refinement.clone(), levels);
     steps(&mut world, 40);

@@ -135,7 +135,7 @@ fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec
     ui.end_row();
 }
 
-/// Temperatures over time: a row for each, with a button that removes it, and one that adds another.
+/// Temperatures over time: a row for each, with a button that removes it; another button adds one.
 fn schedule(ui: &mut Ui, session: &mut Session, index: usize, keys: &[OvenKey]) {
     let mut new: Option<Vec<OvenKey>> = None;
     let how = ControlOptions::speed(1.0).on_release();

@@ -2,7 +2,7 @@
 //!
 //! With θ the angle between the normals of the triangles of areas A₁ and A₂ (m²) at an edge of
 //! length l (m), the curvature across it is θ over the distance of their centres,
-//! κ = 3 θ l / (2 (A₁ + A₂)), in 1/m. Of a cylinder along a row of halved cells this is 3/2 of its
+//! κ = 3 θ l / (2 (A₁ + A₂)), in 1/m. On a cylinder along a row of halved cells this is 3/2 of its
 //! curvature: half of the edges across the row carry the whole angle. A base triangle of area A
 //! has edges of h = √(2 A); with κ the largest of its edges it needs the smallest level L with
 //!

@@ -4,9 +4,9 @@
 //! A tube is a lattice of both diagonals that is rolled about x, its upper layers outside. With
 //! N rows and the arc a = 2π/N, row j of the bottom layer is at the angle j a and row j of the
 //! layer above it at (j + ½) a; layer l is l times the gap outside the bottom one. Row N - 1 and
-//! row 0 are one arc apart, where the layer above lacks a row. This seam is closed by the springs of a layer
-//! across it, `z` and both diagonals, and by braces through its thickness, from the last rows of a
-//! layer to the first rows of the next. They are of class `cross-over`.
+//! row 0 are one arc apart, where the layer above lacks a row. This seam is closed by the springs
+//! of a layer across it, `z` and both diagonals, and by braces through its thickness, from the last
+//! rows of a layer to the first rows of the next. They are of class `cross-over`.
 //!
 //! A bag is a tube with a flat bottom at -x: with the spacing d along the length, the first
 //! ⌊(R - d/8)/d⌋ columns are rings around the axis, and the innermost ring is held open by springs
