@@ -165,7 +165,7 @@ fn parts(world: &World) -> Vec<usize> {
     let sheet = &world.sheets()[0];
     let nodes = sheet.model.layers[0].len() as usize;
     let mut part: Vec<usize> = (0..nodes).collect();
-    let triangles = sheet.layer_triangles(0);
+    let triangles = sheet.cells().layer_triangles(0);
     loop {
         let before = part.clone();
         for t in &triangles {

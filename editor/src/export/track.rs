@@ -145,7 +145,7 @@ impl SheetTrack {
 
     /// Whether the cell of `triangle` is closed.
     fn is_closed(&self, sheet: &Sheet, triangle: [u32; 3]) -> bool {
-        sheet.is_triangle_closed(triangle.map(|k| self.masses[k as usize]))
+        sheet.cells().is_triangle_closed(triangle.map(|k| self.masses[k as usize]))
     }
 
     /// Shapes with the same vertices at all moments.

@@ -139,7 +139,7 @@ impl SheetPlan {
             structure: sheet.model.structure,
             heated,
             headers,
-            cells: sheet.cell_counts(),
+            cells: sheet.cells().counts(),
             triangle_capacity: match &sheet.model.triangles {
                 Some(triangles) => triangles.len(),
                 None => sheet.model.layers.iter().map(|l| l.triangles().len()).sum(),
@@ -155,9 +155,9 @@ impl SheetPlan {
 
     fn update_topology(&mut self, sheet: &Sheet) {
         self.built_revision = Some(sheet.opening_revision());
-        self.triangles = sheet.present_triangles();
+        self.triangles = sheet.cells().triangles();
         self.edges.clone_from(&self.rest_edges);
-        self.edges.retain(|e| !sheet.is_side_cut(e.a, e.b));
+        self.edges.retain(|e| !sheet.cells().is_side_cut(e.a, e.b));
         let mut count = vec![0.0_f32; self.masses];
         for edge in &self.edges {
             count[edge.a as usize] += 1.0;

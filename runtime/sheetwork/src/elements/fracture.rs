@@ -238,4 +238,30 @@ mod tests {
         open.set_all(&[false; 6]);
         assert!(open.is_whole());
     }
+
+    #[test]
+    fn sides_of_triangles_are_cut_by_their_own_triangles() {
+        // A square of four triangles around its middle; node 5 is at the place of node 0 on the
+        // other side of a cut, with a triangle of its own.
+        let positions =
+            vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [0.0, 0.0], [-2.0, 0.0], [0.0, 2.0]];
+        let triangles = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [5, 7, 6]];
+        let mesh = crate::mesh::outline::TriangleMesh::new(positions, triangles).expect("a mesh");
+        let mut open = OpenCells::closed_triangles(TriangleCells::new(std::sync::Arc::new(mesh), false));
+        let corner = (0.0, 0.0);
+        open.set(0);
+        assert!(open.is_side_cut((0, corner), (1, (2.0, 0.0))) && !open.is_side_cut((0, corner), (4, (1.0, 1.0))));
+        assert!(!open.is_node_gone(0, corner) && open.is_closed_at(1.0, 1.5) && !open.is_closed_at(1.0, 0.5));
+        // Second neighbours through the middle keep a closed side on each half.
+        assert!(!open.is_spring_cut(corner, (2.0, 2.0)));
+        open.set(3);
+        assert!(open.is_node_gone(0, corner) && !open.is_node_gone(5, corner));
+        assert!(open.is_side_cut((0, corner), (3, (0.0, 2.0))) && !open.is_side_cut((5, corner), (7, (0.0, 2.0))));
+        assert!(open.is_spring_cut(corner, (2.0, 2.0)));
+        let mut near = Vec::new();
+        open.visit_neighbours(4, &mut |k| near.push(k));
+        assert!(near.is_empty(), "{near:?}: a cut separates");
+        open.visit_neighbours(0, &mut |k| near.push(k));
+        assert!([1, 2, 3].iter().all(|k| near.contains(k)));
+    }
 }

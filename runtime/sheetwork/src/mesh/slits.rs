@@ -107,4 +107,19 @@ mod tests {
         assert_eq!(cells((1.0, 0.0), (1.0, 0.2)), [3], "at the end the last");
         assert!(cells((0.5, 0.5), (0.5, 0.5)).is_empty(), "a point is no line");
     }
+
+    #[test]
+    fn a_line_through_nodes_opens_a_strip_of_triangles() {
+        // Two by two squares of side 1, each of two triangles.
+        let positions = (0..9).map(|i| [f64::from(i % 3), f64::from(i / 3)]).collect();
+        let square = |i: u32| [[i, i + 1, i + 3], [i + 1, i + 4, i + 3]];
+        let mesh = TriangleMesh::new(positions, [0, 1, 3, 4].into_iter().flat_map(square).collect()).expect("a mesh");
+        let cells = |from, to| crossed_triangles(&mesh, (from, to), 1.0);
+        assert_eq!(cells((0.0, 1.0), (2.0, 1.0)), [4, 5, 6, 7], "along a row of nodes: the far side");
+        assert_eq!(cells((2.0, 1.0), (0.0, 1.0)), [4, 5, 6, 7], "and back");
+        assert_eq!(cells((0.0, 2.0), (2.0, 2.0)), [4, 5, 6, 7], "along the far border: the triangles before it");
+        assert_eq!(cells((0.1, 0.2), (0.3, 0.2)), [0]);
+        assert_eq!(cells((0.0, 0.0), (2.0, 2.0)), [0, 1, 4, 5, 6, 7], "through the middle node");
+        assert!(cells((0.5, 0.5), (0.5, 0.5)).is_empty(), "a point is no line");
+    }
 }

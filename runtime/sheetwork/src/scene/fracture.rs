@@ -7,7 +7,8 @@ use crate::units::parameters::ParameterId as Id;
 /// Check the fracture settings of a sheet.
 ///
 /// # Errors
-/// When the sheet comes from a file, an end of a slit is out of range, or the material has no limit.
+/// When the sheet comes from a file, an end of a slit is out of range, or the material has no
+/// limit.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     if !s.tearing && s.slits.is_empty() {
         return Ok(());

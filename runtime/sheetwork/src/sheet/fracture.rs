@@ -20,21 +20,17 @@
 //! detached node, with no closed cell left, is fixed, has no kinetic or elastic energy, keeps the
 //! potential energy of its last position, and follows the nearest remaining node.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use serde::Serialize;
 
 use crate::elements::flexion_limit::FlexionLimit;
-use crate::elements::fracture::{CellCorners, OpenCells, rectangle};
+use crate::elements::fracture::{CellCorners, OpenCells};
 use crate::elements::thickness_limit::ThicknessLimit;
-use crate::elements::triangle_cells::TriangleCells;
-use crate::mesh::outline::TriangleMesh;
 use crate::mesh::slits::Slit;
-use crate::mesh::structure::LatticeLayer;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
+use crate::sheet::cell_state::{CellState, state_of_rectangle, state_of_triangle, upper_nodes};
+use crate::sheet::cells::{SheetCells, closed_cells};
 use crate::sheet::{Sheet, attachment, slits, stage};
-use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
 const EQUAL_STRAIN_TOLERANCE: f64 = 1e-9;
@@ -81,12 +77,6 @@ pub(crate) struct FractureState {
     initial_cells: Vec<bool>,
 }
 
-/// Strain and temperature (°C) of a cell.
-struct CellState {
-    strain: f64,
-    celsius: Option<f64>,
-}
-
 impl FractureState {
     /// Create the state of `sheet` with all cells closed; `runs` allows cells to open during the
     /// run.
@@ -112,6 +102,19 @@ impl FractureState {
     /// Whether each cell is open.
     pub fn cells(&self) -> &[bool] {
         self.open.cells()
+    }
+
+    /// Cells along length and width; of triangles, their number and 1.
+    pub fn size(&self) -> (usize, usize) {
+        self.open.size()
+    }
+
+    /// Strain and temperature of cell `c`.
+    fn state_of(&self, sheet: &Sheet, c: usize) -> CellState {
+        match self.open.triangles() {
+            None => state_of_rectangle(sheet, self.open.size().0, c),
+            Some(cells) => state_of_triangle(sheet, cells, &self.upper_nodes, c),
+        }
     }
 
     /// Serialise the state that does not follow from the open cells.
@@ -146,48 +149,6 @@ impl FractureState {
     }
 }
 
-/// The cells of `sheet`, all closed.
-fn closed_cells(sheet: &Sheet) -> OpenCells {
-    let bottom = sheet.model.layers.first().copied().unwrap_or_default();
-    let mesh = match &sheet.model.meshes.present {
-        Some(mesh) => Some(mesh.clone()),
-        None if bottom.triangular => {
-            let positions = bottom.range().map(|i| sheet.model.place(i as u32)).collect();
-            // Counter-clockwise seen from above is clockwise in (u, v).
-            let triangles = bottom.triangles().into_iter().map(|[a, b, c]| [a, c, b]).collect();
-            TriangleMesh::new(positions, triangles).ok().map(Arc::new)
-        }
-        None => None,
-    };
-    match mesh {
-        Some(mesh) => OpenCells::closed_triangles(TriangleCells::new(mesh, !bottom.triangular)),
-        None => OpenCells::closed(bottom.nx as usize, bottom.nz as usize),
-    }
-}
-
-/// Nodes of the upper layers in each triangle of the lowest layer: a node of a smaller layer lies
-/// inside a triangle, one of a layer of the same size at a corner.
-fn upper_nodes(sheet: &Sheet, open: &OpenCells) -> Vec<Vec<u32>> {
-    let (Some(cells), [bottom, upper @ ..]) = (open.triangles(), sheet.model.layers.as_slice()) else {
-        return Vec::new();
-    };
-    if upper.is_empty() {
-        return Vec::new();
-    }
-    let mut nodes = vec![Vec::new(); open.cells().len()];
-    for layer in upper {
-        for i in layer.range() {
-            if layer.nx == bottom.nx {
-                let below = bottom.first + i as u32 - layer.first;
-                cells.around(below).iter().for_each(|c| nodes[*c as usize].push(i as u32));
-            } else if let Some(c) = open.cell_at(open.place(sheet.model.uv[i])) {
-                nodes[c].push(i as u32);
-            }
-        }
-    }
-    nodes
-}
-
 impl Sheet {
     /// Whether its cells can open.
     pub fn can_open(&self) -> bool {
@@ -196,7 +157,8 @@ impl Sheet {
 
     /// Whether each cell of the lowest layer is open; `None` for a sheet that cannot open.
     /// Rectangles are numbered with the index along the length running fastest, triangles as in
-    /// the mesh of an outline or, in shifted rows, as in [`LatticeLayer::triangles`].
+    /// the mesh of an outline or, in shifted rows, as in
+    /// [`crate::mesh::structure::LatticeLayer::triangles`].
     pub fn open_cells(&self) -> Option<&[bool]> {
         self.state.fracture.as_ref().map(|t| t.open.cells())
     }
@@ -228,60 +190,9 @@ impl Sheet {
         self.state.fracture.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
     }
 
-    /// Cells of the lowest layer along length and width; the number of triangles and 1 if the cells
-    /// are triangles; zero for a sheet that cannot open.
-    pub fn cell_counts(&self) -> (usize, usize) {
-        self.state.fracture.as_ref().map_or((0, 0), |t| t.open.size())
-    }
-
-    /// Whether no closed cell is beside a spring or side between the nodes `a` and `b`.
-    pub fn is_side_cut(&self, a: u32, b: u32) -> bool {
-        self.open_cell_set().is_some_and(|open| {
-            let at = |i: u32| (i, open.place(self.model.uv[i as usize]));
-            open.is_side_cut(at(a), at(b)) || self.is_detached(a as usize) || self.is_detached(b as usize)
-        })
-    }
-
-    /// Whether a triangle of a layer lies in a closed cell.
-    pub fn is_triangle_closed(&self, triangle: [u32; 3]) -> bool {
-        self.open_cell_set().is_none_or(|open| {
-            let at = triangle.map(|m| open.place(self.model.uv[m as usize]));
-            let (u, v) = ((at[0].0 + at[1].0 + at[2].0) / 3.0, (at[0].1 + at[1].1 + at[2].1) / 3.0);
-            open.is_closed_at(u, v) && !triangle.iter().any(|m| self.is_detached(*m as usize))
-        })
-    }
-
-    /// Triangles of all layers, counter-clockwise seen from the upper side, without those in open
-    /// cells.
-    pub fn present_triangles(&self) -> Vec<[u32; 3]> {
-        self.closed_triangles(self.all_triangles())
-    }
-
-    fn all_triangles(&self) -> Vec<[u32; 3]> {
-        match &self.model.triangles {
-            Some(triangles) => triangles.clone(),
-            None => self.model.layers.iter().flat_map(LatticeLayer::triangles).collect(),
-        }
-    }
-
-    /// Triangles of layer `index`, counter-clockwise seen from the upper side, without those in
-    /// open cells; none without that layer.
-    pub fn layer_triangles(&self, index: usize) -> Vec<[u32; 3]> {
-        let all = match (&self.model.triangles, self.model.layers.get(index)) {
-            (Some(triangles), Some(_)) => triangles.clone(),
-            (None, Some(layer)) => layer.triangles(),
-            (_, None) => Vec::new(),
-        };
-        self.closed_triangles(all)
-    }
-
-    /// Triangles of a layer without those in open cells.
-    #[doc(hidden)]
-    pub fn closed_triangles(&self, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
-        if self.open_cell_set().is_some() {
-            triangles.retain(|t| self.is_triangle_closed(*t));
-        }
-        triangles
+    /// Cells of the sheet, and the triangles and sides that they hold.
+    pub fn cells(&self) -> SheetCells<'_> {
+        SheetCells::new(self, self.open_cell_set())
     }
 }
 
@@ -333,10 +244,9 @@ pub(crate) fn open_cells_after_step(sheet: &mut Sheet) -> Option<FractureOpening
 fn find_opening_cells(sheet: &Sheet, tears: &mut FractureState) -> Option<usize> {
     let columns = tears.open.size().0;
     // The kind of the cells is chosen once, outside the loop over them.
-    let (worst, melted) = if tears.open.triangles().is_none() {
-        test_cells(sheet, tears, |_, c| state_of_rectangle(sheet, columns, c))
-    } else {
-        test_cells(sheet, tears, |tears, c| state_of_triangle(sheet, tears, c))
+    let (worst, melted) = match tears.open.triangles() {
+        None => test_cells(sheet, tears, |_, c| state_of_rectangle(sheet, columns, c)),
+        Some(_) => test_cells(sheet, tears, |tears, c| tears.state_of(sheet, c)),
     };
     if worst.is_some() {
         for c in 0..tears.strain_ratio.len() {
@@ -379,67 +289,9 @@ fn test_cells(
     (worst, melted)
 }
 
-/// State of cell `c` of a grid with `columns` cells in a row.
-fn state_of_rectangle(sheet: &Sheet, columns: usize, c: usize) -> CellState {
-    let Some(layer) = sheet.model.layers.first() else { return CellState { strain: 0.0, celsius: None } };
-    let m = rectangle(columns, c).map(|m| m as usize);
-    let celsius = sheet.temperatures().map(|t| rectangle_temperature(sheet, t, m, c));
-    let [p, q, r, s] = m.map(|m| sheet.state.x.get(m));
-    let half =
-        (0.5 * f64::from(layer.nx - 1) / sheet.model.extent.0, 0.5 * f64::from(layer.nz - 1) / sheet.model.extent.1);
-    let derivatives = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
-    CellState { strain: strain_of(sheet, derivatives, celsius), celsius }
-}
-
-/// State of triangle `c`.
-fn state_of_triangle(sheet: &Sheet, tears: &FractureState, c: usize) -> CellState {
-    let Some(cells) = tears.open.triangles() else { return CellState { strain: 0.0, celsius: None } };
-    let m = cells.mesh().triangles[c].map(|m| m as usize);
-    let celsius = sheet.temperatures().map(|t| {
-        let upper = tears.upper_nodes.get(c).map_or(&[][..], Vec::as_slice);
-        let sum = m.iter().map(|m| t[*m]).sum::<f64>() + upper.iter().map(|m| t[*m as usize]).sum::<f64>();
-        sum / (3 + upper.len()) as f64
-    });
-    let derivatives = cells.derivatives(c, m.map(|m| sheet.state.x.get(m)));
-    CellState { strain: strain_of(sheet, derivatives, celsius), celsius }
-}
-
-/// Largest principal strain for the derivatives of the position along u and v.
-#[inline]
-fn strain_of(sheet: &Sheet, (a, b): (DVec3, DVec3), celsius: Option<f64>) -> f64 {
-    let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
-    let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
-    let grown = 1.0 + celsius.map_or(0.0, |t| sheet.parameters.material.expansion * (t - REFERENCE));
-    square.sqrt() / grown - 1.0
-}
-
-/// Mean temperature of the nodes of cell `c` of a grid, °C; `m` are its corners in the lowest layer.
-fn rectangle_temperature(sheet: &Sheet, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
-    let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
-    let Some(bottom) = sheet.model.layers.first().filter(|_| sheet.model.layers.len() > 1) else {
-        return sum / count;
-    };
-    let across = bottom.nx - 1;
-    let (i, j) = (c as u32 % across, c as u32 / across);
-    for layer in &sheet.model.layers[1..] {
-        if layer.nx == bottom.nx {
-            let corners = rectangle(across as usize, c).map(|m| celsius[(layer.first + m) as usize]);
-            sum += corners.iter().sum::<f64>();
-            count += 4.0;
-        } else {
-            sum += celsius[layer.at(i, j) as usize];
-            count += 1.0;
-        }
-    }
-    sum / count
-}
-
 /// Report of the opening of cell `c`.
 fn opening(sheet: &Sheet, tears: &FractureState, c: usize) -> FractureOpening {
-    let state = match tears.open.triangles() {
-        None => state_of_rectangle(sheet, tears.open.size().0, c),
-        Some(_) => state_of_triangle(sheet, tears, c),
-    };
+    let state = tears.state_of(sheet, c);
     let corners = tears.open.corners(c);
     let nodes = corners.nodes();
     let middle = nodes.iter().map(|m| sheet.state.x.get(*m as usize)).sum::<DVec3>() / nodes.len() as f64;
@@ -502,7 +354,7 @@ fn update_open_cells(sheet: &mut Sheet) {
     sheet.elements.iter_mut().for_each(|e| e.open(x, &tears.open, &tears.detached));
     fix_detached_nodes(sheet, &mut tears);
     sheet.state.fracture = Some(tears);
-    sheet.parameters.drag.set_triangles(sheet.present_triangles());
+    sheet.parameters.drag.set_triangles(sheet.cells().triangles());
     update_contact_of_open_cells(sheet);
     if let Some(heat) = &mut sheet.state.heat {
         heat.discard_network();

@@ -114,7 +114,7 @@ impl DrawingSurface {
         if sheet.open_cell_set().is_some() {
             let layer = sheet.model.layers.get(index)?;
             let mut surface = Self::new(layer, uv, 1);
-            let closed = sheet.layer_triangles(index);
+            let closed = sheet.cells().layer_triangles(index);
             surface.indices = closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect();
             return Some(surface);
         }

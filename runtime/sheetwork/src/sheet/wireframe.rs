@@ -5,7 +5,7 @@ use crate::sheet::Sheet;
 impl Sheet {
     /// Pairs of neighbouring nodes of a layer, each once: the edges of its triangles.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let sides = self.present_triangles().into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let sides = self.cells().triangles().into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
         edges.dedup();

@@ -68,7 +68,8 @@ pub fn triangle_curvatures(
     (groups, directions)
 }
 
-/// Direction of curvature (uu, vv, 2uv) that the slope of an edge along the unit vector `t` changes.
+/// Direction of curvature (uu, vv, 2uv) that the slope of an edge along the unit vector `t`
+/// changes.
 pub(crate) fn bend_across(t: [f64; 2]) -> [f64; 3] {
     let n = [t[1], -t[0]];
     [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]]

@@ -84,8 +84,8 @@ fn slope(mesh: &TriangleMesh, edge: &MeshEdge) -> Stencil {
     masses.into_iter().zip(r).filter(|(_, r)| r.abs() > 1e-13).map(|(v, r)| (v, r / length)).collect()
 }
 
-/// Nodes that the slope of an inner edge depends on, and the number of rings of triangles around the
-/// edge's own two.
+/// Nodes that the slope of an inner edge depends on, and the number of rings of triangles around
+/// the edge's own two.
 pub fn patch_nodes(mesh: &TriangleMesh, edge: &MeshEdge) -> (Vec<u32>, usize) {
     let (masses, _, rings) = patch(mesh, edge, mesh.direction(edge).0, mesh.middle(edge));
     (masses, rings)

@@ -72,7 +72,7 @@ impl ThermalNetwork {
         let mut area = vec![0.0; n];
         let mut plane = Plane::new();
         match &sheet.model.triangles {
-            Some(_) => of_triangles(sheet, &sheet.layer_triangles(0), &mut area, &mut plane),
+            Some(_) => of_triangles(sheet, &sheet.cells().layer_triangles(0), &mut area, &mut plane),
             None => sheet.model.layers.iter().for_each(|layer| of_layer(sheet, layer, &mut area, &mut plane)),
         }
         let mut network = Self { area: area.repeat(points), ..Self::default() };
@@ -150,7 +150,7 @@ impl ThermalNetwork {
 /// triangles.
 fn of_layer(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &mut Plane) {
     if layer.triangular {
-        of_triangles(sheet, &sheet.closed_triangles(layer.triangles()), area, plane);
+        of_triangles(sheet, &sheet.cells().closed(layer.triangles()), area, plane);
         fill_outline(sheet, layer, area, plane);
         return;
     }
@@ -244,7 +244,7 @@ fn fill_outline(sheet: &Sheet, layer: &LatticeLayer, area: &mut [f64], plane: &m
         layer.triangles().iter().map(|t| triangle_area(t.map(|m| sheet.model.place(m)))).sum()
     };
     let width = (sheet.model.extent.0 * sheet.model.extent.1 - covered) / around;
-    for edge in border.into_iter().filter(|(a, b)| !sheet.is_side_cut(*a, *b)) {
+    for edge in border.into_iter().filter(|(a, b)| !sheet.cells().is_side_cut(*a, *b)) {
         let l = length(edge);
         area[edge.0 as usize] += 0.5 * width * l;
         area[edge.1 as usize] += 0.5 * width * l;

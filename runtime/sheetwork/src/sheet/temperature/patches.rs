@@ -39,7 +39,10 @@ impl SheetPatches {
     pub fn new(sheet: &Sheet, network: &ThermalNetwork, points: usize) -> Self {
         let top = sheet.model.layers.len().saturating_sub(1);
         let mut faces = Self {
-            triangles: [sheet.layer_triangles(0), if top > 0 { sheet.layer_triangles(top) } else { Vec::new() }],
+            triangles: [
+                sheet.cells().layer_triangles(0),
+                if top > 0 { sheet.cells().layer_triangles(top) } else { Vec::new() },
+            ],
             sums: vec![DVec3::ZERO; sheet.node_count()],
             ..Self::default()
         };
