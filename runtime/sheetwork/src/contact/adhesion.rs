@@ -1,12 +1,12 @@
 //! Adhesion of hot sheets: contacts become bonds that bear tension and break under load or when
 //! cold.
 //!
-//! Neither the contact solvers nor the response of single nodes know adhesion. After a step, every closed contact of a node becomes a
-//! bond if the sheet is adhesive and warm enough, or was bonded and is not too cold. In the next
-//! step the two sides are pulled together by a constant force f along the contact normal, as an
-//! applied force. The contact force is then p + f ≥ 0 for tensile loads up to f, and friction is
-//! bounded by μ (p + f). A bond under a larger load opens and is not closed after the step, which
-//! removes it.
+//! Neither the contact solvers nor the response of single nodes know adhesion. After a step, every
+//! closed contact of a node becomes a bond if the sheet is adhesive and warm enough, or was bonded
+//! and is not too cold. In the next step the two sides are pulled together by a constant force f
+//! along the contact normal, as an applied force. The contact force is then p + f ≥ 0 for tensile
+//! loads up to f, and friction is bounded by μ (p + f). A bond under a larger load opens and is
+//! not closed after the step, which removes it.
 //!
 //! The force is bounded by σ A, with σ the adhesion strength (Pa) and A the area (m²) of the node.
 //! Between two sheets, where nodes of each meet triangles of the other, half of that area counts. A

@@ -98,8 +98,9 @@ settings! {
     pub struct AdhesionSettings {
         /// Acceleration of a node (m/s²) that a bond bears without an earlier load.
         pub node_acceleration: f64 = 200.0,
-        /// Displacement (m) in a substep of an explicit integrator by a bond without an earlier load,
-        /// whose acceleration it bounds: the free motion stays near the surface in long steps.
+        /// Displacement (m) in a substep of an explicit integrator by a bond without an earlier
+        /// load, whose acceleration it bounds: the free motion stays near the surface in long
+        /// steps.
         pub node_displacement: f64 = 5e-5,
         /// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an
         /// earlier load.

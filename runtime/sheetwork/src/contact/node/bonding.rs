@@ -2,10 +2,10 @@
 //!
 //! The bond force f of the last step is added to the motion of the integrator, and not to its
 //! forces: its stages would evaluate the springs at positions inside the body. The sum is the free
-//! motion of a node. A response that changes
-//! the velocity of the node by Δv in a step of `dt` (s) exerts the force m Δv/dt, whose normal part
-//! is p + f. A load above f leads the node away from the surface, and the bond is open when the
-//! node is further from it than the tolerance of closed contacts.
+//! motion of a node. A response that changes the velocity of the node by Δv in a step of `dt` (s)
+//! exerts the force m Δv/dt, whose normal part is p + f. A load above f leads the node away from
+//! the surface, and the bond is open when the node is further from it than the tolerance of closed
+//! contacts.
 
 use glam::DVec3;
 

@@ -7,13 +7,14 @@
 //! a contact, and so does each node that has met a surface. Gauss-Seidel sweeps over all of them
 //! change displacements and then velocities of the nodes by impulses p (kg m or N s),
 //!
-//!   Δx_i = (w_i/m_i) p,   K = Σ w_i²/m_i,   p_n ← max(0, p_n + (d - x_s·n)/K),   |p_t| ≤ μ p_n,
+//!   Δx_i = (w_i/m_i) p,   K = Σ w_i²/m_i,
+//!   p_n ← max(0, p_n + (d - x_s·n)/K),   |p_t| ≤ μ p_n,
 //!
 //! where p_t opposes the tangential displacement of the step, or the tangential velocity. A vertex
-//! that approaches faster than [`NodeContactSettings::restitution_speed`] rebounds. All others start
-//! from their impulses of the last substep, so that a sheet at rest needs few sweeps. Since the
-//! impulses at a vertex act on its nodes with its own weights, momentum and angular momentum change
-//! as by a force at the vertex, and without restitution no sweep adds kinetic energy.
+//! that approaches faster than [`NodeContactSettings::restitution_speed`] rebounds. All others
+//! start from their impulses of the last substep, so that a sheet at rest needs few sweeps. Since
+//! the impulses at a vertex act on its nodes with its own weights, momentum and angular momentum
+//! change as by a force at the vertex.
 
 use glam::DVec3;
 use rapier3d::math::Real;
@@ -310,8 +311,8 @@ impl SweptQuantity {
 }
 
 impl VertexContact {
-    /// Change the impulse so that the contact, with its point at `value` (m or m/s), obeys Coulomb's
-    /// law. Returns the change.
+    /// Change the impulse so that the contact, with its point at `value` (m or m/s), obeys
+    /// Coulomb's law. Returns the change.
     fn change(&mut self, value: DVec3, quantity: SweptQuantity) -> DVec3 {
         let n = self.surface.normal;
         let (apart, slip) = match quantity {
