@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn refinements_conserve_integrals_and_keep_unchanged_parts() {
-        let base = Arc::new(ring(13));
+        let base = Arc::new(ring(25));
         let levels = |f: &dyn Fn(f64) -> u8| -> Arc<[u8]> {
             (0..base.triangles.len()).map(|k| f(base.middle_of(k)[0])).collect()
         };
@@ -226,9 +226,11 @@ mod tests {
         };
         let same = |k: usize| (0..from.triangles.len()).find(|j| equal(*j, k));
         let kept: Vec<_> = (0..to.triangles.len()).filter_map(|k| Some((k, same(k)?))).collect();
-        assert!(kept.len() > 20 && kept.iter().all(|(k, j)| now(*k) == each[*j].expect("known")[0]));
+        let off = |(k, j): &(usize, usize)| (now(*k) - each[*j].expect("known")[0]).abs();
+        let worst = kept.iter().map(off).fold(0.0, f64::max);
+        assert!(kept.len() > 20 && worst == 0.0, "{} triangles, {worst}", kept.len());
         let values: Vec<[f64; 1]> = from.positions.iter().map(|p| [field(*p)]).collect();
-        for (i, old) in meshes.shared.iter().enumerate().filter(|(i, _)| to.positions[*i][0] > -0.01) {
+        for (i, old) in meshes.shared.iter().enumerate().filter(|(i, _)| to.positions[*i][0] > 0.0) {
             assert!(old.is_none_or(|j| meshes.at_node(&values, i) == values[j as usize]));
         }
     }
