@@ -14,7 +14,7 @@ use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::elements::triangle_membrane::edge_strain::{Sources, sources_of};
 use crate::math::Vectors;
 
-/// What open triangles change; none while all are closed.
+/// Changes by open triangles; none while all are closed.
 #[derive(Clone, Debug)]
 pub(super) struct Opening {
     /// Relaxed directions of each group and sources of each edge while all triangles are closed.
