@@ -41,7 +41,7 @@ impl Slide {
             return format!("{name}: unstable at {:.2} s", self.run.world.time());
         }
         let [first, second, off, flat] = self.events.map(seconds);
-        format!("{name}: {first}, {second}, {off}, {flat}; {:.1} ms CPU", 1e3 * self.cpu)
+        format!("{name}: first body {first}, second {second}, off {off}, flat {flat}; {:.1} ms CPU", 1e3 * self.cpu)
     }
 }
 
@@ -105,8 +105,8 @@ pub(crate) const SAME_STEP: Row = Row {
 pub(crate) const SIDE_BY_SIDE: Row = Row {
     name: "5.3.5-side-by-side",
     title: "5.3.5: the engines side by side",
-    says: "All engines let the sheet slide over two bodies to the floor; the higher orders do it more smoothly. Scene slide_11 \
-           with engine=..., 5 ms (analytical 2 ms); in the editor, `--screenshot FILE --beside engine=rk4`.",
+    says: "Three engines are compared, each with its own step, and the analytical one is not tested further. Here six run \
+           one scene: slide_11 with engine=..., 5 ms (analytical 2 ms); in the editor, `--screenshot FILE --beside engine=rk4`.",
     run: || {
         let engines = [
             ("analytical", "0.002"),
@@ -170,8 +170,14 @@ pub(crate) const OWN_STEP: Row = Row {
             engine_text(&slides)
         );
         let order = steps[2] > 1.5 * steps[1] && slides[2].cpu < 1.5 * slides[1].cpu;
-        let reason = "the fourth order does not make up for its cost with its step";
-        Ok(Finding::new(measured, Verdict::of(order, reason)))
+        let behind = slides[0].cpu > slides[1].cpu;
+        let reason = if order {
+            "the fourth order bears the largest step and makes up for its cost with it, but the first order does not fall \
+             behind: at a stable step it takes the same path at less cost"
+        } else {
+            "the fourth order does not make up for its cost with its step"
+        };
+        Ok(Finding::new(measured, Verdict::of(order && behind, reason)))
     },
 };
 

@@ -44,7 +44,7 @@ pub(crate) const BODIES: Row = Row {
         let moved = tube_moved.max(bag_moved).max(cable_moved);
         let measured = format!(
             "tube on a wedge: {ridge:.1} mm high over the ridge, {end:.1} mm at its ends (16 mm at first); bag: rim {rim:.1} \
-             mm over the bottom (25 mm); cable of 100 mm hangs {hangs:.0} mm below its end; the largest movement in the \
+             mm over the bottom (25 mm); cable of 100 mm has its free end {hangs:.0} mm below the fixed one; the largest movement in the \
              last tenth of a second is {:.3} mm",
             1e3 * moved
         );
@@ -53,7 +53,7 @@ pub(crate) const BODIES: Row = Row {
         for mut other in [bag.strip(""), cable.strip("")] {
             strip.prints.append(&mut other.prints);
         }
-        Ok(Finding::new(measured, Verdict::of(holds, "a body collapses or does not rest")).with(strip))
+        Ok(Finding::new(measured, Verdict::proposal(holds, "a body collapses or does not rest")).with(strip))
     },
 };
 
@@ -87,7 +87,8 @@ pub(crate) const FLEXION: Row = Row {
             lines.push(format!("limit {limit}°: at most {most:.2}°, yaw {turned:.2}°, {}", rest(&run)));
             strip = Some(run.strip("TRiMM with flexion springs and a limit of 20° on a wedge"));
         }
-        let found = Finding::new(lines.join("; "), Verdict::of(holds, "the limit is exceeded, or the sheet yaws"));
+        let found =
+            Finding::new(lines.join("; "), Verdict::proposal(holds, "the limit is exceeded, or the sheet yaws"));
         Ok(Finding { strip, ..found })
     },
 };
@@ -116,11 +117,11 @@ pub(crate) const VERLET: Row = Row {
             ));
         }
         let measured = format!(
-            "longest step at 0.06 N/m and 0.4 g, {}; it is of second order with one evaluation of the springs a step, where \
-             Euler-Richardson has two",
+            "longest step at 0.06 N/m and 0.4 g, predicted from the fastest mode, {}; a step costs as much as one of \
+             Euler-Richardson (row 5.3.5-side-by-side), and both are of second order",
             lines.join("; ")
         );
-        Ok(Finding::new(measured, Verdict::of(longer, "it bears no longer steps than the Euler methods")))
+        Ok(Finding::new(measured, Verdict::proposal(longer, "it bears no longer steps than the Euler methods")))
     },
 };
 
@@ -142,14 +143,22 @@ pub(crate) const RETENTION: Row = Row {
             let longest = longest_spring(limited.sheet());
             let unstable = plain.world.unstable().is_some();
             lines.push(format!(
-                "step {dt} s: without {}; with springs limited to a strain of 0.3 {}, longest spring {longest:.2} of its length",
+                "step {dt} s: {} without a limit; with springs limited to a strain of 0.3 while it is unstable, {}, longest \
+                 spring {longest:.2} of its length",
                 if unstable { format!("unstable at {:.2} s", plain.world.time()) } else { rest(&plain) },
                 if limited.world.unstable().is_some() { "unstable".to_owned() } else { rest(&limited) },
             ));
             holds &= unstable && limited.is_sound();
             strip = strip.or(Some(limited.strip("Spring retention: a step that is too long for the sheet")));
         }
-        let found = Finding::new(lines.join("; "), Verdict::of(holds, "it does not retain stability"));
+        let mut stable = Experiment::new("wedge", &[("sheets.0.damping", "0.01"), ("dt", "0.002")])?;
+        stable.run();
+        lines.push(format!(
+            "at a stable step of 0.002 s without a limit: {}, longest spring {:.2}",
+            rest(&stable),
+            longest_spring(stable.sheet())
+        ));
+        let found = Finding::new(lines.join("; "), Verdict::proposal(holds, "it does not retain stability"));
         Ok(Finding { strip, ..found })
     },
 };
@@ -161,15 +170,18 @@ fn longest_spring(sheet: &Sheet) -> f64 {
     (0..springs.len()).map(|i| length(i) / springs.rest[i]).fold(0.0, f64::max)
 }
 
+/// Frame of the adaptive integrator, s.
+const FRAME: f64 = 0.05;
+
 pub(crate) const ADAPTIVE: Row = Row {
     name: "7.4ix-adaptive",
     title: "7.4 ix: fifth order with error control",
     says: "Proposed and not built: a fifth-order Runge-Kutta method whose error control chooses the steps. Scene slide_11 \
-           with engine=rk45 and dt=0.1.",
+           with engine=rk45 and dt=0.05.",
     run: || {
         let mut fine = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.0025")])?;
-        let mut fixed = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.1")])?;
-        let mut adaptive = Experiment::new("slide_11", &[("engine", "rk45"), ("dt", "0.1")])?;
+        let mut fixed = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.05")])?;
+        let mut adaptive = Experiment::new("slide_11", &[("engine", "rk45"), ("dt", "0.05")])?;
         [&mut fine, &mut fixed].into_iter().for_each(Experiment::run);
         adaptive.print_at(&[0.2, 0.4, 0.7, 1.2, 2.0, 8.0]);
         let first = |run: &Experiment| run.time_of(EventKind::FirstContact, "first");
@@ -177,21 +189,26 @@ pub(crate) const ADAPTIVE: Row = Row {
         let text = |name: &str, run: &Experiment| {
             let end = match run.world.unstable() {
                 Some(_) => format!("unstable at {:.2} s", run.world.time()),
-                None => format!("first contact {}, flat {}", seconds(first(run)), seconds(flat(run))),
+                None => {
+                    let (first, flat) = (seconds(first(run)), seconds(flat(run)));
+                    format!("first contact {first}, flat {flat}, {:.0} ms of CPU", 1e3 * run.cpu)
+                }
             };
             format!("{name}: {end}")
         };
         let measured = [
             text("fourth order, 2.5 ms", &fine),
-            text("fourth order, 0.1 s", &fixed),
-            text("fifth order, frames of 0.1 s", &adaptive),
+            text("fourth order, 0.05 s", &fixed),
+            text("fifth order, frames of 0.05 s", &adaptive),
         ];
-        let near = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| (a - b).abs() < 0.11 + 0.1 * b);
+        let near = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| (a - b).abs() < FRAME + 0.1 * b);
         let holds = fixed.world.unstable().is_some()
             && near(first(&adaptive), first(&fine))
             && near(flat(&adaptive), flat(&fine));
-        let strip: Strip = adaptive.strip("The fifth order chooses its own steps within frames of 0.1 s");
-        Ok(Finding::new(measured.join("; "), Verdict::of(holds, "its times differ")).with(strip))
+        let strip: Strip = adaptive.strip("The fifth order chooses its own steps within frames of 0.05 s");
+        let measured =
+            format!("{}; contact is solved, and events are seen, at the end of a frame", measured.join("; "));
+        Ok(Finding::new(measured, Verdict::proposal(holds, "its times differ")).with(strip))
     },
 };
 
@@ -221,7 +238,7 @@ pub(crate) const HOT_SPOTS: Row = Row {
     says: "Seen in the real tests and not built: hot spots of the covered body let the plastic ripple, and holes form there. \
            Scene hot_spots.",
     run: || {
-        let mut even = Experiment::new("hot_spots", &[("bodies.0.hot_spots", "[]"), ("bodies.0.temperature", "22")])?;
+        let mut even = Experiment::new("hot_spots", &[("bodies.0.hot_spots", "[]")])?;
         even.run_to(0.5);
         let mut run = Experiment::new("hot_spots", &[])?;
         run.print();
@@ -233,8 +250,8 @@ pub(crate) const HOT_SPOTS: Row = Row {
         let holes =
             run.sheet().open_cells().map_or(0, |open| count_holes(open, run.sheet().model.layers[0].nx as usize - 1));
         let measured = format!(
-            "after 2.2 s of heat {:.1} ripples a row, at most {:.2} mm high, against {:.1} and {:.3} mm over a plate of 22 \
-             °C; holes from {} of heat on, {holes} holes of {} cells out of {whole} at the end",
+            "after 2.2 s of heat (which runs twice as fast as motion) {:.1} reversals of slope along a row of nodes, ripples \
+             at most {:.2} mm high, against {:.1} and {:.2} mm without hot spots; holes from {} of heat on, {holes} holes of {} cells out of {whole} at the end",
             warm.0,
             1e3 * warm.1,
             cold.0,
@@ -242,9 +259,37 @@ pub(crate) const HOT_SPOTS: Row = Row {
             seconds(opened),
             run.sheet().open_count(),
         );
-        let holds = warm.0 > cold.0 + 1.0 && warm.1 > 3.0 * cold.1 && holes == 2;
+        let holds = warm.1 > 1.2 * cold.1 && holes == 2;
         let strip = run.strip("A film over a plate with two hot spots");
-        Ok(Finding::new(measured, Verdict::of(holds, "no ripples, or no holes over the spots")).with(strip))
+        Ok(Finding::new(measured, Verdict::proposal(holds, "no ripples, or no holes over the spots")).with(strip))
+    },
+};
+
+pub(crate) const TEARING: Row = Row {
+    name: "7.4vi-tearing",
+    title: "7.4 v and vi: tears and holes",
+    says: "Proposed and not built: tears along the surface and holes in it. Scene torn_strip with \
+           sheets.0.structure=trimm and sheets.0.grid=(21,2,9); scene torn_disc with sheets.0.grid=(13,1,13).",
+    run: || {
+        let trimm = [("sheets.0.structure", "trimm"), ("sheets.0.grid", "(21, 2, 9)")];
+        let mut strip = Experiment::new("torn_strip", &trimm)?;
+        let mut disc = Experiment::new("torn_disc", &[("sheets.0.grid", "(13, 1, 13)")])?;
+        let open = |run: &Experiment| (run.sheet().open_count(), run.sheet().open_cells().map_or(0, <[bool]>::len));
+        let (slit, _) = open(&disc);
+        let end = strip.world.scene().duration;
+        strip.print_at(&[0.0, 0.5 * end, end]);
+        disc.print_at(&[0.0, 1.5, 3.0]);
+        let (torn, cells) = open(&strip);
+        let (wide, of) = open(&disc);
+        let measured = format!(
+            "a strip of TRiMM: {torn} of {cells} triangles open; a disc with a cross of {slit} open triangles, pushed open by \
+             a ball: {wide} of {of}"
+        );
+        let stable = [&strip, &disc].iter().all(|run| run.world.unstable().is_none());
+        let holds = stable && torn > 0 && wide > slit;
+        let mut prints = strip.strip("A strip of TRiMM and a slit disc tear");
+        prints.prints.append(&mut disc.strip("").prints);
+        Ok(Finding::new(measured, Verdict::proposal(holds, "nothing tears")).with(prints))
     },
 };
 

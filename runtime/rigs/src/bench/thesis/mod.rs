@@ -100,6 +100,8 @@ pub(crate) struct Finding {
 /// Comparison of a measurement with the report of the thesis.
 pub(crate) enum Verdict {
     Agrees,
+    /// Proposed by the thesis, or left out there, and working here.
+    Works,
     /// Disagrees, with the cause.
     Disagrees(String),
     /// The printed value contradicts other values of the thesis; the arithmetic shows it.
@@ -112,10 +114,16 @@ impl Verdict {
         if holds { Self::Agrees } else { Self::Disagrees(reason.to_owned()) }
     }
 
+    /// For a proposal of the thesis: it works if the conditions hold.
+    pub fn proposal(holds: bool, reason: &str) -> Self {
+        if holds { Self::Works } else { Self::Disagrees(reason.to_owned()) }
+    }
+
     /// Word for the tables.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Agrees => "agrees",
+            Self::Works => "works",
             Self::Disagrees(_) => "disagrees",
             Self::Misprint(_) => "misprint",
         }
@@ -124,7 +132,7 @@ impl Verdict {
     /// Reason or arithmetic; empty for an agreement.
     pub fn reason(&self) -> &str {
         match self {
-            Self::Agrees => "",
+            Self::Agrees | Self::Works => "",
             Self::Disagrees(reason) | Self::Misprint(reason) => reason,
         }
     }

@@ -38,7 +38,12 @@ const SKY: Colour = [0.93, 0.94, 0.95];
 const FLOOR: Colour = [0.88, 0.87, 0.84];
 const GRID: Colour = [0.74, 0.73, 0.70];
 const BODY: Colour = [0.60, 0.68, 0.80];
-const SHEET: [Colour; 2] = [[0.93, 0.33, 0.18], [0.62, 0.20, 0.12]];
+/// Upper and lower side of each sheet; further sheets begin anew.
+const SHEETS: [[Colour; 2]; 3] = [
+    [[0.93, 0.33, 0.18], [0.62, 0.20, 0.12]],
+    [[0.95, 0.68, 0.20], [0.66, 0.45, 0.12]],
+    [[0.27, 0.60, 0.45], [0.17, 0.40, 0.30]],
+];
 
 /// Prints in a row, with a caption for the report.
 pub(crate) struct Strip {
@@ -69,11 +74,11 @@ impl Print {
         let floor = scene.room.as_ref().map(|room| (room.y.0, room.grid));
         let mut print = Self { label, faces: Vec::new(), camera, floor };
         print.add_bodies(world);
-        for sheet in world.sheets() {
+        for (sheet, colours) in world.sheets().iter().zip(SHEETS.into_iter().cycle()) {
             let Some(surface) = sheet.surface(sheet.model.layers.len().saturating_sub(1), 2) else { continue };
             let mesh = surface.mesh(&sheet.state.x);
             let at = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
-            print.faces.extend(mesh.indices.iter().map(|t| Face { corners: t.map(at), colours: SHEET }));
+            print.faces.extend(mesh.indices.iter().map(|t| Face { corners: t.map(at), colours }));
         }
         print
     }

@@ -72,6 +72,7 @@ pub(crate) const TABLE: &[Row] = &[
     future::FLEXION,
     future::RETENTION,
     remeshing::FOLD,
+    future::TEARING,
     future::ADAPTIVE,
     future::HOT_SPOTS,
 ];
