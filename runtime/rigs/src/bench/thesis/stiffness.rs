@@ -125,7 +125,9 @@ pub(crate) const UNIFORM: Row = Row {
         {
             let droop = |springs: SpringLaw| -> Result<f64, InputError> {
                 let mut setup = Setup { structure, springs, width: 0.05, grid: (41, 9), ..Setup::default() };
+                // The layers of a sheet of equal springs are its thickness apart.
                 setup.material.thickness = 1e-3;
+                setup.gap = Some(1e-3);
                 let material = &setup.material;
                 let bending = material.young * material.thickness.powi(3) / 12.0;
                 let weight = material.areal_mass() * setup.gravity * setup.length.powi(3) / bending;
