@@ -77,7 +77,7 @@ fn the_refinement_goes_away_when_the_sheet_is_flat_again() {
     assert_eq!(world.sheets()[0].node_count(), first);
     assert!(world.sheets()[0].model.refinement.as_ref().expect("refined").iter().all(|level| *level == 0));
     // Only changes of the mesh are events of this kind, each at a multiple of ten steps.
-    let due = |time: f64| (time / world.dt()).round() as u64 % 10 == 0;
+    let due = |time: f64| ((time / world.dt()).round() as u64).is_multiple_of(10);
     assert!(world.events().iter().filter(|e| e.kind == EventKind::Resampled).all(|e| due(e.time_s)));
 }
 
