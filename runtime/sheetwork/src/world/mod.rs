@@ -82,7 +82,7 @@ pub struct World {
     heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
     lod: Option<Box<lod::LodState>>,
-    /// Workspace of local refinement.
+    /// Workspace of local refinement; `None` while no sheet has had it.
     refine_work: Option<Box<RefineWorkspace>>,
     profiler: Profiler,
     /// Checksum of the scene's structure, for snapshots.
@@ -158,7 +158,7 @@ impl World {
             islands: IslandManager::default(),
             heat,
             lod,
-            refine_work: None,
+            refine_work: scene.sheets.iter().any(|s| s.refine.is_some()).then(Box::default),
             profiler: Profiler::default(),
             structure: StructureChecksum::new(&own),
             drained_events: 0,

@@ -72,6 +72,9 @@ impl World {
         let index = self.scene.sheets.len();
         let spec = SheetSpec { name, ..spec.clone() };
         validate::added_sheet(&spec, index)?;
+        if spec.refine.is_some() {
+            self.refine_work.get_or_insert_default();
+        }
         self.scene.sheets.push(spec);
         // The sheet gets the present integrator; the scene keeps its own, for a reset.
         let described = (self.scene.engine, self.scene.tolerance);

@@ -87,7 +87,9 @@ impl World {
         self.collect_events(name);
         self.detect_buckling(self.time - dt);
         self.update_lod(dt);
-        self.refine_sheets();
+        if self.refine_work.is_some() {
+            self.refine_sheets();
+        }
     }
 
     /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid
