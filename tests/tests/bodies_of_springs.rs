@@ -175,7 +175,7 @@ fn a_cable_hangs_straight_from_its_end() {
     let (top, bottom) = (sheet.state.x.get(layer.at(0, 1) as usize), sheet.state.x.get(layer.at(40, 1) as usize));
     let hanging = top - bottom;
     println!("hangs {:.2} mm below its end, {:.2} mm beside it", hanging.y * 1e3, hanging.with_y(0.0).length() * 1e3);
-    // 326 masses of 4e-5 kg at 0.981 m/s² on the springs of 10 N/m stretch it by less than a tenth.
+    // 326 masses of 4e-5 kg at 0.981 m/s² on springs of 10 N/m stretch it by less than a tenth.
     assert!(hanging.y > 0.095 && hanging.y < 0.11 && hanging.with_y(0.0).length() < 0.01);
 }
 

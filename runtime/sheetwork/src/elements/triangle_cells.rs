@@ -2,8 +2,8 @@
 //!
 //! Positions in the sheet are (u, v) of the mesh, m. A point is in a triangle if its smallest
 //! weight is not below -[`LOCATION_TOLERANCE`]. With the rest positions of the corners 0, 1 and 2
-//! as columns of M = [p₁ - p₀, p₂ - p₀], the derivatives of the present position x along u and v
-//! are [a, b] = [x₁ - x₀, x₂ - x₀] M⁻¹.
+//! as columns of M = [p₁ - p₀, p₂ - p₀], the derivatives of the present position x along u
+//! and v are [a, b] = [x₁ - x₀, x₂ - x₀] M⁻¹.
 //!
 //! The slope of an inner edge follows from a patch of nodes around it
 //! (`triangle_bending::slope`). It is free, as at a boundary, when a triangle of the edge is open,

@@ -4,8 +4,8 @@
 //! A cell is a rectangle of the grid of the lowest layer, or a triangle of its mesh (outline, or
 //! shifted rows). Every closed cell is tested after every step. With a and b the mean derivatives
 //! of the position along u and v over the cell (from its nodes, per length at rest), the largest
-//! principal stretch λ is the square root of the larger eigenvalue of [a·a, a·b; a·b, b·b], and the
-//! strain of the mid-surface is λ/(1 + α (T - 20 °C)) - 1. The temperature T is the mean of the
+//! principal stretch λ is the square root of the larger eigenvalue of [a·a, a·b; a·b, b·b], and
+//! the strain of the mid-surface is λ/(1 + α (T - 20 °C)) - 1. The temperature T is the mean of the
 //! nodes of the cell. In a lattice with several layers, the strain is that of the lowest layer and
 //! the temperature is the mean over the nodes of all layers in the cell.
 //!

@@ -1,16 +1,16 @@
 //! Local refinement of a sheet: the level that each triangle of its base mesh needs.
 //!
-//! With θ the angle between the normals of the triangles of areas A₁ and A₂ (m²) at an edge of
-//! length l (m), the curvature across it is θ over the distance of their centres,
-//! κ = 3 θ l / (2 (A₁ + A₂)), in 1/m. On a cylinder along a row of halved cells this is 3/2 of its
-//! curvature: half of the edges across the row carry the whole angle. A base triangle of area A
+//! With θ the angle between the normals of the triangles of areas A₁ and A₂ (m²) at an edge
+//! of length l (m), the curvature across it is θ over the distance of their centres,
+//! κ = 3 θ l / (2 (A₁ + A₂)), in 1/m. On a cylinder along a row of halved cells this is 3/2 of
+//! its curvature: half of the edges across the row carry the whole angle. A base triangle of area A
 //! has edges of h = √(2 A); with κ the largest of its edges it needs the smallest level L with
 //!
 //!   2^-L h κ ≤ φ,
 //!
 //! φ (rad) being the largest fold angle per edge, and all levels where the largest principal
-//! strain λ/(1 + α (T - 20 °C)) - 1 exceeds a fraction of the strain at which the material tears.
-//! It keeps a level that it would need for a part of φ and of that strain (hysteresis), so that
+//! strain λ/(1 + α (T - 20 °C)) - 1 exceeds a fraction of the strain at which the material
+//! tears. It keeps a level that it would need for a part of φ and of that strain (hysteresis), so that
 //! the mesh does not alternate. The thesis proposes to insert and remove masses where a sheet
 //! interacts strongly (7.3 c, 7.4 v and vi).
 

@@ -1,8 +1,8 @@
 //! Membrane of a mesh with open triangles.
 //!
 //! An open triangle has no stiffness. The arc of an edge comes from its closed triangles whose
-//! curvature is known, that is, with a bound slope left. Where the arc term |k|² of an edge changes
-//! as cells open, the edge takes the change as a rest strain, ½ Δ|k|², so that the stress of the
+//! curvature is known, that is, with a bound slope left. Where the arc term |k|² of an edge
+//! changes as cells open, the edge takes the change as a rest strain, ½ Δ|k|², so that the stress of the
 //! closed triangles and their energy stay the same at that moment.
 
 use std::collections::BTreeSet;

@@ -71,7 +71,8 @@ pub enum FabricUnits {
 /// Results of the tests of a fabric, as they come.
 ///
 /// Tension: `young_*`, or the extension at Kawabata's load of 500 gf/cm, whose secant it takes. Two
-/// of `shear`, `poisson` and the value at 45° are given, and one of `twist` and the bending at 45°.
+/// of `shear`, `poisson` and the value at 45° are given, and one of `twist` and the bending at
+/// 45°.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MeasuredFabric {

@@ -9,8 +9,8 @@
 //! rows of a layer to the first rows of the next. They are of class `cross-over`.
 //!
 //! A bag is a tube with a flat bottom at -x: with the spacing d along the length, the first
-//! ⌊(R - d/8)/d⌋ columns are rings around the axis, and the innermost ring is held open by springs
-//! across its diameter.
+//! ⌊(R - d/8)/d⌋ columns are rings around the axis, and the innermost ring is held open by
+//! springs across its diameter.
 //!
 //! A prism is a lattice as generated, of any structure and number of layers; a long one of three
 //! layers is a cable.
