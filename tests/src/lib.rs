@@ -5,6 +5,7 @@
 //! numbers.
 
 pub mod card;
+pub mod fracture;
 pub mod game;
 pub mod house;
 pub mod python;
@@ -256,6 +257,17 @@ fn rows_times(sheet: &Sheet, rows: &[Vec<f64>], d: &Vectors) -> Vectors {
         out.push(DVec3::new(dot(0), dot(1), dot(2)) / sheet.node_mass(i));
     }
     out
+}
+
+/// Mean over the mass of a sheet with temperatures, and their lowest and highest, °C.
+///
+/// # Panics
+/// When it has none.
+pub fn mean_and_range_of_temperatures(sheet: &Sheet) -> (f64, f64, f64) {
+    let celsius = sheet.temperatures().expect("temperatures");
+    let sum: f64 = (0..sheet.node_count()).map(|i| sheet.node_mass(i) * celsius[i]).sum();
+    let range = sheet.heat().expect("temperatures").range();
+    (sum / sheet.total_mass(), range.0, range.1)
 }
 
 /// Largest distance between nodes of equal number, m.

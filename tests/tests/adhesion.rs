@@ -7,6 +7,7 @@ use sheetwork::scene::IntegratorKind;
 use sheetwork::scene::{
     Adhesion, BodySpec, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec,
 };
+use sheetwork_tests::fracture::slip_angle;
 use sheetwork_tests::{body, state_hash, world};
 
 /// Weight of the sheet per area, Pa: ρ t g.
@@ -108,14 +109,9 @@ fn friction_on_an_incline_includes_adhesion() {
     // m g sin θ = μ (m g cos θ + σ A) with σ = s ρ t g: tan θ by bisection.
     let friction = 0.4;
     for share in [0.0_f64, 0.5, 1.5] {
-        let limit = |angle: f64| angle.sin() - friction * (angle.cos() + share);
-        let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if limit(middle) < 0.0 { low = middle } else { high = middle }
-        }
+        let slips_at = slip_angle(friction, share);
         for factor in [0.97, 1.03] {
-            let angle = low * factor;
+            let angle = slips_at * factor;
             let mut spec = sheet((share * WEIGHT).max(1e-3), false);
             spec.friction = Some(friction);
             let mut scene = hanging_scene(spec);
@@ -134,7 +130,7 @@ fn friction_on_an_incline_includes_adhesion() {
             println!(
                 "σ = {share} ρ t g at {:.2}° of {:.2}°: {:.3e} m in 1 s",
                 angle.to_degrees(),
-                low.to_degrees(),
+                slips_at.to_degrees(),
                 gone
             );
             assert_eq!(gone > 1e-3, factor > 1.0, "σ = {share} ρ t g at {factor} of the angle: {gone} m");

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use sheetwork::World;
+use sheetwork_tests::fracture::slip_angle;
 use sheetwork_tests::{state_hash, world_of};
 
 /// A tenth of the Earth's gravity, m/s², as in the thesis's scenes.
@@ -120,15 +121,10 @@ fn friction_of_a_lattice_on_an_incline_includes_adhesion() {
     // m g sin θ = μ (m g cos θ + σ A) with σ = s ρ t g.
     let friction = 0.4;
     for share in [0.0_f64, 0.5, 1.5] {
-        let limit = |angle: f64| angle.sin() - friction * (angle.cos() + share);
-        let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if limit(middle) < 0.0 { low = middle } else { high = middle }
-        }
+        let slips_at = slip_angle(friction, share);
         for engine in ["rk4", "euler-cromer"] {
             for factor in [0.97, 1.03] {
-                let angle = low * factor;
+                let angle = slips_at * factor;
                 let strength = (share * weight(ONE_TRIMM)).max(1e-3);
                 let sheet = sheet("sheet", ONE_TRIMM, strength, "(0, 0.0001, 0)", "");
                 let mut world = scene(engine, &[sheet], FLOOR, 0.0);
@@ -139,7 +135,10 @@ fn friction_of_a_lattice_on_an_incline_includes_adhesion() {
                 let from = world.sheets()[0].centre_of_mass().x;
                 run(&mut world, 0.5);
                 let gone = world.sheets()[0].centre_of_mass().x - from;
-                println!("{engine}: σ = {share} ρ t g at {factor} of {:.2}°: {gone:.3e} m in 0.5 s", low.to_degrees());
+                println!(
+                    "{engine}: σ = {share} ρ t g at {factor} of {:.2}°: {gone:.3e} m in 0.5 s",
+                    slips_at.to_degrees()
+                );
                 assert_eq!(gone > 1e-3, factor > 1.0, "{engine}, σ = {share} ρ t g at {factor} of the angle");
                 assert!(factor > 1.0 || gone.abs() < 1e-6, "it creeps: {gone} m");
             }

@@ -5,7 +5,7 @@ use sheetwork::World;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
 use sheetwork_rigs::measure::{Setup, measure};
-use sheetwork_tests::{change_grid, state_hash, world_of as world};
+use sheetwork_tests::{change_grid, mean_and_range_of_temperatures, state_hash, world_of as world};
 
 const GRIDS: [u32; 3] = [11, 21, 41];
 
@@ -103,12 +103,7 @@ fn remapping_conserves_mean_and_range_of_temperatures() {
         let uv = world.sheets()[0].model.uv.clone();
         let warm = |i: usize| 40.0 + 60.0 * (-20.0 * ((uv[i].0 - 0.4).powi(2) + (uv[i].1 - 0.3).powi(2))).exp();
         world.sheets_mut()[0].set_temperatures(warm).unwrap_or_else(|e| panic!("{e}"));
-        let of = |s: &Sheet| {
-            let celsius = s.temperatures().expect("warm");
-            let mean = (0..s.node_count()).map(|i| s.node_mass(i) * celsius[i]).sum::<f64>() / s.total_mass();
-            let range = s.heat().expect("warm").range();
-            (mean, range.0, range.1)
-        };
+        let of = mean_and_range_of_temperatures;
         let before = of(&world.sheets()[0]);
         to(&mut world, n);
         let after = of(&world.sheets()[0]);

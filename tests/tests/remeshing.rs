@@ -7,7 +7,7 @@ use sheetwork::islands::event::EventKind;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
 use sheetwork::world::recording::RecordedFrame;
-use sheetwork_tests::{shipped_scene, state_hash, world_of};
+use sheetwork_tests::{mean_and_range_of_temperatures, shipped_scene, state_hash, world_of};
 
 /// The shipped scene with its first sheet on another mesh.
 fn pressed(overrides: &[(&str, &str)]) -> World {
@@ -121,12 +121,7 @@ fn temperatures_keep_their_mean_and_range() {
     let uv = world.sheets()[0].model.uv.clone();
     let warm = |i: usize| 40.0 + 60.0 * (-20.0 * ((uv[i].0 - 0.5).powi(2) + (uv[i].1 - 0.3).powi(2))).exp();
     world.sheets_mut()[0].set_temperatures(warm).unwrap_or_else(|e| panic!("{e}"));
-    let of = |s: &Sheet| {
-        let celsius = s.temperatures().expect("warm");
-        let mean = (0..s.node_count()).map(|i| s.node_mass(i) * celsius[i]).sum::<f64>() / s.total_mass();
-        let range = s.heat().expect("warm").range();
-        (mean, range.0, range.1)
-    };
+    let of = mean_and_range_of_temperatures;
     let mut changed = 0;
     for _ in 0..60 {
         let (before, nodes) = (of(&world.sheets()[0]), world.sheets()[0].node_count());

@@ -22,7 +22,8 @@ impl ContactWorkspace {
 
     /// Call `touched` for every closed contact, with the index of its collider in the island.
     pub fn for_each_closed(&self, mut touched: impl FnMut(&ContactConstraint, u32)) {
-        for ((contact, _), part) in self.measured_contacts().filter(|((_, gap), _)| **gap < 2.0 * SETTINGS.closed_gap) {
+        for ((contact, _), part) in self.measured_contacts().filter(|((_, gap), _)| **gap < SETTINGS.closed_gap_at_end)
+        {
             touched(contact, *part);
         }
     }
@@ -53,7 +54,7 @@ impl ContactWorkspace {
             ContactSide::Sheet { .. } => Some(DVec3::ZERO),
         };
         let all = self.detected.contacts[..self.detected.first_attachment].iter().zip(&self.gaps.now);
-        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * SETTINGS.closed_gap) {
+        for (contact, _) in all.filter(|(_, gap)| **gap < SETTINGS.closed_gap_at_end) {
             let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
                 (true, _) => (contact.normal, &contact.b),
                 (_, true) => (-contact.normal, &contact.a),

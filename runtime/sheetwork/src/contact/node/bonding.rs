@@ -16,12 +16,9 @@ use crate::elements::flexion_limit::solver::LimitContact;
 use crate::sheet::bonds::NodeBondContact;
 use crate::sheet::{Sheet, node_contact};
 
-/// Gap below which a bond is closed, m, as in [`crate::contact::closed_contacts`].
-const CLOSED: f64 = 2.0 * ContactSettings::DEFAULT.closed_gap;
-
 /// Gap of closed bonds of the sheet, m; zero for a sheet without adhesion.
 pub(crate) fn tolerance(sheet: &Sheet) -> f64 {
-    if sheet.state.adhesion.is_some() { CLOSED } else { 0.0 }
+    if sheet.state.adhesion.is_some() { ContactSettings::DEFAULT.closed_gap_at_end } else { 0.0 }
 }
 
 /// Add the bond forces to the motion of a substep of `dt` (s).
@@ -77,7 +74,7 @@ pub(crate) fn finish(sheet: &mut Sheet, clearance: &Clearance, dt: f64) {
         let x = &state.x;
         let is_closed = |c: &&LimitContact| {
             let gap = x.get(c.nodes[0] as usize).dot(c.normal) - c.level;
-            c.count == 1 && (c.impulse.0 > 0.0 || gap < CLOSED)
+            c.count == 1 && (c.impulse.0 > 0.0 || gap < ContactSettings::DEFAULT.closed_gap_at_end)
         };
         stuck.node_contacts.clear();
         stuck.node_contacts.extend(work.flexion.contacts.iter().filter(is_closed).map(NodeBondContact::of_limit));

@@ -34,8 +34,6 @@ use crate::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use crate::sheet::{Sheet, node_contact};
 
 const SETTINGS: NodeContactSettings = ContactSettings::DEFAULT.node;
-/// Gap below which a contact is closed, m.
-const CLOSED: f64 = 2.0 * ContactSettings::DEFAULT.closed_gap;
 
 /// Drawn surface of a sheet in contact.
 #[derive(Default)]
@@ -361,7 +359,9 @@ pub(crate) fn resolve_drawn_contact(
     drawn.mobility.extend(inverse_mass.iter().enumerate().map(|(i, w)| pins.free_axes(i as u32) * *w));
     drawn.sweep(sheet, SweptQuantity::Positions(dt), SETTINGS.surface_tolerance);
     let mut contacts = std::mem::take(&mut drawn.contacts);
-    contacts.retain(|c| drawn.at(c.point, &sheet.state.x).dot(c.surface.normal) < c.level + CLOSED);
+    contacts.retain(|c| {
+        drawn.at(c.point, &sheet.state.x).dot(c.surface.normal) < c.level + ContactSettings::DEFAULT.closed_gap_at_end
+    });
     drawn.contacts = contacts;
     drawn.sweep(sheet, SweptQuantity::Velocities, SETTINGS.surface_tolerance / dt);
     for contact in drawn.contacts.iter().filter(|c| c.normal > 0.0) {
