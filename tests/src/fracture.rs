@@ -10,8 +10,8 @@ const STEPS: u32 = 40;
 
 /// Throw the nodes of the first sheet of `scene` about with `speed` (m/s), stretch it by the strain
 /// `stretch` and step it. Opening of cells must not add energy, and a torn sheet may gain at most
-/// the part `most` of its kinetic and elastic energy in a step. Returns the largest gain of the torn
-/// sheet; `None` for a sheet that stays whole.
+/// the part `most` of its kinetic and elastic energy in a step. Returns the largest gain of the
+/// torn sheet; `None` for a sheet that stays whole.
 ///
 /// # Panics
 /// When energy is added, or the sheet is unstable.

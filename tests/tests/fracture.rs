@@ -286,8 +286,8 @@ fn two_hundred_random_fractures_are_stable_and_add_no_energy() {
         spec.placement.position.y = 1.0;
         spec.pins = vec![PinSpec::fixed(if trial % 3 == 0 { Region::Border } else { Region::Left })];
         let scene = Scene { engine: engines[trial % 4], gravity: DVec3::new(0.0, -9.81, 0.0), ..scene(spec) };
-        // Integrators may gain a little in a step, as for an intact sheet: three percent on lattices
-        // with large swings.
+        // Integrators may gain a little in a step, as for an intact sheet: three percent on
+        // lattices with large swings.
         let of = usize::from(structure != StructureKind::Shell);
         let pull = (draw(0.1, 8.0), draw(0.9, 2.5) * limit);
         let what = format!("trial {trial}, {structure}, {}", engines[trial % 4]);

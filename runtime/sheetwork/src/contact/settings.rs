@@ -13,8 +13,8 @@ settings! {
         /// Gap (m) below which a contact is closed after the position solve. Closed contacts take
         /// part in the velocity solve.
         pub closed_gap: f64 = 1e-5,
-        /// Gap (m) below which a contact is closed at the end of a step: that of the position solve,
-        /// and as much for the motion of the other contacts after it.
+        /// Gap (m) below which a contact is closed at the end of a step: that of the position
+        /// solve, and as much for the motion of the other contacts after it.
         pub closed_gap_at_end: f64 = 2e-5,
         /// Penetration (m) that converged contact may leave at the end of a step. A larger one at
         /// the start of a stage existed before contact began; a fallback accepts an increase by

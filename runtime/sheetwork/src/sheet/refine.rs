@@ -10,8 +10,8 @@
 //!
 //! φ (rad) being the largest fold angle per edge, and all levels where the largest principal
 //! strain λ/(1 + α (T - 20 °C)) - 1 exceeds a fraction of the strain at which the material
-//! tears. It keeps a level that it would need for a part of φ and of that strain (hysteresis), so that
-//! the mesh does not alternate. The thesis proposes to insert and remove masses where a sheet
+//! tears. It keeps a level that it would need for a part of φ and of that strain (hysteresis), so
+//! that the mesh does not alternate. The thesis proposes to insert and remove masses where a sheet
 //! interacts strongly (7.3 c, 7.4 v and vi).
 
 use std::sync::Arc;
