@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork_tests::fracture::slip_angle;
-use sheetwork_tests::{state_hash, world_of};
+use sheetwork_tests::{scenes_folder, state_hash, world_of};
 
 /// A tenth of the Earth's gravity, m/s², as in the thesis's scenes.
 const G: f64 = 0.981;
@@ -223,4 +223,36 @@ fn adhesion_of_lattices_is_bit_identical_on_any_number_of_threads_and_from_a_sna
     println!("{bonds:?} bonds {:?} {:?}", heights(&one, 0), heights(&one, 1));
     assert!(bonds.iter().all(|b| *b > 50), "{bonds:?}");
     assert_eq!(([0, 1].map(|i| one.sheets()[i].bonds()), state_hash(&one)), (bonds, end));
+}
+
+#[test]
+fn strong_adhesion_adds_no_energy() {
+    // Up to 600 times the weight of a sheet, and 50 times the modulus of its springs.
+    let polyhedra = scenes_folder().join("../polyhedra").display().to_string();
+    let scene = std::fs::read_to_string(scenes_folder().join("sticky_wedge.ron")).expect("a scene");
+    for (strength, step, engine, most) in [
+        (500.0, 0.005, "euler-richardson", 0.01),
+        (2e3, 0.005, "euler-richardson", 0.1),
+        (2e3, 0.005, "rk4", 0.1),
+        (1e4, 0.001, "rk4", 0.05),
+    ] {
+        let text = scene
+            .replace("../polyhedra", &polyhedra)
+            .replace("strength: 60", &format!("strength: {strength}"))
+            .replace("dt: 0.005", &format!("dt: {step}"))
+            .replace("euler-richardson", engine);
+        let mut world = world_of(&text);
+        let start = world.energy().total;
+        let (mut least, mut rise) = (start, 0.0_f64);
+        for _ in 0..(1.5 / step) as u32 {
+            world.step();
+            let total = world.energy().total;
+            least = least.min(total);
+            rise = rise.max(total - least);
+        }
+        let (fallen, kinetic) = (start - world.energy().total, world.energy().kinetic);
+        println!("{strength} Pa, {step} s, {engine}: rises by {rise:.1e} of {fallen:.1e} J, kinetic {kinetic:.1e}");
+        assert!(world.unstable().is_none());
+        assert!(rise < most * fallen && kinetic < 0.02 * fallen, "{strength} Pa, {step} s, {engine}");
+    }
 }

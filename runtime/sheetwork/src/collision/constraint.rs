@@ -77,4 +77,6 @@ pub struct ContactConstraint {
     pub friction: f64,
     /// Restitution coefficient of the pair.
     pub restitution: f64,
+    /// Bond force f that is part of the free motion, N: the contact force without it is p - f.
+    pub bond: f64,
 }

@@ -23,9 +23,10 @@ use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactSide, SheetPoint};
 use crate::contact::settings::{AdhesionSettings, ContactSettings};
-use crate::contact::step_bodies::StepBodies;
+use crate::contact::step_bodies::{StepBodies, StepBody};
 use crate::contact::workspace::ContactWorkspace;
 use crate::scene::Adhesion;
+use crate::sheet::node_contact::solves_node_by_node;
 use crate::sheet::{Sheet, bonds};
 
 const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
@@ -81,9 +82,17 @@ fn bond_solved_contacts(sheets: &mut [Sheet], workspace: &ContactWorkspace, arou
     workspace.for_each_closed(|contact, _| {
         let Some((sheet, mass, _)) = node_contact(contact) else { return };
         let Some(force) = bond_force(sheets, contact, &mut suspension) else { return };
-        apply_bond(sheets, contact, force, bodies, around);
+        let is_pair = other_sheet(contact).is_some() || dynamic_body(contact, bodies, around).is_some();
+        let is_explicit = solves_node_by_node(&sheets[sheet as usize]);
+        if !(is_explicit && is_pair) {
+            apply_bond(sheets, contact, force, bodies, around);
+        }
         if let Some(stuck) = &mut sheets[sheet as usize].state.adhesion {
             stuck.set_bonded(mass);
+            if is_explicit && is_pair {
+                let side = stuck.side(mass, towards(contact));
+                stuck.pair_force[mass as usize][side] += force;
+            }
         }
     });
 }
@@ -96,7 +105,9 @@ fn bond_node_contacts(sheet: &mut Sheet) {
         let contact = stuck.node_contacts[k];
         let i = contact.node;
         let most_stress = strength(sheet, &SheetPoint::node(i), stuck.was_bonded[i as usize]);
-        if stuck.is_solved[i as usize] || most_stress <= 0.0 {
+        let gap = -sheet.state.x.get(i as usize).dot(contact.towards) - contact.level;
+        let is_open = gap > ContactSettings::DEFAULT.closed_gap_at_end;
+        if stuck.is_solved[i as usize] || is_open || most_stress <= 0.0 {
             continue;
         }
         let parts = f64::from(stuck.contacts(i, contact.towards).max(1));
@@ -135,12 +146,14 @@ fn bond_force(sheets: &[Sheet], contact: &ContactConstraint, suspension: &mut Su
         need += load;
     }
     let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
-    let before = stuck.previous_bond_force.get(mass as usize).length() / parts;
+    let is_pull = contact.bond > 0.0;
+    let before = if is_pull { contact.bond } else { stuck.previous_bond_force.get(mass as usize).length() / parts };
     let mut contact_force = suspension.workspace.force_of(&contact.key).unwrap_or(DVec3::ZERO);
-    if crate::sheet::node_contact::solves_node_by_node(own) {
+    if solves_node_by_node(own) {
         // The response of the node alone came first; the solver's force acts on displacements.
         let drift = own.engine_kind.info().drift;
         contact_force /= if drift > 0.0 { drift } else { 1.0 };
+        contact_force += contact.normal * contact.bond;
         if other_body(contact).is_some() {
             contact_force += stuck.node_force.get(mass as usize) * towards(contact).dot(-contact.normal);
         }
@@ -174,10 +187,7 @@ impl Suspension<'_> {
     /// Share of a contact in the load of its suspended body, N; `None` without a dynamic body.
     fn load_of_body(&mut self, contact: &ContactConstraint) -> Option<f64> {
         let body = other_body(contact)?;
-        let over = self.around.bodies.get(*self.bodies.get(body as usize)? as usize)?;
-        if !over.start.is_dynamic() {
-            return None;
-        }
+        let (_, over) = dynamic_body(contact, self.bodies, self.around)?;
         if self.last.0 != body {
             let mut contacts = 0.0;
             self.workspace.for_each_closed(|c, _| contacts += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
@@ -208,11 +218,11 @@ fn apply_bond(sheets: &mut [Sheet], contact: &ContactConstraint, force: f64, bod
                     stuck.bond_force.set(i as usize, stuck.bond_force.get(i as usize) + push * w);
                 }
             }
-            ContactSide::Body { body, local } => {
-                let Some(index) = bodies.get(*body as usize) else { continue };
-                let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.is_dynamic());
-                if let Some(stuck) = sheets[owner as usize].state.adhesion.as_mut().filter(|_| gives) {
-                    stuck.on_bodies.push((*index, push, *local));
+            ContactSide::Body { local, .. } => {
+                if let Some(stuck) = &mut sheets[owner as usize].state.adhesion
+                    && let Some((index, _)) = dynamic_body(contact, bodies, around)
+                {
+                    stuck.on_bodies.push((index, push, *local));
                 }
             }
         }
@@ -221,7 +231,7 @@ fn apply_bond(sheets: &mut [Sheet], contact: &ContactConstraint, force: f64, bod
 
 /// Sheet, node and point of a contact of one node with a body or triangle; `None` for other
 /// contacts.
-fn node_contact(contact: &ContactConstraint) -> Option<(u32, u32, SheetPoint)> {
+pub(crate) fn node_contact(contact: &ContactConstraint) -> Option<(u32, u32, SheetPoint)> {
     let single = |side: &ContactSide| match side {
         ContactSide::Sheet { sheet, point } if point.weights[0] == 1.0 => Some((*sheet, point.nodes[0], *point)),
         _ => None,
@@ -230,13 +240,13 @@ fn node_contact(contact: &ContactConstraint) -> Option<(u32, u32, SheetPoint)> {
 }
 
 /// Direction from the node of a contact to its other side.
-fn towards(contact: &ContactConstraint) -> DVec3 {
+pub(crate) fn towards(contact: &ContactConstraint) -> DVec3 {
     let of_a = matches!(contact.a, ContactSide::Sheet { point, .. } if point.weights[0] == 1.0);
     if of_a { -contact.normal } else { contact.normal }
 }
 
 /// The other sheet of a sheet-sheet contact, with the contact point on it.
-fn other_sheet(contact: &ContactConstraint) -> Option<(u32, SheetPoint)> {
+pub(crate) fn other_sheet(contact: &ContactConstraint) -> Option<(u32, SheetPoint)> {
     let (sheet, mass, own) = node_contact(contact)?;
     [contact.a, contact.b].into_iter().find_map(|side| match side {
         ContactSide::Sheet { sheet: other, point } if (other, point) != (sheet, own) => {
@@ -247,9 +257,21 @@ fn other_sheet(contact: &ContactConstraint) -> Option<(u32, SheetPoint)> {
 }
 
 /// Index in the island of the body of a contact, if it has one.
-fn other_body(contact: &ContactConstraint) -> Option<u32> {
+pub(crate) fn other_body(contact: &ContactConstraint) -> Option<u32> {
     [contact.a, contact.b].into_iter().find_map(|side| match side {
         ContactSide::Body { body, .. } => Some(body),
         ContactSide::Sheet { .. } => None,
     })
+}
+
+/// The dynamic body of a contact, with its index in `around`, if it has one. `bodies` holds the
+/// index of each body of the island.
+fn dynamic_body<'a>(
+    contact: &ContactConstraint,
+    bodies: &[u32],
+    around: &'a StepBodies,
+) -> Option<(u32, &'a StepBody)> {
+    let index = *bodies.get(other_body(contact)? as usize)?;
+    let body = around.bodies.get(index as usize)?;
+    body.start.is_dynamic().then_some((index, body))
 }

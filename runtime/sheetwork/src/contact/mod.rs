@@ -48,7 +48,8 @@
 //! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
 //! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h².
 //!
-//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment_spin` corrects
+//! `adhesion` adds the tensile forces of hot sheets: to the applied forces, and with explicit
+//! integrators to their free motion (`explicit_bonds`). `attachment_spin` corrects
 //! the spin of bodies with attached sheets. Contact knows positions, velocities, masses and the
 //! tangent matrix of a sheet, not its elements.
 //!
@@ -63,6 +64,7 @@ pub(crate) mod convergence;
 pub mod coulomb;
 pub(crate) mod counters;
 pub(crate) mod detected_contacts;
+pub(crate) mod explicit_bonds;
 pub(crate) mod gap;
 pub(crate) mod island_view;
 pub mod node;

@@ -37,8 +37,15 @@ pub(crate) struct AdhesionState {
     pub node_contacts: Vec<NodeBondContact>,
     /// Those of the substep before.
     pub previous_node_contacts: Vec<NodeBondContact>,
+    /// Displacement of each node by its bond force in the last substep of an explicit integrator, m.
+    pub pull: Vectors,
     /// Length of the last substep of an explicit integrator, s; zero with an implicit one.
     pub substep: f64,
+    /// Bond force of each node on its two sides in the next step of an explicit integrator, N: of
+    /// the contacts with other sheets and with dynamic bodies.
+    pub pair_force: Vec<[f64; 2]>,
+    /// Number of detected contacts that share each of these forces.
+    pub pair_count: Vec<[u32; 2]>,
     /// Sum of the forces of `node_contacts` on each node, N.
     pub node_force: Vectors,
     /// Whether the solver has a closed contact of each node with a body.
@@ -51,19 +58,38 @@ pub(crate) struct NodeBondContact {
     pub node: u32,
     /// Unit vector from the node to the body.
     pub towards: DVec3,
+    /// Position of the node along `-towards` where the contact closes, m.
+    pub level: f64,
     /// Contact force on the node, N; its impulse (N s) within a substep.
     pub force: DVec3,
     /// Friction coefficient.
     pub friction: f64,
 }
 
-state!(NodeBondContact { node, towards, force, friction });
+state!(NodeBondContact { node, towards, level, force, friction });
+
+/// Bond forces of a node on its two sides, N; the first one is that of direction `towards`.
+#[derive(Clone, Copy, Debug, Default)]
+struct PairBond {
+    node: u32,
+    towards: DVec3,
+    first: f64,
+    second: f64,
+}
+
+state!(PairBond { node, towards, first, second });
 
 impl NodeBondContact {
     /// Contact of a node that was solved together with the flexion limit, with its impulse.
     pub fn of_limit(contact: &LimitContact) -> Self {
         let force = contact.normal * contact.impulse.0 + contact.impulse.1;
-        Self { node: contact.nodes[0], towards: -contact.normal, force, friction: contact.friction }
+        Self {
+            node: contact.nodes[0],
+            towards: -contact.normal,
+            level: contact.level,
+            force,
+            friction: contact.friction,
+        }
     }
 }
 
@@ -77,6 +103,12 @@ impl AdhesionState {
         to.flags(&self.was_bonded);
         to.count(self.bonds as u64);
         to.states(&self.node_contacts);
+        let pairs = (0_u32..).zip(self.pair_force.iter().zip(&self.towards));
+        let bonded = pairs.filter(|(_, (force, _))| **force != [0.0; 2]);
+        let pairs: Vec<_> = bonded
+            .map(|(node, (f, towards))| PairBond { node, towards: *towards, first: f[0], second: f[1] })
+            .collect();
+        to.states(&pairs);
     }
 
     /// Deserialise the bonds of a sheet with `masses` nodes.
@@ -88,17 +120,29 @@ impl AdhesionState {
         from.flags(&mut stuck.bonded)?;
         from.flags(&mut stuck.was_bonded)?;
         stuck.bonds = from.length(0)?;
-        stuck.node_contacts = from.states(11)?;
+        stuck.node_contacts = from.states(12)?;
+        let pairs: Vec<PairBond> = from.states(4)?;
         if [stuck.bond_force.len(), stuck.previous_bond_force.len(), stuck.bonded.len(), stuck.was_bonded.len()]
             != [masses; 4]
             || stuck.node_contacts.iter().any(|c| c.node as usize >= masses)
+            || pairs.iter().any(|pair| pair.node as usize >= masses)
         {
             return Err(CorruptState);
         }
-        (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
-        (stuck.applied, stuck.node_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
-        stuck.is_solved = vec![false; masses];
+        stuck.resize_workspace(masses);
+        for PairBond { node, towards, first, second } in pairs {
+            stuck.towards[node as usize] = towards;
+            stuck.pair_force[node as usize] = [first, second];
+        }
         Ok(stuck)
+    }
+
+    /// Size the arrays that are filled anew in every step, for `masses` nodes.
+    fn resize_workspace(&mut self, masses: usize) {
+        (self.count, self.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
+        (self.applied, self.node_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
+        (self.pair_force, self.pair_count) = (vec![[0.0; 2]; masses], vec![[0; 2]; masses]);
+        (self.pull, self.is_solved) = (Vectors::zeros(masses), vec![false; masses]);
     }
 
     /// Begin a new step: the present bonds become those of the last step.
@@ -107,15 +151,14 @@ impl AdhesionState {
             let node_contacts = std::mem::take(&mut self.node_contacts);
             let bond_force = Vectors::zeros(masses);
             *self = Self { bond_force, node_contacts, bonded: vec![false; masses], ..Self::default() };
-            (self.was_bonded, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
-            self.towards = vec![DVec3::ZERO; masses];
-            (self.applied, self.previous_bond_force) = (Vectors::zeros(masses), Vectors::zeros(masses));
-            (self.node_force, self.is_solved) = (Vectors::zeros(masses), vec![false; masses]);
+            (self.was_bonded, self.previous_bond_force) = (vec![false; masses], Vectors::zeros(masses));
+            self.resize_workspace(masses);
         }
         std::mem::swap(&mut self.bonded, &mut self.was_bonded);
         std::mem::swap(&mut self.bond_force, &mut self.previous_bond_force);
         self.bonded.fill(false);
         self.count.fill([0; 2]);
+        self.pair_force.fill([0.0; 2]);
         self.bond_force.clear();
         self.on_bodies.clear();
         self.bonds = 0;
@@ -145,13 +188,18 @@ impl AdhesionState {
         if self.count[i] == [0; 2] {
             self.towards[i] = towards;
         }
-        self.count[i][usize::from(self.towards[i].dot(towards) < 0.0)] += 1;
+        let side = self.side(i as u32, towards);
+        self.count[i][side] += 1;
+    }
+
+    /// Side of node `i` in direction `towards`: 0 for that of its first contact.
+    pub(crate) fn side(&self, i: u32, towards: DVec3) -> usize {
+        usize::from(self.towards[i as usize].dot(towards) < 0.0)
     }
 
     /// Number of contacts of node `i` on the side of direction `towards`.
     pub(crate) fn contacts(&self, i: u32, towards: DVec3) -> u32 {
-        let i = i as usize;
-        self.count[i][usize::from(self.count[i] != [0; 2] && self.towards[i].dot(towards) < 0.0)]
+        self.count[i as usize][self.side(i, towards)]
     }
 }
 

@@ -30,7 +30,7 @@ impl Fall {
     fn new(scene: &str) -> Result<Self, InputError> {
         let mut run = Experiment::new(scene, &[])?;
         let (mut in_air, mut lowest) = (0.0_f64, 0.0_f64);
-        for time in [0.4, 0.55, 0.65, 0.8, 1.5, 5.0] {
+        for time in [0.59, 0.62, 0.65, 0.8, 1.5, 5.0] {
             run.run_watching(time, |world| {
                 let sheet = &world.sheets()[0];
                 let rise = probe(sheet, "edge").y - probe(sheet, "centre").y;

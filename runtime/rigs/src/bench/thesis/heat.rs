@@ -8,6 +8,7 @@ use sheetwork::{BuildError, InputError, World};
 
 use crate::bench::thesis::experiment::Experiment;
 use crate::bench::thesis::measures::{half_stretch, probe, stretch_x, stretch_z};
+use crate::bench::thesis::picture::Strip;
 use crate::bench::thesis::{Finding, Row, Verdict};
 use crate::measure::hot_wedge::{WedgeCriteria, WedgeEvent, figure_5_8, figure_5_9};
 
@@ -212,15 +213,17 @@ pub(crate) const STICKING: Row = Row {
     run: || {
         let mut lines = Vec::new();
         let mut slid = Vec::new();
-        let mut strip = None;
+        let mut prints = Vec::new();
         for sticky in ["true", "false"] {
             let fields = ["sheets.0.sticky", "sheets.1.sticky"].map(|field| (field, sticky));
             let mut run = Experiment::new("sticky_wedge", &fields)?;
             let apart = |world: &World| world.sheets()[1].centre_of_mass() - world.sheets()[0].centre_of_mass();
             let start = apart(&run.world);
-            run.print_at(&[0.15, 0.3, 0.5, 2.0]);
+            if sticky == "true" {
+                run.print_at(&[0.15, 0.3, 0.4, 0.5]);
+            }
             run.run();
-            run.print();
+            run.print_as(if sticky == "true" { "at the end" } else { "at the end, without adhesion" });
             let way = (apart(&run.world) - start).x.abs();
             let bonds: usize = run.world.sheets().iter().map(Sheet::bonds).sum();
             lines.push(format!(
@@ -228,13 +231,11 @@ pub(crate) const STICKING: Row = Row {
                 1e3 * way
             ));
             slid.push(way);
-            strip = strip.or_else(|| Some(run.strip("Two hot sheets fall on a hot wedge and stick")));
+            prints.append(&mut run.strip("").prints);
         }
         let verdict = Verdict::proposal(slid[0] < 0.3 * slid[1], "the sheets slide as without adhesion");
         let finding = Finding::new(lines.join("; "), verdict);
-        Ok(match strip {
-            Some(strip) => finding.with(strip),
-            None => finding,
-        })
+        let caption = "Two hot sheets fall on a hot wedge and stick".to_owned();
+        Ok(finding.with(Strip { caption, prints }))
     },
 };

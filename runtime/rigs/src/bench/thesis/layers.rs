@@ -4,6 +4,7 @@ use sheetwork::World;
 
 use crate::bench::thesis::experiment::{Experiment, rest};
 use crate::bench::thesis::measures::layer_distance;
+use crate::bench::thesis::picture::Strip;
 use crate::bench::thesis::{Finding, Row, Verdict};
 use crate::drawn_surface::drawn_surfaces;
 use crate::measure::stability_limit::longest_step;
@@ -76,14 +77,13 @@ pub(crate) const CONTACT_SURFACE: Row = Row {
         let kinds =
             [("Masses", "interpolating"), ("Smooth", "interpolating"), ("Masses", "b-spline"), ("BSpline", "b-spline")];
         let (mut lines, mut at_rest, mut sound) = (Vec::new(), Vec::new(), true);
-        let mut last = None;
+        let mut prints = Vec::new();
         for (surface, drawn) in kinds {
             let mut run = Experiment::new("wedge", &[("sheets.0.contact_surface", surface)])?;
             let mut impact = 0.0_f64;
             run.run_watching(0.6, |world| impact = impact.max(depth_of(world, drawn)));
-            run.print();
             run.run();
-            run.print();
+            run.print_as(&format!("contact of {surface}"));
             let depth = depth_of(&run.world, drawn);
             lines.push(format!(
                 "{drawn}, contact of {surface}: {:.3} mm deep at impact, {:.3} mm at the end, {}",
@@ -93,17 +93,17 @@ pub(crate) const CONTACT_SURFACE: Row = Row {
             ));
             at_rest.push(depth);
             sound &= run.is_sound();
-            last = Some(run);
+            if drawn == "interpolating" || surface == "BSpline" {
+                prints.append(&mut run.strip("").prints);
+            }
         }
         let sinks = |i: usize| at_rest[i] > 3e-4 && at_rest[i + 1] < 1e-4;
         let finding = Finding::new(
             lines.join("; "),
             Verdict::proposal(sound && sinks(0) && sinks(2), "the surface sinks, or does not rest"),
         );
-        Ok(match last {
-            Some(mut run) => finding.with(run.strip("Contact of the B-spline surface")),
-            None => finding,
-        })
+        let caption = "Contact of the nodes, of the surface through them, and of the B-spline surface".to_owned();
+        Ok(finding.with(Strip { caption, prints }))
     },
 };
 

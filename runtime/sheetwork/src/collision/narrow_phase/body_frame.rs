@@ -175,6 +175,7 @@ impl<'a> SheetBodyPair<'a> {
             key: [self.sheet_feature(kind, index), feature_key(body_kind, self.body.1, self.first + body_index)],
             friction: self.friction,
             restitution: self.restitution,
+            bond: 0.0,
         }
     }
 }

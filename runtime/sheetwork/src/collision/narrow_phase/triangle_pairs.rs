@@ -227,6 +227,7 @@ impl SheetPair<'_> {
             key: [feature_key(kind_a, a.sheet.id, index_a), feature_key(kind_b, b.sheet.id, index_b)],
             friction: self.coefficients.0,
             restitution: self.coefficients.1,
+            bond: 0.0,
         }
     }
 

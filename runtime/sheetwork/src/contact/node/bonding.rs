@@ -4,8 +4,8 @@
 //! forces: its stages would evaluate the springs at positions inside the body. The sum is the free
 //! motion of a node. A response that changes the velocity of the node by Δv in a step of `dt` (s)
 //! exerts the force m Δv/dt, whose normal part is p + f. A load above f leads the node away from
-//! the surface, and the bond is open when the node is further from it than the tolerance of closed
-//! contacts.
+//! the surface: the bond is open, and exerts no force. So it is when the contact of sheets has
+//! moved the node further from the surface than the tolerance of closed contacts.
 
 use glam::DVec3;
 
@@ -24,15 +24,39 @@ pub(crate) fn tolerance(sheet: &Sheet) -> f64 {
 /// Add the bond forces to the motion of a substep of `dt` (s).
 pub(crate) fn pull(sheet: &mut Sheet, dt: f64) {
     let drift = sheet.engine.drift(dt).unwrap_or(sheet.engine_kind.info().drift);
-    let Sheet { state, inverse_mass, pins, .. } = sheet;
+    let tolerance = tolerance(sheet);
+    let Sheet { state, inverse_mass, pins, work, .. } = sheet;
     let Some(stuck) = &mut state.adhesion else { return };
     stuck.substep = dt;
+    stuck.pull.clear();
     for (i, inverse) in inverse_mass.iter().enumerate().filter(|(_, inverse)| **inverse > 0.0) {
         let force = stuck.bond_force.get(i);
         if force != DVec3::ZERO {
             let change = force * pins.free_axes(i as u32) * (inverse * dt);
+            // The node cannot have gone further from the surface; the response moves it by its
+            // velocities alone. A longer way could leave the body through another face.
+            let way = 2.0 * state.x.get(i).distance(work.x_before.get(i)) + tolerance;
+            let shift = (change * (drift * dt)).clamp_length_max(way);
+            stuck.pull.set(i, shift);
             state.v.add(i, change);
-            state.x.add(i, change * (drift * dt));
+            state.x.add(i, shift);
+        }
+    }
+}
+
+/// Undo the pull on nodes that met no surface: an open bond exerts no force.
+pub(crate) fn release_unmet(sheet: &mut Sheet) {
+    let Sheet { state, inverse_mass, pins, .. } = sheet;
+    let Some(stuck) = &mut state.adhesion else { return };
+    for contact in &stuck.node_contacts {
+        stuck.pull.set(contact.node as usize, DVec3::ZERO);
+    }
+    for (i, inverse) in inverse_mass.iter().enumerate() {
+        let shift = stuck.pull.get(i);
+        if shift != DVec3::ZERO {
+            let change = stuck.bond_force.get(i) * pins.free_axes(i as u32) * (inverse * stuck.substep);
+            state.v.add(i, -change);
+            state.x.add(i, -shift);
         }
     }
 }
@@ -53,11 +77,12 @@ pub(crate) fn record(
     surface: &NodeContactSurface,
     response: &NodeResponse,
 ) {
-    let mass = sheet.model.mass[i];
+    let (mass, offset) = (sheet.model.mass[i], node_contact::contact_offset(sheet));
     let Some(stuck) = &mut sheet.state.adhesion else { return };
     let impulse = if response.impact > 0.0 { DVec3::ZERO } else { (response.v - flight.v1) * mass };
-    let contact =
-        NodeBondContact { node: i as u32, towards: -surface.normal, force: impulse, friction: surface.friction };
+    let level = surface.point.dot(surface.normal) + offset;
+    let (node, towards, friction) = (i as u32, -surface.normal, surface.friction);
+    let contact = NodeBondContact { node, towards, level, force: impulse, friction };
     stuck.node_contacts.push(contact);
 }
 
@@ -87,7 +112,7 @@ pub(crate) fn finish(sheet: &mut Sheet, clearance: &Clearance, dt: f64) {
         let i = last.node as usize;
         let is_near = clearance.nearest.get(i).is_some_and(|near| *near > 0.0 && *near < reach);
         if is_near && stuck.bonded[i] && state.x.get(i).is_finite() {
-            last.force = DVec3::ZERO;
+            (last.force, last.level) = (DVec3::ZERO, -state.x.get(i).dot(last.towards));
             stuck.node_contacts.push(last);
         }
     }

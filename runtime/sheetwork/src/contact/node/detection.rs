@@ -53,10 +53,11 @@ pub(crate) fn resolve_node_contact(
     let inverse_mass = &sheet.inverse_mass;
     let tested = offset + bonding::tolerance(sheet);
     if !clearance.begin(&sheet.state.x, |i| inverse_mass[i] > 0.0, reach, margin, tested) {
+        bonding::release_unmet(sheet);
         flexion::hold_limit(sheet, clearance, Some(view), (dt, remaining), touched);
         return;
     }
-    let Some((low, high)) = swept_bounds(sheet) else { return };
+    let Some((low, high)) = swept_bounds(sheet) else { return bonding::release_unmet(sheet) };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
     for (handle, collider) in view.query_fixed().intersect_aabb_conservative(around) {
         let target = StepTarget::new(handle, collider, view, sheet, dt, remaining);
@@ -72,6 +73,7 @@ pub(crate) fn resolve_node_contact(
         }
         sheet.work.layer_impacts.fill(LayerImpact::default());
     }
+    bonding::release_unmet(sheet);
     if !clearance.between_bodies.is_empty() {
         separate_from_two_bodies(sheet, clearance, view, around, (dt, remaining));
     }

@@ -19,6 +19,7 @@ use crate::collision::narrow_phase::layer_key;
 use crate::contact::IslandView;
 use crate::contact::contact_cache::CachedForces;
 use crate::contact::detected_contacts::DetectedContacts;
+use crate::contact::explicit_bonds::position_bond;
 use crate::contact::settings::{ContactSettings, LatticeSweepSettings};
 use crate::contact::solver::delassus::frame_of;
 use crate::contact::solver_body::SolverBody;
@@ -192,6 +193,7 @@ pub(crate) fn add_thickness_limits(island: &IslandView, detected: &mut DetectedC
                     key: layer_key(index, apex, 2 * near.index + number),
                     friction: 0.0,
                     restitution: 0.0,
+                    bond: 0.0,
                 });
                 detected.colliders.push(u32::MAX);
             }
@@ -209,6 +211,7 @@ impl ContactWorkspace {
         for (i, constraint) in self.detected.contacts.iter().enumerate() {
             let free = self.relative_position(island, i, &frame_of(constraint.normal));
             let force = self.cached_forces(&constraint.key).map_or(DVec3::ZERO, |f| f.position);
+            let force = force + constraint.normal * position_bond(island, constraint);
             sweeps.push((i, constraint), free, force, island, h * h);
         }
         let done = sweeps.sweep(island, &self.detected.contacts, NodeQuantity::Displacement, h);
@@ -217,8 +220,9 @@ impl ContactWorkspace {
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
             new.extend(sweeps.active.iter().map(|swept| {
-                let key = contacts[swept.contact as usize].key;
-                let position = swept.frame * swept.force;
+                let contact = &contacts[swept.contact as usize];
+                let (key, bond) = (contact.key, contact.normal * position_bond(island, contact));
+                let position = swept.frame * swept.force - bond;
                 (key, CachedForces { position, ..old.of(&key).unwrap_or_default() })
             }));
         });
@@ -233,6 +237,7 @@ impl ContactWorkspace {
         for (i, constraint) in self.detected.contacts.iter().enumerate() {
             let Some(free) = self.relative_velocity(island, i, &frame_of(constraint.normal)) else { continue };
             let force = self.cached_forces(&constraint.key).map_or(DVec3::ZERO, |f| f.velocity);
+            let force = force + constraint.normal * constraint.bond;
             sweeps.push((i, constraint), free, force, island, h);
         }
         let done = sweeps.sweep(island, &self.detected.contacts, NodeQuantity::Velocity, h);
@@ -243,7 +248,8 @@ impl ContactWorkspace {
             let mut closed = sweeps.active.iter().peekable();
             for (i, contact) in (0_u32..).zip(contacts) {
                 let swept = closed.next_if(|swept| swept.contact == i);
-                let velocity = swept.map_or(DVec3::ZERO, |swept| swept.frame * swept.force);
+                let velocity =
+                    swept.map_or(DVec3::ZERO, |swept| swept.frame * swept.force - contact.normal * contact.bond);
                 new.push((contact.key, CachedForces { velocity, ..old.of(&contact.key).unwrap_or_default() }));
             }
         });

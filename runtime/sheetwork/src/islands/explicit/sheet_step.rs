@@ -106,6 +106,8 @@ fn substep(
             }
         });
     } else {
+        bonding::begin(sheet);
+        bonding::release_unmet(sheet);
         flexion::hold_limit(sheet, &mut contact.clearance, None, (taken, 0.0), &mut |_| {});
     }
     let is_held = sheet.parameters.flexion.limit.is_some() && sheet.work.flexion.is_coupled;
