@@ -117,6 +117,10 @@ fn a_contact_surface_of_unsuitable_sheets_is_rejected_with_the_reason() {
     };
     let implicit = refused(&|s| s.engine = IntegratorKind::TrBdf2);
     assert!(implicit.contains("contact_surface") && implicit.contains("explicit"), "{implicit}");
+    let mut world = World::new(&scene("wedge", ContactSurface::Smooth)).expect("valid");
+    let live = world.set("engine", "tr-bdf2").expect_err("refused").to_string();
+    assert!(live.contains("contact_surface") && live.contains("explicit"), "{live}");
+    world.set("engine", "rk4").expect("an explicit one");
     let limited = refused(&|s| s.sheets[0].flexion_limit = Some(30.0));
     assert!(limited.contains("contact_surface") && limited.contains("flexion_limit"), "{limited}");
     let opened = refused(&|s| s.sheets[0].slits = vec![((0.2, 0.5), (0.8, 0.5))]);

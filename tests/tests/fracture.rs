@@ -389,6 +389,8 @@ fn fracture_of_unsuitable_sheets_is_rejected_with_the_reason() {
     };
     let no_limit = refused(&|s| s.material = MaterialChoice::Inline(soft(None, None)));
     assert!(no_limit.contains("tearing") && no_limit.contains("tears_at"), "{no_limit}");
+    let point = refused(&|s| s.slits = vec![((0.5, 0.5), (0.5, 0.5))]);
+    assert!(point.contains("slits.0") && point.contains("no length"), "{point}");
     let slit = refused(&|s| s.slits = vec![((0.0, 0.0), (1.2, 0.0))]);
     assert!(slit.contains("slits.0.1") && slit.contains("0 to 1"), "{slit}");
     let strain = refused(&|s| s.material = MaterialChoice::Inline(soft(Some(20.0), None)));

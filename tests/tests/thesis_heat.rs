@@ -4,7 +4,7 @@
 
 use sheetwork::World;
 use sheetwork_rigs::measure::hot_wedge::{Wedge, WedgeCriteria, WedgeEvent, figure_5_8, figure_5_9};
-use sheetwork_tests::{shipped_scene, world_of};
+use sheetwork_tests::{mean_and_range_of_temperatures, shipped_scene, world_of};
 
 /// Part by which a time may miss that of the thesis.
 const TOLERANCE: f64 = 0.2;
@@ -107,5 +107,15 @@ fn the_slope_of_a_body_warms_one_end_of_the_sheet_more() {
     for (celsius, place) in celsius.iter().zip(sheet.state.x.iter()) {
         let wanted = 60.0 + 250.0 * place.x;
         assert!((celsius - wanted).abs() < 0.8, "{celsius} °C at {place}, not {wanted}");
+    }
+}
+
+#[test]
+fn a_slope_does_not_lead_below_absolute_zero() {
+    let mut world = lying("temperature: 60, temperature_slope: (1e5, 0, 0)");
+    while world.time() < 2.0 {
+        world.step();
+        let (_, least, most) = mean_and_range_of_temperatures(&world.sheets()[0]);
+        assert!(least >= -273.15 && most <= 5000.0, "{least} to {most} °C");
     }
 }

@@ -121,6 +121,11 @@ impl Generate {
     }
 
     fn sheet(&self, structure: StructureKind, [nx, layers, nz]: [u32; 3]) -> Result<ExitCode, InputError> {
+        if structure == StructureKind::Shell && self.output.is_some() {
+            let problem =
+                "shell has no springs, which a .sht file holds: describe it in a scene (structure: \"shell\")";
+            return Err(InputError::new("structure", problem));
+        }
         ParameterId::Size.check("width", self.width)?;
         ParameterId::Size.check("depth", self.depth)?;
         let scene = Scene { sheets: vec![self.spec(structure, (nx, layers, nz))?], ..Scene::default() };

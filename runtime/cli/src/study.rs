@@ -41,7 +41,12 @@ impl StudyArguments {
         }
         if let Some(folder) = self.references {
             let files = draw_references(&folder)?;
-            files.iter().try_for_each(|file| print_line(&file.display().to_string()))?;
+            let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+            if self.output.json {
+                print_json(&names)?;
+            } else {
+                names.iter().try_for_each(|name| print_line(name))?;
+            }
             return Ok(ExitCode::SUCCESS);
         }
         let mut all = Answers::default();

@@ -263,3 +263,11 @@ fn a_scene_reads_its_material_from_a_file() {
     let listed = place.json(&["list", "materials", "--json"]);
     assert!(listed.as_array().is_some_and(|rows| rows.iter().all(|r| r["damping_ratio"].as_f64().is_some())));
 }
+
+#[test]
+fn a_shell_is_not_written_without_springs() {
+    let place = TestFolder::new("shell");
+    let ran = place.run(&["generate", "--structure", "shell", "--grid", "5x1x5", "-o", "shell.sht"]);
+    assert_ne!(ran.status, Some(0));
+    assert!(ran.err.contains("no springs") && ran.err.contains("structure"), "{}", ran.err);
+}

@@ -50,7 +50,8 @@ pub struct BodySpec {
     #[serde(default)]
     pub temperature_schedule: Vec<OvenKey>,
     /// Rise of the temperature along the axes of the body from its origin, where it is
-    /// `temperature`, K/m; each component within ±1e5.
+    /// `temperature`, K/m; each component within ±1e5. The temperature stays between absolute zero
+    /// and 5000 °C.
     #[serde(default)]
     pub temperature_slope: DVec3,
     /// Places of the surface with another temperature, of a body that has one.

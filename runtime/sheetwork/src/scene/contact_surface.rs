@@ -38,8 +38,8 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 ///
 /// # Errors
 /// When it is implicit.
-pub(crate) fn check_integrator(s: &SheetSpec, engine: IntegratorKind) -> Result<(), InputError> {
-    if s.contact_surface != ContactSurface::Masses && engine.info().implicit {
+pub(crate) fn check_integrator(surface: ContactSurface, engine: IntegratorKind) -> Result<(), InputError> {
+    if surface != ContactSurface::Masses && engine.info().implicit {
         let problem = format!(
             "is for explicit engines (euler-richardson, rk4, ...), not for {}: contact of implicit engines is that of the \
              flat triangles between the nodes",

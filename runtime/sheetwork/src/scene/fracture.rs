@@ -16,6 +16,9 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     for (i, ((u0, v0), (u1, v1))) in s.slits.iter().enumerate() {
         Id::SlitEnd.check_each(&format!("slits.{i}.0"), [*u0, *v0])?;
         Id::SlitEnd.check_each(&format!("slits.{i}.1"), [*u1, *v1])?;
+        if (u0, v0) == (u1, v1) {
+            return Err(InputError::new(format!("slits.{i}"), "has no length: its ends are the same point"));
+        }
     }
     let field = if s.tearing { "tearing" } else { "slits" };
     if s.file.is_some() {

@@ -100,7 +100,7 @@ impl Sheet {
             temperature::start_temperatures(&mut sheet, scene.ambient_temperature);
         }
         sheet.state.touching = vec![false; sheet.node_count()];
-        contact_surface::check_integrator(spec, scene.engine)?;
+        contact_surface::check_integrator(spec.contact_surface, scene.engine)?;
         if spec.sticky {
             adhesion::check_material(&sheet.parameters.material)?;
             sheet.model.adhesion_areas = node_areas(&sheet);

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use crate::error::{InputError, ParameterError};
-use crate::scene::{Air, Material};
+use crate::scene::{Air, IntegratorKind, Material, contact_surface};
 use crate::sheet::{Sheet, inter_layer};
 use crate::units::DisplayUnit;
 use crate::units::parameters::{ParameterId as Id, ParameterKind, ParameterRow, ParameterScope};
@@ -97,10 +97,21 @@ macro_rules! thesis_coefficient {
     };
 }
 
+/// Set the integrator of every sheet, if all of them support it.
+fn set_engine(world: &mut World, engine: IntegratorKind) -> Result<(), InputError> {
+    for sheet in &world.sheets {
+        contact_surface::check_integrator(sheet.model.contact_surface, engine).map_err(|e| {
+            InputError::new("engine", format!("the contact_surface of sheet `{}` {}", sheet.name, e.problem))
+        })?;
+    }
+    world.set_engine(engine);
+    Ok(())
+}
+
 /// Values and setters, in the order of the listing. Those of heat sources are in `thermal/source`.
 const ACCESSORS: &[(Id, Accessor)] = &[
     (Id::Gravity, Global(|w| Some(vector_text(w.gravity)), |w, path, v| w.set_gravity(vector(path, v)?))),
-    (Id::Engine, Global(|w| Some(w.engine.to_string()), |w, _, v| v.parse().map(|engine| w.set_engine(engine)))),
+    (Id::Engine, Global(|w| Some(w.engine.to_string()), |w, _, v| set_engine(w, v.parse()?))),
     (Id::TimeStep, Global(|w| Some(w.dt.to_string()), |w, path, v| w.set_dt(number(path, v)?))),
     (Id::Tolerance, Global(|w| Some(w.tolerance.to_string()), |w, path, v| w.set_tolerance(number(path, v)?))),
     (Id::AirFactor, number_of_air!(factor)),

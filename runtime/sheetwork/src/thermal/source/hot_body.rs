@@ -17,7 +17,7 @@ use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::node_contact;
 use crate::thermal::source::{HeatSource, HeatedSheet, SourceInputs, SourceKind, oven};
 use crate::units::parameters::ParameterId as Id;
-use crate::units::temperature::REFERENCE;
+use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;
@@ -60,10 +60,12 @@ struct HotBody {
 type Pose = (DVec3, DQuat);
 
 impl HotBody {
-    /// Temperature at `place` (m) along the axes of the body from its origin, °C.
+    /// Temperature at `place` (m) along the axes of the body from its origin, °C: within the range of
+    /// temperatures, which a slope may leave.
     fn at(&self, place: DVec3) -> f64 {
         let celsius = self.celsius + self.slope.dot(place);
-        self.spots.iter().fold(celsius, |celsius, spot| spot.apply(celsius, place))
+        let celsius = self.spots.iter().fold(celsius, |celsius, spot| spot.apply(celsius, place));
+        celsius.clamp(COLDEST, HOTTEST)
     }
 
     fn give_from(&self, collider: &Collider, (origin, turn): Pose, offset: f64, target: &mut HeatedSheet) {
