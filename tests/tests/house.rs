@@ -23,7 +23,7 @@ const MAXIMA: [(&str, usize); 12] = [
     ("`impl Sheet` blocks outside", 0),
     ("comment lines over 100 columns", 0),
     ("comment sentences that begin with", 19),
-    ("lines of the library without tests", 61_000),
+    ("lines of the library without tests", 61_200),
     ("lines of all crates without tests", 101_000),
     ("functions over 60 lines", 3),
     ("files over 600 lines", 0),

@@ -1,10 +1,11 @@
 //! Bonds of explicit integrators between two sheets and with dynamic bodies.
 //!
-//! A bond of force f (N) lets the normal contact force p bear tension, p ≥ -f, with friction |p_t| ≤
-//! μ (p + f). With p = p' - f this is unilateral contact, p' ≥ 0, of the free motion to which f has
-//! been added. It is added after detection, so that contacts and normals are those of the motion
-//! without it, and the springs are never evaluated at positions inside the other side. The contact
-//! cache holds p: the solvers then start from the motion of the last step, whatever f is now.
+//! A bond of force f (N) lets the normal contact force p bear tension, p ≥ -f, with friction
+//! |p_t| ≤ μ (p + f). With p = p' - f this is unilateral contact, p' ≥ 0, of the free motion to
+//! which f has been added. It is added after detection, so that contacts and normals are those of
+//! the motion without it, and the springs are never evaluated at positions inside the other side.
+//! The contact cache holds p: the solvers then start from the motion of the last step, whatever f
+//! is now.
 
 use glam::DVec3;
 

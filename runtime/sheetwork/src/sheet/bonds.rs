@@ -37,7 +37,8 @@ pub(crate) struct AdhesionState {
     pub node_contacts: Vec<NodeBondContact>,
     /// Those of the substep before.
     pub previous_node_contacts: Vec<NodeBondContact>,
-    /// Displacement of each node by its bond force in the last substep of an explicit integrator, m.
+    /// Displacement of each node by its bond force in the last substep of an explicit integrator,
+    /// m.
     pub pull: Vectors,
     /// Length of the last substep of an explicit integrator, s; zero with an implicit one.
     pub substep: f64,

@@ -60,8 +60,8 @@ struct HotBody {
 type Pose = (DVec3, DQuat);
 
 impl HotBody {
-    /// Temperature at `place` (m) along the axes of the body from its origin, °C: within the range of
-    /// temperatures, which a slope may leave.
+    /// Temperature at `place` (m) along the axes of the body from its origin, °C. A slope does not
+    /// lead out of the range of temperatures.
     fn at(&self, place: DVec3) -> f64 {
         let celsius = self.celsius + self.slope.dot(place);
         let celsius = self.spots.iter().fold(celsius, |celsius, spot| spot.apply(celsius, place));
