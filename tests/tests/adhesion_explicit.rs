@@ -256,3 +256,36 @@ fn strong_adhesion_adds_no_energy() {
         assert!(rise < most * fallen && kinetic < 0.02 * fallen, "{strength} Pa, {step} s, {engine}");
     }
 }
+
+#[test]
+fn bonds_of_lattices_conserve_momentum() {
+    // Two lattices without gravity and air; then one with a box.
+    let text = |other: &str| {
+        let upper = sheet("upper", SLAMM, 2e3, "(0, 0, 0)", "");
+        format!(
+            r#"(gravity: (0, 0, 0), engine: "rk4", dt: 0.002, contact: (friction: 0.4, restitution: 0.1),
+                ambient_temperature: 120, sheets: [{upper}, {other})"#
+        )
+    };
+    let lower = sheet("lower", SLAMM, 2e3, "(0.001, -0.0016, 0.001)", "velocity: (0.02, 0.05, 0.01)");
+    let ball = r#"(name: "box", shape: Box((0.012, 0.004, 0.012)), mass: 1e-3, velocity: (0.02, 0.05, 0.01),
+        placement: (position: (0.001, -0.003, 0.001)))"#;
+    for (what, other) in [("a sheet", format!("{lower}]")), ("a box", format!("], bodies: [{ball}]"))] {
+        let mut world = world_of(&text(&other));
+        world.set_sleep(false);
+        let momentum = |world: &World| {
+            let sheets: DVec3 = world.sheets().iter().map(sheetwork::sheet::Sheet::momentum).sum();
+            sheets + world.body_state("box").map_or(DVec3::ZERO, |body| body.momentum())
+        };
+        let (start, energy) = (momentum(&world), world.energy().total);
+        for _ in 0..500 {
+            world.step();
+            let change = (momentum(&world) - start).length();
+            assert!(change < 1e-6 * start.length(), "{what} at {}: {change} of {start}", world.time());
+        }
+        let bonds: usize = world.sheets().iter().map(|sheet| sheet.bonds()).sum();
+        println!("{what}: {bonds} bonds, {:.1e} of {energy:.1e} J", world.energy().total);
+        assert!(bonds > 10 && world.unstable().is_none(), "{what}: {bonds}");
+        assert!(world.energy().total < 1.05 * energy, "{what}");
+    }
+}
