@@ -4,7 +4,7 @@ use sheetwork::InputError;
 use sheetwork::islands::event::EventKind;
 
 use crate::bench::thesis::experiment::{Experiment, rest, seconds};
-use crate::bench::thesis::measures::{half_stretch, layer_distance, stretch_x, stretch_z, turned_over, yaw};
+use crate::bench::thesis::measures::{half_stretch, layer_distance, probe, stretch_x, stretch_z, turned_over, yaw};
 use crate::bench::thesis::{Finding, Row, Verdict};
 
 /// Largest height of the centre of mass in the tenth of a second after the first contact with the
@@ -32,16 +32,19 @@ pub(crate) const RESTITUTION: Row = Row {
     title: "Figure 5.10: restitution 0.1 and 0 on a flat floor",
     says: "With restitution the outer masses move along the floor and the whole sheet lifts off once before it rests. \
            Without, the layers are pressed together and restored, and the sheet does not bounce. Scenes flat_floor_e01 and \
-           flat_floor_e0.",
+           flat_floor_e0, whose springs between the layers are stiffer than those in them (inter_layer: SumModulus).",
     run: || {
         let (mut with, mut without) = (Experiment::new("flat_floor_e01", &[])?, Experiment::new("flat_floor_e0", &[])?);
         let (first, second) = (rebound(&mut with), rebound(&mut without));
         with.run();
         without.run();
         let restored = layer_distance(without.first(), without.sheet());
+        let mut equal = Experiment::new("flat_floor_e0", &[("sheets.0.inter_layer", "Planar")])?;
+        equal.run();
+        let pressed = layer_distance(equal.first(), equal.sheet());
         let measured = format!(
             "rebound of the centre of mass {:.2} mm with, {:.2} mm without; layers at least {:.2} of their distance apart \
-             at the impact, {restored:.2} at rest; {}, {}",
+             at the impact, {restored:.2} at rest ({pressed:.2} with equal springs); {}, {}",
             1e3 * first.0,
             1e3 * second.0,
             second.1,
@@ -98,8 +101,10 @@ pub(crate) const FRICTION_NONE: Row = Row {
             run.world.time()
         );
         let right = run.world.scene().room.as_ref().map_or(0.0, |room| room.x.1);
-        let left = run.sheet().centre_of_mass().x > right;
-        let verdict = Verdict::of(off.is_some() && left, "it does not leave the scene");
+        let left = run.sheet().state.x.iter().all(|p| p.x > right);
+        let reason = "it leaves the slope with growing speed, but the scene's air, which takes 3 % of the speed in every \
+                      15 ms, stops it on the floor at the border of the room";
+        let verdict = Verdict::of(off.is_some() && left, reason);
         Ok(Finding::new(measured, verdict).with(run.strip("No friction on a slope")))
     },
 };
@@ -165,9 +170,13 @@ pub(crate) const TRIMM: Row = Row {
     title: "Figure 5.18: TRiMM on a wedge",
     says: "The most robust structure: regular deformation, stable and rigid under gentle loads. Scene wedge.",
     run: || {
-        let ((mut trimm, turned, most), (_, slamm, _)) = (on_wedge("trimm")?, on_wedge("slamm")?);
-        let measured = format!("{}; SLaMM yaws {slamm:.2}°", wedge_text(&trimm, turned, most));
-        let verdict = Verdict::of(trimm.is_sound() && turned.abs() < 0.2 * slamm.abs(), "it deforms irregularly");
+        let ((mut trimm, turned, most), (_, slamm, longest)) = (on_wedge("trimm")?, on_wedge("slamm")?);
+        let text = wedge_text(&trimm, turned, most);
+        let measured = format!("{text}; SLaMM yaws {slamm:.2}° and is at most {longest:.3} long");
+        let steady = trimm.is_sound() && turned.abs() < 0.2 * slamm.abs();
+        let reason =
+            "it is stable and does not yaw, but it stretches more than SLaMM, and its edge at the ridge is ragged";
+        let verdict = Verdict::of(steady && most < longest, reason);
         Ok(Finding::new(measured, verdict).with(trimm.strip("TRiMM on a wedge")))
     },
 };
@@ -191,12 +200,22 @@ pub(crate) const TWO_WALLS: Row = Row {
     says: "It comes to rest bent between the walls without the spring-back of softer sheets. Scene two_walls.",
     run: || {
         let mut run = Experiment::new("two_walls", &[])?;
-        run.print_at(&[0.15, 0.25, 0.4, 0.6, 1.0, 8.0]);
-        let sheet = run.sheet();
-        let sag = sheet.probes.iter().find(|p| p.name == "edge").map_or(0.0, |p| p.at(&sheet.state.x).y)
-            - sheet.probes.iter().find(|p| p.name == "centre").map_or(0.0, |p| p.at(&sheet.state.x).y);
-        let measured = format!("{}; the centre {:.1} mm below the edges", rest(&run), 1e3 * sag);
-        let verdict = Verdict::of(run.is_sound() && sag > 1e-3, "it springs back, or does not rest");
+        let (mut lowest, mut back) = (f64::INFINITY, 0.0_f64);
+        for time in [0.15, 0.25, 0.4, 0.6, 1.0, 8.0] {
+            run.run_watching(time, |world| {
+                let height = probe(&world.sheets()[0], "centre").y;
+                lowest = lowest.min(height);
+                back = back.max(height - lowest);
+            });
+            run.print();
+        }
+        let sag = probe(run.sheet(), "edge").y - probe(run.sheet(), "centre").y;
+        let text = rest(&run);
+        let measured =
+            format!("{text}; the centre {:.1} mm below the edges, after {:.1} mm back up", 1e3 * sag, 1e3 * back);
+        let reason = "it rests bent between the walls, but swings back once before: the thesis prints no stiffness and \
+                      damping for this figure, and those of the scene (0.14) do not suppress it";
+        let verdict = Verdict::of(run.is_sound() && sag > 1e-3 && back < 0.1 * sag, reason);
         Ok(Finding::new(measured, verdict).with(run.strip("A stiff sheet between two walls")))
     },
 };

@@ -54,7 +54,8 @@ pub(crate) const RESULTS: Row = Row {
 pub(crate) const SUMMARY: Row = Row {
     name: "6.5-summary",
     title: "6.5: the winner of the study",
-    says: "Provot 3D performed better than the others, most of all on wedge 2; TRiMM better than SLaMM and Provot 2D.",
+    says: "Provot 3D performed better than the others, most of all on wedge 2; TRiMM better than SLaMM (printed \
+           SaMM, which was not in the study) and Provot 2D.",
     run: || claims_of("6.5"),
 };
 
@@ -80,7 +81,7 @@ pub(crate) const SPEED: Row = Row {
     name: "6.1-speed",
     title: "6.1, 7.5: speed of the sheets in the same scenes",
     says: "The three-dimensional sheets cost little or nothing in speed; Provot 3D has no substantial overhead over SLaMM \
-           and TRiMM.",
+           and TRiMM. (6.5 calls them often slightly slower, and unlikely to match a two-dimensional sheet.)",
     run: || {
         let speeds = measure_speed()?;
         let cost = |test: &str, sheet: &str| {
