@@ -1,7 +1,7 @@
 //! Triangles as the cells of a sheet that can open.
 //!
 //! Positions in the sheet are (u, v) of the mesh, m. A point is in a triangle if its smallest
-//! weight is not below -[`LOCATION_TOLERANCE`]. With the rest positions of the corners 0, 1 and 2
+//! weight is not below -`LOCATION_TOLERANCE`. With the rest positions of the corners 0, 1 and 2
 //! as columns of M = [p₁ - p₀, p₂ - p₀], the derivatives of the present position x along u
 //! and v are [a, b] = [x₁ - x₀, x₂ - x₀] M⁻¹.
 //!
