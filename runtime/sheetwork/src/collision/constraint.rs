@@ -77,6 +77,6 @@ pub struct ContactConstraint {
     pub friction: f64,
     /// Restitution coefficient of the pair.
     pub restitution: f64,
-    /// Bond force f that is part of the free motion, N: the contact force without it is p - f.
+    /// Bond force f of an explicit integrator, N: the normal contact force is at least -f.
     pub bond: f64,
 }

@@ -1,8 +1,9 @@
 //! Adhesion of hot sheets: contacts become bonds that bear tension and break under load or when
 //! cold.
 //!
-//! Neither the contact solvers nor the response of single nodes know adhesion. After a step, every
-//! closed contact of a node becomes a bond if the sheet is adhesive and warm enough, or was bonded
+//! The contact solvers of implicit integrators and the response of single nodes do not know
+//! adhesion; the solver of explicit integrators does (`explicit_bonds`). After a step, every closed
+//! contact of a node becomes a bond if the sheet is adhesive and warm enough, or was bonded
 //! and is not too cold. In the next step the two sides are pulled together by a constant force f
 //! along the contact normal, as an applied force. The contact force is then p + f ≥ 0 for tensile
 //! loads up to f, and friction is bounded by μ (p + f). A bond under a larger load opens and is

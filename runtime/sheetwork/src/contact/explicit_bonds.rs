@@ -1,27 +1,22 @@
 //! Bonds of explicit integrators between two sheets and with dynamic bodies.
 //!
-//! A bond of force f (N) lets the normal contact force p bear tension, p ≥ -f, with friction
-//! |p_t| ≤ μ (p + f). With p = p' - f this is unilateral contact, p' ≥ 0, of the free motion to
-//! which f has been added. It is added after detection, so that contacts and normals are those of
-//! the motion without it, and the springs are never evaluated at positions inside the other side.
-//! The contact cache holds p: the solvers then start from the motion of the last step, whatever f
-//! is now.
+//! A bond of force f (N) lets the normal contact force p of the solver bear tension, p ≥ -f, with
+//! friction |p_t| ≤ μ (p + f). The solver is the sweeps on nodes and bodies
+//! ([`crate::contact::solver::lattice_sweeps`]): a bond closes a gap as a contact closes an
+//! overlap, with the masses alone, and the springs are never evaluated inside the other side.
 
-use glam::DVec3;
-
-use crate::collision::constraint::{ContactConstraint, ContactSide};
+use crate::collision::constraint::ContactConstraint;
 use crate::contact::IslandView;
 use crate::contact::adhesion::{node_contact, other_body, other_sheet, towards};
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::{StagePose, gap};
 use crate::contact::settings::ContactSettings;
-use crate::contact::solver_body::apply_force;
 
-/// Add the bond forces of the detected contacts that are still closed to the free motion of a step
-/// of `dt` (s). Bonded contacts do not rebound.
-pub(crate) fn pull_bonded(island: &mut IslandView, detected: &mut DetectedContacts, dt: f64) {
+/// Give the detected contacts that are still closed their bond forces. Bonded contacts do not
+/// rebound. Returns whether there are any.
+pub(crate) fn find_bonded(island: &mut IslandView, detected: &mut DetectedContacts) -> bool {
     if !island.sheets.iter().any(|sheet| sheet.state.adhesion.is_some()) {
-        return;
+        return false;
     }
     for stuck in island.sheets.iter_mut().filter_map(|sheet| sheet.state.adhesion.as_mut()) {
         stuck.pair_count.fill([0; 2]);
@@ -33,6 +28,7 @@ pub(crate) fn pull_bonded(island: &mut IslandView, detected: &mut DetectedContac
             stuck.pair_count[node as usize][side] += 1;
         }
     }
+    let mut is_any = false;
     for contact in &mut detected.contacts {
         if let Some((sheet, node, side)) = bonded_side(island, contact)
             && let Some(stuck) = &island.sheets[sheet as usize].state.adhesion
@@ -40,9 +36,10 @@ pub(crate) fn pull_bonded(island: &mut IslandView, detected: &mut DetectedContac
             let parts = f64::from(stuck.pair_count[node as usize][side].max(1));
             contact.bond = stuck.pair_force[node as usize][side] / parts;
             contact.restitution = 0.0;
-            pull(island, contact, dt);
+            is_any = true;
         }
     }
+    is_any
 }
 
 /// Sheet, node and side of the node of a closed contact that has a bond.
@@ -60,34 +57,12 @@ fn bonded_side(island: &IslandView, contact: &ContactConstraint) -> Option<(u32,
     (is_pair && gap(island, contact, StagePose::Start) < reach).then_some((sheet, node, side))
 }
 
-/// Pull the two sides of a contact together by its bond force.
-fn pull(island: &mut IslandView, contact: &ContactConstraint, dt: f64) {
-    for (side, sign) in [(&contact.a, -contact.bond), (&contact.b, contact.bond)] {
-        let force = contact.normal * sign;
-        match side {
-            ContactSide::Sheet { sheet, point } => {
-                let sheet = &mut island.sheets[*sheet as usize];
-                let drift = sheet.engine_kind.info().drift;
-                for (i, weight) in point.terms() {
-                    let free = if sheet.pins.is_empty() { DVec3::ONE } else { sheet.pins.free_axes(i) };
-                    let change = force * free * (weight * sheet.inverse_mass[i as usize] * dt);
-                    sheet.work.stage.velocity.add(i as usize, change);
-                    sheet.work.stage.free_positions.add(i as usize, change * (drift * dt));
-                }
-            }
-            ContactSide::Body { body, local } => {
-                let body = &mut island.solver_bodies[*body as usize];
-                if body.is_dynamic() {
-                    let at = body.free.world_point(*local);
-                    body.begin(apply_force(&body.free, force, at, (dt, 0.5)));
-                }
-            }
-        }
-    }
-}
-
-/// Bond force of a contact in its position solve, N: forces act there on displacements.
+/// Bond force of a contact in its position solve, N. A force displaces there as the weight θ of the
+/// integrator, Δx = θ h² f/m, lets a load displace.
 pub(crate) fn position_bond(island: &IslandView, contact: &ContactConstraint) -> f64 {
-    let drift = |sheet: u32| island.sheet(sheet).engine_kind.info().drift;
-    if contact.bond > 0.0 { contact.bond * node_contact(contact).map_or(0.0, |(sheet, ..)| drift(sheet)) } else { 0.0 }
+    if contact.bond == 0.0 {
+        return 0.0;
+    }
+    let drift = node_contact(contact).map_or(0.0, |(sheet, ..)| island.sheet(sheet).engine_kind.info().drift);
+    contact.bond * if drift > 0.0 { drift } else { 0.5 }
 }

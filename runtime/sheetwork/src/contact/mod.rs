@@ -46,10 +46,11 @@
 //! forms residual and derivative, `solver/pgs` projects a force.
 //!
 //! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
-//! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h².
+//! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h², those
+//! of lattices alone and of sheets with bonds through `solver/lattice_sweeps`.
 //!
-//! `adhesion` adds the tensile forces of hot sheets: to the applied forces, and with explicit
-//! integrators to their free motion (`explicit_bonds`). `attachment_spin` corrects
+//! `adhesion` adds the tensile forces of hot sheets to the applied forces; with explicit
+//! integrators they are bounds of the contact forces (`explicit_bonds`). `attachment_spin` corrects
 //! the spin of bodies with attached sheets. Contact knows positions, velocities, masses and the
 //! tangent matrix of a sheet, not its elements.
 //!

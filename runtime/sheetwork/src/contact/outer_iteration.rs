@@ -15,7 +15,7 @@
 use glam::DVec3;
 
 use crate::contact::detected_contacts::DetectedContacts;
-use crate::contact::explicit_bonds::pull_bonded;
+use crate::contact::explicit_bonds::find_bonded;
 use crate::contact::settings::{ContactSettings, OuterIterationSettings};
 use crate::contact::solver::choice::PositionSolve;
 use crate::contact::solver::lattice_sweeps::{add_thickness_limits, is_of_lattices};
@@ -270,7 +270,7 @@ pub(crate) fn solve_explicit(
     workspace.policy.is_explicit = true;
     detect(island, &mut workspace.detected);
     workspace.detected.remove_opposed(island, &workspace.cache);
-    pull_bonded(island, &mut workspace.detected, h);
+    workspace.has_bonds = find_bonded(island, &mut workspace.detected);
     if is_of_lattices(island, &workspace.detected) {
         add_thickness_limits(island, &mut workspace.detected);
     }

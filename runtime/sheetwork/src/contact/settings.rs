@@ -349,6 +349,8 @@ settings! {
         /// Maximum number of sweeps of a solve. A stack of n layers needs about n² from rest, and
         /// a few from the forces of the step before.
         pub maximum_sweeps: u32 = 60,
+        /// Gap (m) after the sweeps from which on a bond is open: ten times their tolerance.
+        pub open_gap: f64 = 1e-5,
         /// Height above the limit of the thickness from which on a node is a contact, as a fraction
         /// of the rest height.
         pub thickness_margin: f64 = 0.2,

@@ -104,13 +104,6 @@ impl SolverBody {
     }
 }
 
-/// State of a body after a force (N) at `at` (m) over `span` (s), with displacement weight `drift`.
-pub(crate) fn apply_force(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f64)) -> BodyState {
-    let turn = free.inverse_inertia() * (at - free.centre()).cross(force);
-    let moved = free.displaced(force * (drift * span * span * free.inverse_mass()), turn * (drift * span * span));
-    moved.with_impulse_at(force * span, at)
-}
-
 /// Frame of a body in state `state`.
 pub(crate) fn frame_of_body(state: &BodyState) -> RigidFrame {
     let (origin, rotation) = state.frame();

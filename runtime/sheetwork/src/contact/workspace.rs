@@ -37,6 +37,8 @@ pub(crate) struct ContactWorkspace {
     /// Sheet-sheet contacts whose sides have passed through each other in the outer iterations so
     /// far.
     pub(crate) crossed_contacts: Vec<ContactConstraint>,
+    /// Whether a detected contact has a bond of an explicit integrator.
+    pub(crate) has_bonds: bool,
     /// Whether any sides passed through each other in the last outer iteration.
     pub has_crossed: bool,
     /// Contact cache of this stage of the step.

@@ -15,12 +15,12 @@ use crate::contact::adhesion::on_bodies;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
-use crate::contact::solver_body::{SolverBody, apply_force, frame_of_body};
+use crate::contact::solver_body::{SolverBody, frame_of_body};
 use crate::contact::step_bodies::StepBodies;
 use crate::math::{RigidFrame, Vectors};
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
-use crate::rigid::{BodyContact, RigidView};
+use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 use crate::sheet::{Interpenetration, Sheet, attachment, node_contact, stage};
 
@@ -451,6 +451,13 @@ fn count_leaning_bodies(bodies: &[u32], contacts: &[BodyContact], surroundings: 
 fn gravity_weight(island: &IslandView, span: f64) -> f64 {
     let lead = island.sheets.first();
     lead.filter(|sheet| !node_contact::is_explicit(sheet)).map_or(0.5, |sheet| stage::drift(sheet, span))
+}
+
+/// State of a body after a force (N) at `at` (m) over `span` (s), with displacement weight `drift`.
+fn apply_force(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f64)) -> BodyState {
+    let turn = free.inverse_inertia() * (at - free.centre()).cross(force);
+    let moved = free.displaced(force * (drift * span * span * free.inverse_mass()), turn * (drift * span * span));
+    moved.with_impulse_at(force * span, at)
 }
 
 /// Frame `inner`, given in the axes of `outer`, in the world.

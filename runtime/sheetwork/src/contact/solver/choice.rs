@@ -7,7 +7,8 @@
 //! closed, with restitution. Positions and velocities need separate solves: with a single one, a
 //! sheet that should not rebound separates with two thirds of its approach speed.
 //!
-//! Islands with explicit integrators are solved by PGS, those of lattices alone on their nodes. The
+//! Islands with explicit integrators are solved by PGS, those of lattices alone or with bonds on
+//! their nodes. The
 //! others are solved by the dual solver for a small working set, otherwise by the primal solver; a
 //! single sheet is solved once more by the dual solver if the primal one fails, and by PGS as the
 //! last fallback.
@@ -49,13 +50,16 @@ impl ContactWorkspace {
     /// accuracy.
     pub(crate) fn solve_positions(&mut self, island: &mut IslandView, h: f64, rough: bool) -> PositionSolve {
         self.gaps.measure(&self.detected.contacts, island);
-        if self.detected.first_attachment >= self.detected.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
+        let is_needed = self.policy.is_explicit && self.has_bonds
+            || self.detected.first_attachment < self.detected.contacts.len()
+            || !self.gaps.free.iter().all(|g| *g >= 0.0);
+        if !is_needed {
             if !self.policy.is_explicit {
                 self.forget_solution(island);
             }
             return PositionSolve::Separate;
         }
-        if self.policy.is_explicit && is_of_lattices(island, &self.detected) {
+        if self.policy.is_explicit && (self.has_bonds || is_of_lattices(island, &self.detected)) {
             self.solve_positions_on_nodes(island, h);
             self.position_solver = PositionSolver::Lattice;
         } else if self.policy.is_explicit {

@@ -8,7 +8,6 @@ use glam::DVec3;
 
 use crate::contact::IslandView;
 use crate::contact::contact_cache::CachedForces;
-use crate::contact::explicit_bonds::position_bond;
 use crate::contact::settings::{ContactSettings, NodeSweepSettings, PgsSettings, WorkingSetSettings};
 use crate::contact::solver::delassus::{DelassusOperator, frame_of};
 use crate::contact::solver::pgs::PgsStats;
@@ -100,7 +99,6 @@ impl PgsContactSolver {
             let i = *number as usize;
             let contact = &workspace.detected.contacts[i];
             let force = workspace.cached_forces(&contact.key).map_or(DVec3::ZERO, |f| f.position);
-            let force = force + contact.normal * position_bond(island, contact);
             self.delassus.problem.push(workspace.law(i), frame_of(contact.normal).transpose() * force);
         }
         self.delassus.add(island, &workspace.detected.contacts, &self.working_set.new, h);
@@ -142,9 +140,8 @@ impl ContactWorkspace {
         self.counters.unsettled += u64::from(!settled);
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
-            new.extend(pgs.forces().map(|(c, force)| {
+            new.extend(pgs.forces().map(|(c, position)| {
                 let key = contacts[c].key;
-                let position = force - contacts[c].normal * position_bond(island, &contacts[c]);
                 (key, CachedForces { position, ..old.of(&key).unwrap_or_default() })
             }));
         });
@@ -159,9 +156,7 @@ impl ContactWorkspace {
             let i = pgs.delassus.contact(k);
             let frame = pgs.delassus.frame(k);
             let u = self.relative_velocity(island, i, &frame);
-            let contact = &self.detected.contacts[i];
-            let force = self.cached_forces(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
-            let force = force + contact.normal * contact.bond;
+            let force = self.cached_forces(&self.detected.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
             pgs.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             pgs.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
@@ -171,9 +166,8 @@ impl ContactWorkspace {
         pgs.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
         let contacts = &self.detected.contacts;
         self.cache.replace(|old, new| {
-            new.extend(pgs.forces().map(|(c, force)| {
+            new.extend(pgs.forces().map(|(c, velocity)| {
                 let key = contacts[c].key;
-                let velocity = force - contacts[c].normal * contacts[c].bond;
                 (key, CachedForces { velocity, ..old.of(&key).unwrap_or_default() })
             }));
         });

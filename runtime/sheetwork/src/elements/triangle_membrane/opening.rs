@@ -2,8 +2,8 @@
 //!
 //! An open triangle has no stiffness. The arc of an edge comes from its closed triangles whose
 //! curvature is known, that is, with a bound slope left. Where the arc term |k|² of an edge
-//! changes as cells open, the edge takes the change as a rest strain, ½ Δ|k|², so that the stress
-//! of the closed triangles and their energy stay the same at that moment.
+//! changes as cells open, the edge takes the change as a rest strain, ½ Δ|k|², so that the
+//! stress of the closed triangles and their energy stay the same at that moment.
 
 use std::collections::BTreeSet;
 
