@@ -57,8 +57,8 @@ fn bonded_side(island: &IslandView, contact: &ContactConstraint) -> Option<(u32,
     (is_pair && gap(island, contact, StagePose::Start) < reach).then_some((sheet, node, side))
 }
 
-/// Bond force of a contact in its position solve, N. A force displaces there as the weight θ of the
-/// integrator, Δx = θ h² f/m, lets a load displace.
+/// Bond force of a contact in its position solve, N. There it displaces as a load does with the
+/// weight θ of the integrator, Δx = θ h² f/m.
 pub(crate) fn position_bond(island: &IslandView, contact: &ContactConstraint) -> f64 {
     if contact.bond == 0.0 {
         return 0.0;

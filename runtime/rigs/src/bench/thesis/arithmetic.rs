@@ -55,7 +55,7 @@ pub(crate) const TABLE_4_2: Row = Row {
     says: "Euler-Richardson with a step of 0.20 s; sheet 11 wide, 2 deep, 2 long; masses 0.125 cm apart; gravity 9.81 in \
            the simulation for 0.981 in reality.",
     run: || {
-        let mut printed = Experiment::new("wedge", &[("dt", "0.2")])?;
+        let mut printed = Experiment::new("wedge", &[("dt", "0.2"), ("sheets.0.inter_layer", "Planar")])?;
         let omega = printed.first().largest_frequency(400);
         printed.run_to(4.0);
         let fell = match printed.world.unstable() {
@@ -81,10 +81,11 @@ pub(crate) const TABLE_4_3: Row = Row {
     run: || {
         let mut lines = Vec::new();
         for mass in ["4e-5", "4e-4"] {
-            let mut run = Experiment::new("wedge", &[("dt", "0.015"), ("sheets.0.node_mass", mass)])?;
+            let sheet = [("sheets.0.node_mass", mass), ("sheets.0.inter_layer", "Planar")];
+            let mut run = Experiment::new("wedge", &[&sheet[..], &[("dt", "0.015")]].concat())?;
             let omega = run.first().largest_frequency(400);
             let mut most = 1.0_f64;
-            let start = Experiment::new("wedge", &[("sheets.0.node_mass", mass)])?;
+            let start = Experiment::new("wedge", &sheet)?;
             run.run_watching(4.0, |world| most = most.max(stretch_x(start.first(), &world.sheets()[0])));
             let end = if run.world.unstable().is_some() { "unstable" } else { "stable" };
             lines.push(format!(

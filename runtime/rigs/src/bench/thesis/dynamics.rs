@@ -65,7 +65,7 @@ pub(crate) const FRICTION_HIGH: Row = Row {
     says: "The sheet lands on the slope, creeps down it to the flat ground, and rests there. Scene slope_friction_09.",
     run: || {
         let mut run = Experiment::new("slope_friction_09", &[])?;
-        run.print_at(&[0.15, 0.3, 0.6, 1.0, 2.0]);
+        run.print_at(&[0.15, 0.2, 0.3, 0.6, 1.0]);
         run.run();
         run.print();
         let moved = run.sheet().centre_of_mass() - run.first().centre_of_mass();
@@ -74,9 +74,8 @@ pub(crate) const FRICTION_HIGH: Row = Row {
             rest(&run),
             1e3 * moved.x.max(0.0)
         );
-        let reason = "0.9 is above tan 40° = 0.84, so that Coulomb friction holds the sheet on the slope; the thesis's \
-                      sheet creeps because its friction only reduces the tangential velocity of each contact, which lets a \
-                      resting mass slide a little in every step";
+        let reason = "the thesis prints no angle; on the 40° of this scene tan 40° = 0.84 is below 0.9, and Coulomb friction \
+                      slows the sheet and stops it before the ground";
         let verdict = Verdict::of(run.time_of(EventKind::SlidOff, "slope").is_some(), reason);
         Ok(Finding::new(measured, verdict).with(run.strip("Friction 0.9 on a slope")))
     },

@@ -139,7 +139,7 @@ pub(crate) const RETENTION: Row = Row {
             let mut plain = Experiment::new("wedge", &set("stop"))?;
             plain.run();
             let mut limited = Experiment::new("wedge", &set("limit 0.3"))?;
-            limited.print_at(&[0.18, 0.3, 0.6, 1.2, 2.4, 8.0]);
+            limited.print_at(&[0.18, 0.3, 0.45, 0.6, 0.9, 8.0]);
             let longest = longest_spring(limited.sheet());
             let unstable = plain.world.unstable().is_some();
             lines.push(format!(
@@ -183,7 +183,7 @@ pub(crate) const ADAPTIVE: Row = Row {
         let mut fixed = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.05")])?;
         let mut adaptive = Experiment::new("slide_11", &[("engine", "rk45"), ("dt", "0.05")])?;
         [&mut fine, &mut fixed].into_iter().for_each(Experiment::run);
-        adaptive.print_at(&[0.2, 0.4, 0.7, 1.2, 2.0, 8.0]);
+        adaptive.print_at(&[0.2, 0.4, 0.6, 0.8, 1.0, 8.0]);
         let first = |run: &Experiment| run.time_of(EventKind::FirstContact, "first");
         let flat = |run: &Experiment| run.time_of(EventKind::Flat, "floor");
         let text = |name: &str, run: &Experiment| {

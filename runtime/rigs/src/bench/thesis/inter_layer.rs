@@ -49,8 +49,7 @@ pub(crate) const SWEEP: Row = Row {
     name: "2.7-inter-layer",
     title: "2.7, 3.4, 6.5: stiffness between the layers",
     says: "The springs between the layers carry bending: their stiffness, apart from that of the planar springs, sets the \
-           bending stiffness of the sheet, and is the remedy for a sheet that bends too little or too much. Scene \
-           flat_floor_e0 with sheets.0.inter_layer=SumStiffness(...).",
+           bending stiffness of the sheet, and may remove its unwarranted bending moment. Scene flat_floor_e0 with sheets.0.inter_layer=SumStiffness(...).",
     run: || {
         let mut curves = [Vec::new(), Vec::new(), Vec::new()];
         let mut lines = Vec::new();
@@ -69,6 +68,11 @@ pub(crate) const SWEEP: Row = Row {
         }
         let last = STIFFNESSES.len() - 1;
         let [droops, _, distances] = &curves;
+        lines.push(format!(
+            "the droop depends on it where the layers collapse, and from {} N/m on by {:.0} % only",
+            STIFFNESSES[1],
+            100.0 * (1.0 - droops[last].1 / droops[1].1)
+        ));
         let droop_ratio = droops[last].1 / droops[0].1;
         let restored = distances[last].1 > 0.9 && distances[0].1 < 0.6;
         let verdict = Verdict::of(restored && droop_ratio < 0.5, "neither droop nor layer distance depends on it");

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::bench::thesis::experiment::Experiment;
+use crate::bench::thesis::picture::Strip;
 use crate::bench::thesis::{Finding, Row, Verdict};
 
 pub(crate) const FOLD: Row = Row {
@@ -15,6 +16,7 @@ pub(crate) const FOLD: Row = Row {
         let fixed = ("sheets.0.refine", "none");
         let mut lines = Vec::new();
         let mut found = Vec::new();
+        let mut prints = Vec::new();
         for (name, overrides) in [
             ("unrefined", &[fixed][..]),
             ("refined", &[]),
@@ -23,6 +25,8 @@ pub(crate) const FOLD: Row = Row {
             let mut run = Experiment::new("pressed_fold", overrides)?;
             // The boards are closed from 0.6 to 1 s.
             run.run_to(0.95);
+            run.print_as(name);
+            prints.append(&mut run.strip("").prints);
             let sheet = run.sheet();
             let (energy, nodes) = (sheet.energy(DVec3::ZERO).elastic, sheet.node_count());
             let apex = sheet.state.x.bounds().map_or(f64::NAN, |b| b.1.x);
@@ -43,6 +47,7 @@ pub(crate) const FOLD: Row = Row {
             1e2 * off(coarse)
         ));
         let reason = "the refined mesh is not ten times as close to the fine one";
-        Ok(Finding::new(lines.join("; "), Verdict::proposal(holds, reason)))
+        let caption = "A pressed fold: unrefined, refined where it bends, and fine everywhere".to_owned();
+        Ok(Finding::new(lines.join("; "), Verdict::proposal(holds, reason)).with(Strip { caption, prints }))
     },
 };

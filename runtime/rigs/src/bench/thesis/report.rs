@@ -15,6 +15,7 @@ Without a row, since nothing is printed about them that could be compared:
 
 | in the thesis | here |
 |---|---|
+| the steps of the simulation (figure 3.7, a flow chart) | `cargo run -p sheetwork --example hello_sheet` |
 | the sheet generator (4.4) | `sheetwork generate --help`: start, velocity, force, acceleration, mass, stiffness, damping, any number of layers |
 | half and upright cylinder | `sheetwork run hot_half_cylinder`, `sheetwork run hot_upright_cylinder` |
 | a solid of several layers (3.4, 7.3 f) | `sheetwork run solid_five_layers` |
