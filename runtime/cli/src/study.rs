@@ -42,12 +42,8 @@ impl StudyArguments {
         if let Some(folder) = self.references {
             let files = draw_references(&folder)?;
             let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-            if self.output.json {
-                print_json(&names)?;
-            } else {
-                names.iter().try_for_each(|name| print_line(name))?;
-            }
-            return Ok(ExitCode::SUCCESS);
+            return if self.output.json { print_json(&names) } else { print_line(&names.join("\n")) }
+                .map(|()| ExitCode::SUCCESS);
         }
         let mut all = Answers::default();
         for file in &self.files {

@@ -30,9 +30,8 @@ pub(crate) fn find_bonded(island: &mut IslandView, detected: &mut DetectedContac
     }
     let mut is_any = false;
     for contact in &mut detected.contacts {
-        if let Some((sheet, node, side)) = bonded_side(island, contact)
-            && let Some(stuck) = &island.sheets[sheet as usize].state.adhesion
-        {
+        let Some((sheet, node, side)) = bonded_side(island, contact) else { continue };
+        if let Some(stuck) = &island.sheets[sheet as usize].state.adhesion {
             let parts = f64::from(stuck.pair_count[node as usize][side].max(1));
             contact.bond = stuck.pair_force[node as usize][side] / parts;
             contact.restitution = 0.0;

@@ -184,15 +184,9 @@ fn arm_of(body: &SolverBody, local: DVec3) -> DVec3 {
 
 /// Displacement or velocity change of one side by contact.
 fn value(island: &IslandView, side: &ContactSide, quantity: NodeQuantity) -> DVec3 {
-    match (side, quantity) {
-        (ContactSide::Sheet { sheet, point }, NodeQuantity::Displacement) => {
-            point.position(&island.response(*sheet).jump.dx)
-        }
-        (ContactSide::Sheet { sheet, point }, NodeQuantity::Velocity) => {
-            point.position(&island.response(*sheet).jump.dv)
-        }
-        (_, NodeQuantity::Displacement) => contact_displacement(island, side),
-        (_, NodeQuantity::Velocity) => contact_velocity_jump(island, side),
+    match quantity {
+        NodeQuantity::Displacement => contact_displacement(island, side),
+        NodeQuantity::Velocity => contact_velocity_jump(island, side),
     }
 }
 
