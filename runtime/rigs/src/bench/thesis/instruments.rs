@@ -125,7 +125,7 @@ pub(crate) const LATTICES: Row = Row {
         let order = [height(lower, 0), height(lower, 1), height(upper, 0), height(upper, 1)];
         let thickness = [0, 1].map(|i| layer_distance(&run.start.sheets()[i], &run.world.sheets()[i]));
         let measured = format!(
-            "heights of the four layers {:.2}, {:.2}, {:.2}, {:.2} mm; distance of the layers {:.2} and {:.2} of that at \
+            "heights of the four layers where both lie {:.2}, {:.2}, {:.2}, {:.2} mm; distance of the layers {:.2} and {:.2} of that at \
              rest, the lower under the weight of both; {}; {:.1} times as fast as real time",
             1e3 * order[0],
             1e3 * order[1],
