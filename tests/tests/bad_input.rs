@@ -251,6 +251,61 @@ fn invalid_fields_are_named_with_line_value_and_range() {
 }
 
 #[test]
+fn numbers_in_lists_that_are_not_plain_are_named_with_index_and_range() {
+    let sheet = "(sheets: [(structure: \"shell\", FIELD)])";
+    let body = "(bodies: [(shape: Polyhedron((vertices: [(0, 0, 0),\n(1, NUMBER, 0)], faces: [])))])";
+    for (text, field, range) in [
+        (sheet.replace("FIELD", "outline: Polygon([(0, 0),\n(NUMBER, 1)])"), "sheets.0.outline.1.0", "-1000 to 1000 m"),
+        (sheet.replace("FIELD", "cuts: [[(0, 0),\n(0, NUMBER)]]"), "sheets.0.cuts.0.1.1", "-1000 to 1000 m"),
+        (
+            sheet.replace("FIELD", "material: (softening: [(20, 1),\n(NUMBER, 0.5)])"),
+            "sheets.0.material.softening.1.0",
+            "-273.15 to 5000 °C",
+        ),
+        (body.to_owned(), "bodies.0.shape.vertices.1.1", "-10000 to 10000 m"),
+    ] {
+        for number in ["nan", "3 kg", "3kg"] {
+            let error = InputError::from(Scene::parse(&text.replace("NUMBER", number)).expect_err(number));
+            let problem = format!("\"{number}\" is not a plain number ({range})");
+            assert_eq!((error.line, error.field.as_str(), error.problem), (Some(2), field, problem));
+        }
+    }
+    let set = |path: &str, value: &str| shipped_scene("flag").with_override(path, value).expect_err(value).to_string();
+    assert_eq!(
+        set("sheets.0.cuts", "[[(0, 0), (3 kg, 1)]]"),
+        "sheets.0.cuts.0.1.0: \"3 kg\" is not a plain number (-1000 to 1000 m)"
+    );
+    assert_eq!(set("sheets.0.size", "(nan, 1)"), "sheets.0.size.0: \"nan\" is not a plain number (1e-6 to 1000 m)");
+    assert!(set("sheets.0.size", "(1, 3 kg)").starts_with("sheets.0.size.1: kg is a unit of mass"));
+}
+
+#[test]
+fn a_temperature_slope_needs_a_temperature() {
+    let scene =
+        |fields: &str| Scene::parse(&format!("(bodies: [(shape: Ball(0.1), temperature_slope: (0, 9, 0){fields})])"));
+    let error = InputError::from(scene("").expect_err("cold"));
+    assert_eq!(error.field, "bodies.0.temperature_slope");
+    assert!(error.problem.contains("needs a `temperature`"), "{error}");
+    for fields in [", temperature: 60", ", temperature_schedule: [(time: 0, temperature: 60)]"] {
+        scene(fields).expect("a hot body");
+    }
+}
+
+#[test]
+fn a_slit_outside_the_outline_is_refused_with_its_place() {
+    let build = |slit: &str| {
+        let slits = format!("slits: [((0.5, 0.2), (0.5, 0.8)), {slit}]");
+        let sheet = format!("structure: \"shell\", grid: (21, 1, 21), outline: Disc(radius: 0.1), {slits}");
+        World::new(&Scene::parse(&format!("(sheets: [({sheet})])")).expect("values in range")).map(drop)
+    };
+    let error = InputError::from(build("((0, 0), (0, 0.02))").expect_err("in the corner"));
+    assert_eq!(error.field, "sheets.0.slits.1");
+    let place = "from (-0.1, -0.1) to (-0.1, -0.096) m crosses no cell of the sheet";
+    assert!(error.problem.contains(place) && error.problem.ends_with("from (-0.1, -0.1) to (0.1, 0.1) m"), "{error}");
+    build("((0, 0.5), (0.1, 0.5))").expect("from the border");
+}
+
+#[test]
 fn an_unstable_sheet_is_detected_named_and_isolated() {
     // Two sheets, one with springs a million times too stiff for the step.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {

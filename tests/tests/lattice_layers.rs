@@ -101,6 +101,7 @@ fn a_sheet_without_such_springs_rejects_the_stiffness() {
         parts.iter().for_each(|part| assert!(error.contains(part), "{error}"));
     };
     refused(&[("sheets.0.inter_layer_stiffness", "1")], &["inter_layer_stiffness", "two layers", "shell"]);
+    refused(&[("sheets.0.inter_layer", "SumModulus(185)")], &["inter_layer:", "two layers", "shell"]);
     let lattice = [("sheets.0.structure", "\"samm\""), ("sheets.0.grid", "(9, 2, 9)")];
     let with = |last| [lattice[0], lattice[1], last];
     refused(&with(("sheets.0.inter_layer_stiffness", "1")), &["springs: Uniform", "Calibrated"]);

@@ -91,7 +91,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
             s.structure = chosen;
             s.grid.1 = s.grid.1.clamp(low, high);
             if s.grid.1 < 2 {
-                s.inter_layer_stiffness = None;
+                (s.inter_layer, s.inter_layer_stiffness) = (InterLayerLaw::Planar, None);
             }
         });
     }

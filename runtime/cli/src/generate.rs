@@ -107,6 +107,7 @@ impl Generate {
         };
         let text = cards.text();
         let count = Scene::parse(&text)?.sheets.len();
+        self.check_ending("ron")?;
         match &self.output {
             Some(file) => std::fs::write(file, &text).map_err(|e| InputError::io(file, &e))?,
             None if !self.json => print_line(text.trim_end())?,
@@ -120,21 +121,28 @@ impl Generate {
         Ok(ExitCode::SUCCESS)
     }
 
+    /// Checks that the name of the file ends in `wanted`, in small or capital letters.
+    fn check_ending(&self, wanted: &str) -> Result<(), InputError> {
+        let is_wrong = |file: &&PathBuf| file.extension().is_none_or(|e| !e.eq_ignore_ascii_case(wanted));
+        let problem = |file: &PathBuf| format!("{} does not end in .{wanted}", file.display());
+        self.output.as_ref().filter(is_wrong).map_or(Ok(()), |file| Err(InputError::new("output", problem(file))))
+    }
+
     fn sheet(&self, structure: StructureKind, [nx, layers, nz]: [u32; 3]) -> Result<ExitCode, InputError> {
         if structure == StructureKind::Shell && self.output.is_some() {
-            let problem =
-                "shell has no springs, which a .sht file holds: describe it in a scene (structure: \"shell\")";
+            let problem = "shell has no springs, which a .sht file holds: describe it in a scene, structure: \"shell\"";
             return Err(InputError::new("structure", problem));
         }
+        self.check_ending("sht")?;
+        let check = |axis: usize| ParameterId::Gravity.check(&format!("acceleration.{axis}"), self.acceleration[axis]);
+        (0..3).try_for_each(check)?;
         ParameterId::Size.check("width", self.width)?;
         ParameterId::Size.check("depth", self.depth)?;
         let scene = Scene { sheets: vec![self.spec(structure, (nx, layers, nz))?], ..Scene::default() };
         sheetwork::scene::validate::scene(&scene).map_err(unprefixed)?;
         let sheet = Sheet::build(&scene, 0)?;
         let content = self.content(&sheet);
-        if let Some(file) = &self.output {
-            sht::write_sht_file(file, &content)?;
-        }
+        self.output.as_ref().map_or(Ok(()), |file| sht::write_sht_file(file, &content))?;
         let (masses, springs) = (sheet.node_count(), sheet.springs().len());
         if self.json {
             let stiffness = |inter: bool| {
@@ -168,9 +176,11 @@ impl Generate {
             if is_thesis && layered { InterLayerLaw::SumModulus(material.young) } else { InterLayerLaw::Planar };
         let own = self.planar_stiffness.or(self.inter_layer_stiffness).is_some();
         if let Some(stiffness) = self.planar_stiffness {
-            material.young = stiffness / material.thickness;
+            let thickness = material.thickness;
+            material.young = stiffness / thickness;
             ParameterId::MaterialYoung.check("planar_stiffness", material.young).map_err(|e| {
-                InputError::new("planar_stiffness", format!("is a modulus, with the thickness, of {}", e.problem))
+                let modulus = format!("{stiffness} N/m over a thickness of {thickness} m is a modulus out of range");
+                InputError::new(e.field, format!("{modulus}: {}", e.problem))
             })?;
         }
         Ok(SheetSpec {
@@ -205,9 +215,6 @@ impl Generate {
 }
 
 /// Removes the scene's path from a field name, because flags are not part of a scene.
-fn unprefixed(mut error: InputError) -> InputError {
-    if let Some(field) = error.field.strip_prefix("sheets.0.") {
-        error.field = field.to_owned();
-    }
-    error
+fn unprefixed(error: InputError) -> InputError {
+    InputError { field: error.field.replacen("sheets.0.", "", 1), ..error }
 }

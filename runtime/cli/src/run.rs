@@ -138,9 +138,7 @@ impl Run {
         let mut done = 0;
         loop {
             world.update_max_penetration(&mut penetration);
-            if let Some(recorder) = &mut recorder {
-                recorder.frame(world)?;
-            }
+            recorder.as_mut().map_or(Ok(()), |recorder| recorder.frame(world))?;
             if done >= steps || (world.unstable().is_some() && world.is_resting()) {
                 break;
             }
@@ -164,12 +162,8 @@ impl Run {
             bar.set_position(done);
         }
         bar.finish_and_clear();
-        if let Some(recorder) = recorder {
-            recorder.finish()?;
-        }
-        if let Some(journal) = journal {
-            journal.finish()?;
-        }
+        recorder.map_or(Ok(0), |recorder| recorder.finish())?;
+        journal.map_or(Ok(()), |journal| journal.finish())?;
         Ok(world.report(cpu, &penetration))
     }
 

@@ -79,9 +79,7 @@ fn tables(findings: &Findings) -> Result<(), InputError> {
         let names = test.questions.first().map(|q| q.sheets.iter().map(|s| s.sheet.as_str())).into_iter().flatten();
         let heads: String = names.map(|name| format!("{name:>22}")).collect();
         print_line(&format!("\n{:<ASKED$}{heads}", test.test))?;
-        for question in &test.questions {
-            row(question)?;
-        }
+        test.questions.iter().try_for_each(row)?;
     }
     if findings.overall.iter().any(|q| q.sheets.iter().any(|s| s.summary.is_some())) {
         print_line("\nat the end")?;

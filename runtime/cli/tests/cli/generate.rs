@@ -167,7 +167,17 @@ fn flags_of_generate_are_checked() {
     refused(&["--material", "cheese"], &["material", "cheese", "hips"]);
     refused(&["--inter-layer", "Soft"], &["Soft", "SumModulus(Pa)"]);
     refused(&["--inter-layer-stiffness", "0"], &["inter_layer_stiffness", "1e-9 to 1e12 N/m"]);
-    refused(&["--planar-stiffness", "-1"], &["planar_stiffness"]);
+    refused(&["--planar-stiffness=-3"], &["planar_stiffness: -3 N/m over a thickness of 0.001 m is a modulus out of"]);
+    refused(&["--inter-layer", "SumModulus(185 Pa)"], &["SumModulus(185 Pa)", "with a plain number"]);
+    refused(&["--acceleration", "0,1e300,0"], &["acceleration.1: 1e300 m/s² is outside -1000 to 1000 m/s²"]);
+    for file in ["leaf.ron", "leaf.txt", "leaf"] {
+        refused(&["-o", file], &[&format!("output: {file} does not end in .sht")]);
+    }
+    place.expect_rejection(&["generate", "--cards", "pack", "-o", "cards.sht"], &["cards.sht does not end in .ron"]);
+    let shell = ["generate", "--structure", "shell", "--grid", "5x1x5", "--inter-layer", "SumModulus(185)"];
+    place.expect_rejection(&shell, &["inter_layer: needs a lattice of two layers", "shell"]);
+    let capital = ["generate", "--structure", "samm", "--grid", "5x2x4", "-o", "LEAF.SHT"];
+    assert_eq!(place.run(&capital).status, Some(0));
     refused(&["--damping", "11"], &["damping", "0 to 10"]);
     refused(&["--position", "1,2"], &["1,2", "x,y,z"]);
     refused(&["--force", "1e9,0,0"], &["forces.0.value.0", "1e6"]);

@@ -101,4 +101,14 @@ fn tables_are_readable_and_errors_are_located() {
     let bad =
         place.write("bad.csv", "subject,test,sheet,A1,A2,A3,A4,A5,B1,B2,B3,C1,C2\na,cube,silk,1,1,1,1,1,1,1,1,,\n");
     place.expect_rejection(&["study", bad], &["bad.csv:2", "sheet", "silk"]);
+    let head = "subject,order,test,sheet,A1,A2,A3,A4,A5,B1,B2,B3,C1,C2";
+    let refused = |more: &str, order: &str, score: &str, parts: &[&str]| {
+        let end = if more.is_empty() { "" } else { "," };
+        let bad = place.write("bad.csv", &format!("{head}{more}\na,{order},cube,slamm,{score},1,1,1,1,1,1,1,,{end}\n"));
+        place.expect_rejection(&["study", bad], parts);
+    };
+    refused("", "0", "1", &["bad.csv:2: order: \"0\" is not a whole number from 1 to 15, or N/A"]);
+    refused("", "1", "-1", &["bad.csv:2: A1: \"-1\" is not a whole number from 1 to 9, or N/A"]);
+    refused(",A1", "1", "1", &["bad.csv:1: column 15: \"A1\" is column 5 already"]);
+    refused(",A9", "1", "1", &["bad.csv:1: column 15: \"A9\" is none of subject, order, test, sheet, A1"]);
 }

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use crate::study::background::{BACKGROUND_COLUMNS, Background};
+use crate::study::background::{BACKGROUND_COLUMNS, Background, is_left_out};
 use crate::study::{BACKGROUND, LAST_QUESTIONS, OVERALL, QUESTIONS, SHEETS, TESTS};
 use sheetwork::InputError;
 
@@ -66,6 +66,11 @@ struct Columns {
     comment: Option<usize>,
 }
 
+/// All columns, in their order.
+fn column_names() -> impl Iterator<Item = &'static str> {
+    HEAD.into_iter().chain(keys()).chain(BACKGROUND_COLUMNS).chain([COMMENT])
+}
+
 fn keys() -> impl Iterator<Item = &'static str> {
     QUESTIONS.iter().chain(&LAST_QUESTIONS).map(|q| q.key)
 }
@@ -91,8 +96,17 @@ impl Answers {
         };
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
         let heads = reader.headers().map_err(failed)?.clone();
+        let heads: Vec<_> = heads.iter().map(|h| h.trim_start_matches('\u{feff}')).collect();
+        let names: Vec<&str> = column_names().collect();
+        for (i, head) in heads.iter().enumerate() {
+            let field = format!("column {}", i + 1);
+            known(&field, head, names.iter()).map_err(|e| e.at_line(1))?;
+            let first = heads[..i].iter().position(|before| before == head);
+            let again = first.map(|first| format!("\"{head}\" is column {} already", first + 1));
+            again.map_or(Ok(()), |problem| Err(InputError::new(field, problem).at_line(1)))?;
+        }
         let column = |name: &str| {
-            let at = heads.iter().position(|h| h.trim_start_matches('\u{feff}') == name);
+            let at = heads.iter().position(|head| *head == name);
             at.ok_or_else(|| InputError::new(name, "is a column that the table lacks").at_line(1))
         };
         let columns = Columns {
@@ -128,7 +142,7 @@ impl Answers {
         for (name, given) in BACKGROUND_COLUMNS.iter().zip(background) {
             only_on(name, given, BACKGROUND)?;
         }
-        let values = columns.questions.iter().zip(keys()).map(|(i, key)| answer(key, text(Some(*i))));
+        let values = columns.questions.iter().zip(keys()).map(|(i, key)| whole(key, text(Some(*i)), 9));
         let values = values.collect::<Result<Vec<_>, _>>()?;
         let (each, last) = values.split_at(QUESTIONS.len());
         if test == OVERALL {
@@ -145,13 +159,7 @@ impl Answers {
         if self.ratings.iter().any(|r| (&r.subject, &r.test, &r.sheet) == (&subject, &test, &sheet)) {
             return Err(InputError::new("subject", format!("{subject} has rated {sheet} in {test} before")));
         }
-        let order = match Some(text(columns.order)).filter(|text| !text.is_empty()) {
-            Some(text) => {
-                let wrong = |_| InputError::new("order", format!("\"{text}\" is not a whole number"));
-                Some(text.parse().map_err(wrong)?)
-            }
-            None => None,
-        };
+        let order = whole("order", text(columns.order), TESTS.len() * SHEETS.len())?;
         let answers = std::array::from_fn(|i| each[i]);
         self.ratings.push(Rating { subject, order, test, sheet, answers });
         Ok(())
@@ -196,8 +204,7 @@ impl Answers {
         let empty = |count: usize| vec![String::new(); count];
         let extra = BACKGROUND_COLUMNS.len() + 1;
         let mut writer = csv::Writer::from_writer(to);
-        let heads = HEAD.into_iter().chain(keys()).chain(BACKGROUND_COLUMNS).chain([COMMENT]);
-        writer.write_record(heads).map_err(failed)?;
+        writer.write_record(column_names()).map_err(failed)?;
         for subject in self.subjects() {
             for b in self.background.iter().filter(|b| b.subject == subject) {
                 let head = [b.subject.clone(), String::new(), BACKGROUND.to_owned(), String::new()];
@@ -222,29 +229,24 @@ impl Answers {
     }
 }
 
-/// Parses an answer: 1 to 9, or none.
-fn answer(key: &str, text: &str) -> Result<Option<u8>, InputError> {
-    if text.is_empty() || text.eq_ignore_ascii_case("n/a") {
-        return Ok(None);
-    }
-    let number = text.parse().ok().filter(|n| (1..=9).contains(n));
-    number.map(Some).ok_or_else(|| InputError::new(key, format!("\"{text}\" is no answer: 1 to 9, or N/A")))
+/// Parses a whole number from 1 to `most`, or none.
+fn whole<T: TryFrom<usize>>(column: &str, text: &str, most: usize) -> Result<Option<T>, InputError> {
+    let number = text.parse().ok().filter(|n| (1..=most).contains(n)).and_then(|n| n.try_into().ok());
+    let problem = || format!("\"{text}\" is not a whole number from 1 to {most}, or N/A");
+    let is_wrong = number.is_none() && !is_left_out(text);
+    if is_wrong { Err(InputError::new(column, problem())) } else { Ok(number) }
 }
 
 /// Rejects a value outside the lines of the test that its column is for.
 fn only_on(column: &str, text: &str, test: &str) -> Result<(), InputError> {
-    if text.is_empty() {
-        return Ok(());
-    }
-    Err(InputError::new(column, format!("\"{text}\" belongs to the line with the test `{test}`")))
+    let problem = || format!("\"{text}\" belongs to the line with the test `{test}`");
+    if text.is_empty() { Ok(()) } else { Err(InputError::new(column, problem())) }
 }
 
 fn known<'a>(field: &str, name: &str, all: impl Iterator<Item = &'a &'a str>) -> Result<(), InputError> {
     let all: Vec<&str> = all.copied().collect();
-    if all.contains(&name) {
-        return Ok(());
-    }
-    Err(InputError::new(field, format!("\"{name}\" is none of {}", all.join(", "))))
+    let problem = || format!("\"{name}\" is none of {}", all.join(", "));
+    if all.contains(&name) { Ok(()) } else { Err(InputError::new(field, problem())) }
 }
 
 #[cfg(test)]
@@ -271,10 +273,16 @@ mod tests {
             assert!(TABLE.contains(from));
             Answers::parse(TABLE.replacen(from, to, 1).as_bytes()).expect_err(to).to_string()
         };
-        assert_eq!(refused("9,9,9,9,9,9,9,9", "9,9,9,10,9,9,9,9"), "line 3: A4: \"10\" is no answer: 1 to 9, or N/A");
+        let outside = |column: &str, found: &str, most: u8| {
+            format!("{column}: \"{found}\" is not a whole number from 1 to {most}, or N/A")
+        };
+        assert_eq!(refused("9,9,9,9,9,9,9,9", "9,9,9,-1,9,9,9,9"), format!("line 3: {}", outside("A4", "-1", 9)));
+        assert_eq!(refused("a,1", "a,0"), format!("line 3: {}", outside("order", "0", 15)));
+        assert_eq!(refused("A2,A3", "A2,A2"), "line 1: column 7: \"A2\" is column 6 already");
+        assert!(refused("C1,C2", "C1,C9").starts_with("line 1: column 14: \"C9\" is none of subject, order, test"));
         assert!(refused("cube,shell", "tube,shell").starts_with("line 2: test: \"tube\" is none of cube"));
         assert!(refused("cube,shell", "cube,silk").contains("sheet: \"silk\" is none of slamm"));
-        assert!(refused("B3,C1", "B4,C1").contains("B3: is a column"));
+        assert!(refused("B3,C1", "comment,C1").contains("B3: is a column"));
         assert!(refused("1,cube,trimm", "1,cube,shell").contains("has rated shell in cube before"));
         assert!(refused("a,1", ",1").contains("subject"));
         assert!(refused("a,2", "a,b").contains("order"));

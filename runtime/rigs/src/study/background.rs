@@ -128,7 +128,8 @@ fn yes_or_no(yes: bool) -> &'static str {
     if yes { "yes" } else { "no" }
 }
 
-fn is_left_out(text: &str) -> bool {
+/// Whether a question was left out.
+pub(crate) fn is_left_out(text: &str) -> bool {
     text.is_empty() || text.eq_ignore_ascii_case("n/a")
 }
 

@@ -170,9 +170,13 @@ pub fn check_range(field: &str, value: f64, min: f64, max: f64, unit: &str) -> R
     if value.is_finite() && value >= min && value <= max {
         return Ok(());
     }
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    let (value, min, max) = (format_short(value), format_short(min), format_short(max));
-    Err(InputError::new(field, format!("{value}{unit} is outside {min} to {max}{unit}")))
+    let number = format!("{} {unit}", format_short(value));
+    Err(InputError::new(field, format!("{} is outside {}", number.trim_end(), range_text((min, max), unit))))
+}
+
+/// Text of a range of values in `unit`, which may be empty.
+pub(crate) fn range_text((min, max): (f64, f64), unit: &str) -> String {
+    format!("{} to {} {unit}", format_short(min), format_short(max)).trim_end().to_owned()
 }
 
 /// Maximum number of suggested names.

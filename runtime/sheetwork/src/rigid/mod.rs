@@ -104,9 +104,7 @@ impl RigidWorld {
             let field = format!("bodies.{index}");
             world.add(scene, spec, index).map_err(|e| e.of_object(&field, &format!("{field}.shape")))?;
         }
-        if let Some(room) = &scene.room {
-            world.add_room(scene, room)?;
-        }
+        scene.room.as_ref().map_or(Ok(()), |room| world.add_room(scene, room))?;
         world.update_broad_phase();
         Ok(world)
     }

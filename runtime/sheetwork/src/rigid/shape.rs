@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rapier3d::prelude::{SharedShape, TriMeshFlags, Vector};
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::scene::{Polyhedron, Scene, Shape, pol};
 
 /// Polyhedra of a shape; empty for balls and half spaces.
@@ -16,10 +16,8 @@ pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedro
         Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
         Shape::Part(file, index) => {
             let mut all = pol::read_pol_file(&scene.base.join(file))?;
-            if *index >= all.len() {
-                let problem = format!("polyhedron {index} of {}, which holds {}", file.display(), all.len());
-                return Err(InputError::new("shape", problem));
-            }
+            let (count, name) = (all.len(), file.display());
+            reject_if!(*index >= count, "shape", "polyhedron {index} of {name}, which holds {count}");
             Ok(vec![all.swap_remove(*index)])
         }
         Shape::Polyhedron(polyhedron) => {

@@ -39,13 +39,9 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 /// # Errors
 /// When it is implicit.
 pub(crate) fn check_integrator(surface: ContactSurface, engine: IntegratorKind) -> Result<(), InputError> {
-    if surface != ContactSurface::Masses && engine.info().implicit {
-        let problem = format!(
-            "is for explicit engines (euler-richardson, rk4, ...), not for {}: contact of implicit engines is that of the \
-             flat triangles between the nodes",
-            engine.name()
-        );
-        return Err(InputError::new("contact_surface", problem));
-    }
+    let is_refused = surface != ContactSurface::Masses && engine.info().implicit;
+    let problem = format!("is for explicit engines (euler-richardson, rk4, ...), not for {}", engine.name());
+    let reason = "contact of implicit engines is that of the flat triangles between the nodes";
+    reject_if!(is_refused, "contact_surface", "{problem}: {reason}");
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Checks of fracture in a scene.
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::scene::{Material, SheetSpec};
 use crate::units::parameters::ParameterId as Id;
 
@@ -16,15 +16,10 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     for (i, ((u0, v0), (u1, v1))) in s.slits.iter().enumerate() {
         Id::SlitEnd.check_each(&format!("slits.{i}.0"), [*u0, *v0])?;
         Id::SlitEnd.check_each(&format!("slits.{i}.1"), [*u1, *v1])?;
-        if (u0, v0) == (u1, v1) {
-            return Err(InputError::new(format!("slits.{i}"), "has no length: its ends are the same point"));
-        }
+        reject_if!((u0, v0) == (u1, v1), format!("slits.{i}"), "has no length: its ends are the same point");
     }
     let field = if s.tearing { "tearing" } else { "slits" };
-    if s.file.is_some() {
-        let problem = "does not go with a sheet from a file, whose masses may lie anywhere at rest";
-        return Err(InputError::new(field, problem));
-    }
+    reject_if!(s.file.is_some(), field, "does not go with a sheet from a file, whose masses may lie anywhere at rest");
     if s.tearing { s.material.check(check_material) } else { Ok(()) }
 }
 
@@ -33,8 +28,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
 /// # Errors
 /// When it has none.
 pub(crate) fn check_material(material: &Material) -> Result<(), InputError> {
-    if material.tears_at.is_none() && material.melts_at.is_none() {
-        return Err(InputError::new("tearing", "asks for tears_at or melts_at, which the material does not have"));
-    }
+    let has_no_limit = material.tears_at.is_none() && material.melts_at.is_none();
+    reject_if!(has_no_limit, "tearing", "asks for tears_at or melts_at, which the material does not have");
     Ok(())
 }

@@ -143,7 +143,7 @@ impl HeaterSpec {
         let polyhedron = match (&self.file, &self.polyhedron, self.size) {
             (Some(file), None, None) if self.hot.is_empty() => return read_heaters_file(&base.join(file)),
             (Some(_), None, None) => {
-                return Err(InputError::new("hot", "does not go with a file, which has its own hot faces"));
+                return Err(InputError::new("hot", "does not go with a file, which has hot faces"));
             }
             (None, Some(polyhedron), None) => polyhedron.clone(),
             (None, None, Some(size)) => sided(size),

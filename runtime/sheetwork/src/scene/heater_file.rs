@@ -14,7 +14,7 @@
 
 use std::path::Path;
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::scene::pol::{read_marked, write_faces};
 use crate::scene::polyhedron::Polyhedron;
 use crate::scene::record_lines::{RecordColumn, RecordLine, decimal, quoted, read_file};
@@ -62,9 +62,7 @@ impl Heater {
     pub fn check(&self) -> Result<(), InputError> {
         self.polyhedron.check_closed()?;
         let (faces, marks) = (self.polyhedron.faces.len(), self.faces.len());
-        if faces != marks {
-            return Err(InputError::new("faces", format!("{marks} temperatures for {faces} faces")));
-        }
+        reject_if!(faces != marks, "faces", "{marks} temperatures for {faces} faces");
         for (index, face) in self.faces.iter().enumerate() {
             let field = || format!("faces.{index}.emissivity");
             EMISSIVITY.check(field, face.emissivity)?;

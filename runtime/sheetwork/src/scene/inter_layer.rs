@@ -20,7 +20,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, LatticeSpring, StructureKind};
 use crate::scene::{SheetSpec, SpringLaw};
@@ -47,7 +47,7 @@ impl FromStr for InterLayerLaw {
     fn from_str(text: &str) -> Result<Self, InputError> {
         let law: Self = ron::from_str(text).map_err(|_| {
             let laws = "Planar, Modulus(Pa), SumModulus(Pa), SumStiffness(N/m)";
-            InputError::new("inter_layer", format!("\"{text}\" is none of {laws}"))
+            InputError::new("inter_layer", format!("\"{text}\" is none of {laws} with a plain number"))
         })?;
         law.check().map(|()| law)
     }
@@ -101,7 +101,7 @@ fn cosine_sums(lattice: &Lattice) -> BTreeMap<(u32, u32), f64> {
     sums
 }
 
-/// Check the stiffness between the layers of a sheet. A single layer has no springs for the law.
+/// Check the stiffness between the layers of a sheet. A lattice of one layer ignores the law.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     Id::InterLayerStiffness.check_option("inter_layer_stiffness", s.inter_layer_stiffness)?;
     s.inter_layer.check()?;
@@ -109,16 +109,12 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
         return Ok(());
     }
     let field = if s.inter_layer_stiffness.is_some() { "inter_layer_stiffness" } else { "inter_layer" };
-    let is_single = s.structure == StructureKind::Shell || s.grid.1 < 2;
-    if is_single && s.inter_layer_stiffness.is_some() {
-        let problem = format!("needs a lattice of two layers or more, but {} has {}", s.structure, s.grid.1);
-        return Err(InputError::new(field, problem));
-    }
-    if !is_single && s.springs != SpringLaw::Uniform {
-        let problem =
-            format!("needs springs: Uniform; {:?} takes the springs between layers from the material", s.springs);
-        return Err(InputError::new(field, problem));
-    }
+    let (is_single, own, law) = (s.grid.1 < 2, s.inter_layer_stiffness.is_some(), s.springs);
+    let needs = format!("needs a lattice of two layers or more, but {} has {}", s.structure, s.grid.1);
+    reject_if!(is_single && (own || s.structure == StructureKind::Shell), field, "{needs}");
+    let needs = "needs springs: Uniform;";
+    let other = !is_single && law != SpringLaw::Uniform;
+    reject_if!(other, field, "{needs} {law:?} takes the springs between layers from the material");
     Ok(())
 }
 

@@ -6,8 +6,9 @@ use ron::extensions::Extensions;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::error::{InputError, SceneError};
+use crate::error::{InputError, SceneError, range_text, reject_if};
 use crate::scene::{MaterialChoice, Scene, library, literal, locate, nesting, validate};
+use crate::units::parameters::ParameterId;
 use crate::units::quantity;
 
 fn options() -> ron::Options {
@@ -26,8 +27,10 @@ pub(crate) fn read_ron<T: DeserializeOwned>(
         let field = e.path().to_string().replace('[', ".").replace(']', "");
         let field = if field == "." { String::new() } else { field };
         let at = reader.span_error(e.into_inner());
+        let (line, bad) = (at.span.start.line, locate::first_bad_number(text));
+        let bad = bad.filter(|(field, _)| locate::line_of(text, field) == line).map(not_plain);
         let found = locate::value_of(text, &field).map_or_else(String::new, |v| format!(", found {v}"));
-        SceneError::Syntax(InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line))
+        SceneError::Syntax(bad.unwrap_or_else(|| InputError::new(field, format!("{}{found}", at.code))).at_line(line))
     })?;
     reader.end().map_err(|e| {
         let at = reader.span_error(e);
@@ -38,6 +41,13 @@ pub(crate) fn read_ron<T: DeserializeOwned>(
         SceneError::Value(e.at_line(line))
     })?;
     Ok(value)
+}
+
+/// Error of `number`, which has a unit or is not finite, with the range of its field.
+fn not_plain((field, number): (String, String)) -> InputError {
+    let row = ParameterId::from_path(&field).map(ParameterId::row);
+    let range = row.and_then(|row| Some(format!(" ({})", range_text(row.range?, row.unit)))).unwrap_or_default();
+    InputError::new(field, format!("\"{number}\" is not a plain number{range}"))
 }
 
 impl Scene {
@@ -111,7 +121,10 @@ impl Scene {
             serde_json::to_value(self).map_err(|e| SceneError::Value(InputError::new(path, e.to_string())))?;
         *slot(&mut tree, path, &self.base).map_err(SceneError::UnknownField)? = parsed;
         let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
-            SceneError::Value(InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))
+            let bad = locate::first_bad_number(value).filter(|(place, _)| !place.is_empty());
+            let bad = bad.map(|(place, number)| not_plain((format!("{path}.{place}"), number)));
+            let other = || InputError::new(path, format!("{value} cannot be used: {}", e.into_inner()));
+            SceneError::Value(bad.unwrap_or_else(other))
         })?;
         scene.base.clone_from(&self.base);
         scene.file.clone_from(&self.file);
@@ -176,11 +189,9 @@ fn slot<'a>(tree: &'a mut Value, path: &str, base: &Path) -> Result<&'a mut Valu
                 })?
             }
             Value::Object(fields) => {
-                if !fields.contains_key(name) && !free_keys {
-                    let names: Vec<&str> = fields.keys().map(String::as_str).collect();
-                    let problem = format!("there is no field \"{name}\"; there are {}", names.join(", "));
-                    return Err(InputError::new(path, problem));
-                }
+                let names = fields.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+                let is_unknown = !fields.contains_key(name) && !free_keys;
+                reject_if!(is_unknown, path, "there is no field \"{name}\"; there are {names}");
                 fields.entry(name).or_insert(Value::Null)
             }
             _ => return Err(InputError::new(path, format!("{walked} has no fields"))),

@@ -2,7 +2,9 @@
 //! parsed but are invalid.
 //!
 //! The walker follows brackets, strings, comments and `name:` in a text that the RON parser has
-//! already accepted.
+//! already accepted, and numbers that it has not.
+
+use crate::scene::nesting;
 
 /// Line (from 1) of the value at `path` (`sheets.0.material.young`), or of the deepest existing
 /// part of the path.
@@ -29,18 +31,36 @@ pub(crate) fn value_of(text: &str, path: &str) -> Option<String> {
     (!value.is_empty() && !value.starts_with(['(', '[', '{'])).then(|| value.trim_end().to_owned())
 }
 
+/// Path and text of the first number of `text` that is not plain: with a unit, or not finite.
+pub(crate) fn first_bad_number(text: &str) -> Option<(String, String)> {
+    nesting::check(text).ok()?;
+    let mut walker = Walker { bytes: text.as_bytes(), ..Walker::default() };
+    walker.value(None);
+    walker.bad_number
+}
+
 /// Byte of the value at `path`, or of the deepest existing part of the path.
 fn deepest(text: &str, path: &str) -> usize {
-    let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
+    let mut walker = Walker { bytes: text.as_bytes(), ..Walker::default() };
     let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
     walker.value(Some(&path));
     walker.deepest
 }
 
+/// Whether `text` is meant as a number, but has a unit or is not finite.
+fn is_bad_number(text: &str) -> bool {
+    let begins = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    text.parse::<f64>().map_or_else(|_| begins && ron::from_str::<ron::Value>(text).is_err(), |v| !v.is_finite())
+}
+
+#[derive(Default)]
 struct Walker<'a> {
     bytes: &'a [u8],
     at: usize,
     deepest: usize,
+    /// Names and indices of the groups around the present value.
+    names: Vec<String>,
+    bad_number: Option<(String, String)>,
 }
 
 impl Walker<'_> {
@@ -98,25 +118,41 @@ impl Walker<'_> {
         }
         match self.peek() {
             Some(b'"') => drop(self.string()),
-            Some(b'(' | b'[' | b'{') => self.group(path),
+            Some(b'(' | b'[' | b'{') => {
+                self.at += 1;
+                self.items(path, 0);
+            }
             Some(_) => {
                 let start = self.at;
                 self.word();
                 self.skip_blank();
                 if self.peek() == Some(b'(') {
-                    self.group(path);
-                } else if self.at == start {
-                    // Unknown character: skip it to guarantee progress.
+                    // A group that comes first in an enum variant has the path of the variant.
                     self.at += 1;
+                    self.skip_blank();
+                    let is_group = matches!(self.peek(), Some(b'(' | b'['));
+                    if is_group {
+                        self.value(path.filter(|rest| !rest.is_empty()));
+                    }
+                    return self.items(path, usize::from(is_group));
+                }
+                // A scalar ends with its line, at a comment or at a delimiter.
+                self.at = start;
+                let ends = |w: &Self| w.starts(b"//") || w.starts(b"/*");
+                while !ends(self) && self.peek().is_some_and(|b| !b",)]}\n".contains(&b)) {
+                    self.at += 1;
+                }
+                let scalar = String::from_utf8_lossy(&self.bytes[start..self.at]).trim_end().to_owned();
+                if self.bad_number.is_none() && is_bad_number(&scalar) {
+                    self.bad_number = Some((self.names.join("."), scalar));
                 }
             }
             None => {}
         }
     }
 
-    fn group(&mut self, path: Option<&[&str]>) {
-        self.at += 1;
-        let mut index = 0_usize;
+    /// Walk the items of a group from number `index`, and its closing bracket.
+    fn items(&mut self, path: Option<&[&str]>, mut index: usize) {
         loop {
             self.skip_blank();
             match self.peek() {
@@ -129,7 +165,9 @@ impl Walker<'_> {
                 Some(_) => {
                     let key = self.key().unwrap_or_else(|| index.to_string());
                     let inner = path.and_then(|p| p.split_first()).filter(|(first, _)| **first == key);
+                    self.names.push(key);
                     self.value(inner.map(|(_, rest)| rest));
+                    self.names.pop();
                     index += 1;
                 }
             }
@@ -152,7 +190,7 @@ impl Walker<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{line_of, value_of};
+    use super::{first_bad_number, line_of, value_of};
 
     const TEXT: &str = r#"#![enable(implicit_some)]
 // a comment: with a colon
@@ -193,6 +231,23 @@ mod tests {
         assert_eq!(value_of(TEXT, "gravity"), None);
         assert_eq!(value_of(TEXT, "sheets.1.material.density"), None);
         assert_eq!(value_of("(dt: \"é", "dt").as_deref(), Some("\"é"));
+    }
+
+    #[test]
+    fn finds_numbers_that_are_not_plain() {
+        let found = |text: &str| first_bad_number(text).map(|(path, number)| format!("{path}={number}"));
+        assert_eq!(found("(a: 1, b: [(2, 3), (4, 0.1 kg)])").as_deref(), Some("b.1.1=0.1 kg"));
+        assert_eq!(found("(o: Polygon([(0, 0), (nan, 1)]))").as_deref(), Some("o.1.0=nan"));
+        assert_eq!(
+            found("(s: Polyhedron((vertices: [(0, 1 mm // there\n, 2)])))").as_deref(),
+            Some("s.vertices.0.1=1 mm")
+        );
+        assert_eq!(
+            found("[1_000, 0x1F, -2.5e-3, \"3 m\", Rect((0, 1), (0, 1)), 4 /* m */, -inf]").as_deref(),
+            Some("6=-inf")
+        );
+        assert_eq!((found(TEXT), found(&"(".repeat(100_000))), (None, None));
+        assert_eq!(line_of("(o: Polygon([\n(0, 0),\n(1, 1)]))", "o.1.0"), 3);
     }
 
     #[test]

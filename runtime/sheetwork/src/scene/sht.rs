@@ -27,7 +27,7 @@ use glam::DVec3;
 pub use crate::scene::sht::reader::read_sht;
 pub use crate::scene::sht::tube::{BodySprings, TubeSpec, prism, tube};
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_NODES, StructureKind};
 use crate::scene::record_lines::{RecordColumn, decimal, read_file};
@@ -166,11 +166,9 @@ impl SheetFile {
         for (index, spring) in self.springs.iter().enumerate() {
             STIFFNESS.check(|| format!("springs.{index}.stiffness"), spring.stiffness)?;
             REST.check(|| format!("springs.{index}.rest"), spring.rest)?;
-            if spring.a == spring.b || spring.a.max(spring.b) as usize >= masses {
-                let problem =
-                    format!("joins {} to {}: two different masses of {masses} are needed", spring.a, spring.b);
-                return Err(InputError::new(format!("springs.{index}"), problem));
-            }
+            let (a, b, field) = (spring.a, spring.b, format!("springs.{index}"));
+            let is_wrong = a == b || a.max(b) as usize >= masses;
+            reject_if!(is_wrong, field, "joins {a} to {b}: two different masses of {masses} are needed");
         }
         let marks = self.marks();
         for (index, mark) in marks.iter().enumerate() {

@@ -43,12 +43,8 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     contact(&scene.contact)?;
     air(&scene.air)?;
     Id::DetailBudget.check_option("detail_budget", scene.detail_budget)?;
-    if let Some(view) = &scene.camera {
-        camera(view)?;
-    }
-    if let Some(walls) = &scene.room {
-        room(walls)?;
-    }
+    scene.camera.as_ref().map_or(Ok(()), camera)?;
+    scene.room.as_ref().map_or(Ok(()), room)?;
     each("sheets", &scene.sheets, sheet)?;
     each("bodies", &scene.bodies, body)?;
     // The default name of an object must not equal another's name.
@@ -83,10 +79,8 @@ fn pair_names(scene: &Scene) -> ValidationResult {
     }
     for (i, pair) in scene.contact.pairs.iter().enumerate() {
         for (side, name) in [&pair.between.0, &pair.between.1].into_iter().enumerate() {
-            if !known.contains(name) {
-                let problem = format!("no material is named \"{name}\"; there are {}", known.join(", "));
-                return Err(InputError::new(format!("contact.pairs.{i}.between.{side}"), problem));
-            }
+            let (field, all) = (format!("contact.pairs.{i}.between.{side}"), known.join(", "));
+            reject_if!(!known.contains(name), field, "no material is named \"{name}\"; there are {all}");
         }
     }
     Ok(())
@@ -98,17 +92,9 @@ fn check_attachments(scene: &Scene) -> ValidationResult {
         for (k, pin) in sheet.pins.iter().enumerate() {
             let Some(name) = &pin.body else { continue };
             let there = scene.body_names();
-            if !there.contains(name) {
-                let all = if there.is_empty() {
-                    "there is none".to_owned()
-                } else {
-                    format!("there are {}", there.join(", "))
-                };
-                return Err(InputError::new(
-                    format!("sheets.{i}.pins.{k}.body"),
-                    format!("no body is named \"{name}\"; {all}"),
-                ));
-            }
+            let all = if there.is_empty() { "there is none" } else { &format!("there are {}", there.join(", ")) };
+            let field = format!("sheets.{i}.pins.{k}.body");
+            reject_if!(!there.contains(name), field, "no body is named \"{name}\"; {all}");
         }
     }
     Ok(())
@@ -131,10 +117,9 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> ValidationRes
 
 /// Check that `name` of the object at the path `of` is neither a path nor an index.
 fn check_name(of: &str, name: &str) -> ValidationResult {
-    if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
-        let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
-        return Err(InputError::new(format!("{of}.name"), problem));
-    }
+    let is_path = name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit()));
+    let problem = "cannot be told from a path or an index: no dots, not only digits";
+    reject_if!(is_path, format!("{of}.name"), "\"{name}\" {problem}");
     Ok(())
 }
 
@@ -149,13 +134,11 @@ pub fn contact(contact: &ContactDefaults) -> ValidationResult {
         let at = |name: &str| format!("contact.pairs.{i}.{name}");
         Id::PairFriction.check_option(&at("friction"), pair.friction)?;
         Id::PairRestitution.check_option(&at("restitution"), pair.restitution)?;
-        if pair.friction.is_none() && pair.restitution.is_none() {
-            return Err(InputError::new(at("friction"), "says nothing: a pair has a friction, a restitution or both"));
-        }
+        let is_empty = pair.friction.is_none() && pair.restitution.is_none();
+        reject_if!(is_empty, at("friction"), "says nothing: a pair has a friction, a restitution or both");
         let (a, b) = (&pair.between.0, &pair.between.1);
-        if contact.pairs[..i].iter().any(|before| before.joins(a, b)) {
-            return Err(InputError::new(at("between"), format!("\"{a}\" and \"{b}\" are a pair already")));
-        }
+        let is_repeated = contact.pairs[..i].iter().any(|before| before.joins(a, b));
+        reject_if!(is_repeated, at("between"), "\"{a}\" and \"{b}\" are a pair already");
     }
     Ok(())
 }
@@ -213,9 +196,8 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
     Id::WlfFirst.check(&at("wlf.0"), m.wlf.0)?;
     Id::WlfSecond.check(&at("wlf.1"), m.wlf.1)?;
     Id::MeltsAt.check_option(&at("melts_at"), m.melts_at)?;
-    if let Some(tack) = &m.tack {
-        crate::scene::adhesion::check_tack(tack).map_err(|e| e.within(&at("tack")))?;
-    }
+    let tack = m.tack.as_ref().map_or(Ok(()), crate::scene::adhesion::check_tack);
+    tack.map_err(|e| e.within(&at("tack")))?;
     Id::TearsAt.check_option(&at("tears_at"), m.tears_at)?;
     Id::MaterialThesisSensitivity.check_option(&at("thesis_sensitivity"), m.thesis_sensitivity)?;
     Id::MaterialThesisConductivity.check_option(&at("thesis_conductivity"), m.thesis_conductivity)?;
@@ -256,10 +238,9 @@ fn sheet(s: &SheetSpec) -> ValidationResult {
     Id::Friction.check_option("friction", s.friction)?;
     Id::Restitution.check_option("restitution", s.restitution)?;
     Id::Temperature.check_option("temperature", s.temperature)?;
-    if s.temperature_gradient && (s.structure != StructureKind::Shell || s.file.is_some()) {
-        let problem = format!("is for the shell only, not for {}: layers have temperatures of their own", s.structure);
-        return Err(InputError::new("temperature_gradient", problem));
-    }
+    let layered = s.structure != StructureKind::Shell || s.file.is_some();
+    let problem = format!("is for the shell only, not for {}: layers have temperatures of their own", s.structure);
+    reject_if!(s.temperature_gradient && layered, "temperature_gradient", "{problem}");
     placement(&s.placement)?;
     Id::SheetVelocity.check_each("velocity", s.velocity.to_array())?;
     Id::SheetSpin.check_each("spin", s.spin.to_array())?;
@@ -307,22 +288,16 @@ fn pin(pin: &PinSpec) -> ValidationResult {
     let all = pin.axes == (true, true, true);
     if let Some(until) = pin.until {
         Id::PinUntil.check("until", until)?;
-        if pin.clamp || pin.body.is_some() || !all {
-            return Err(InputError::new("until", "is for masses that are held or led, without clamp, body or axes"));
-        }
+        let other = pin.clamp || pin.body.is_some() || !all;
+        reject_if!(other, "until", "is for masses that are held or led, without clamp, body or axes");
     }
     if pin.body.is_some() {
         reject_if!(!pin.path.is_empty(), "path", "does not go with a body: glued masses go where it goes");
-        if pin.clamp {
-            let problem = "does not go with a body: two rows of masses glued to it hold the sheet's slope";
-            return Err(InputError::new("clamp", problem));
-        }
+        reject_if!(pin.clamp, "clamp", "does not go with a body: two rows of masses glued to it hold the slope");
         reject_if!(!all, "axes", "does not go with a body: masses are glued to it in every direction");
     }
-    if !all && (!pin.path.is_empty() || pin.clamp) {
-        let problem = "masses held along some axes only can be neither led nor clamped";
-        return Err(InputError::new("axes", problem));
-    }
+    let moved = !pin.path.is_empty() || pin.clamp;
+    reject_if!(!all && moved, "axes", "masses held along some axes only can be neither led nor clamped");
     reject_if!(pin.axes == (false, false, false), "axes", "holds nothing");
     Ok(())
 }
@@ -397,8 +372,9 @@ fn body(b: &BodySpec) -> ValidationResult {
     schedule("temperature_schedule", &b.temperature_schedule)?;
     Id::BodyTemperatureSlope.check_each("temperature_slope", b.temperature_slope.to_array())?;
     each("hot_spots", &b.hot_spots, BodySpotSpec::check)?;
-    let cold = !b.hot_spots.is_empty() && !b.is_hot();
-    reject_if!(cold, "hot_spots", "belong to a body with a `temperature` or a `temperature_schedule`");
+    let field = if b.hot_spots.is_empty() { "temperature_slope" } else { "hot_spots" };
+    let cold = !b.is_hot() && (field == "hot_spots" || b.temperature_slope != DVec3::ZERO);
+    reject_if!(cold, field, "needs a `temperature` or a `temperature_schedule` of the body");
     Id::BodyRestitution.check_option("restitution", b.restitution)
 }
 

@@ -110,7 +110,7 @@ impl Sheet {
         }
         if spec.tearing || !spec.slits.is_empty() {
             sheet.state.fracture = Some(Box::new(FractureState::new(&sheet, spec.tearing)));
-            open_slits(&mut sheet, &spec.slits);
+            open_slits(&mut sheet, &spec.slits)?;
         }
         Ok(sheet)
     }

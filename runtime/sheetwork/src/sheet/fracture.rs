@@ -26,6 +26,7 @@ use serde::Serialize;
 use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::fracture::{CellCorners, OpenCells};
 use crate::elements::thickness_limit::ThicknessLimit;
+use crate::error::InputError;
 use crate::mesh::slits::Slit;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::cell_state::{CellState, state_of_rectangle, state_of_triangle, upper_nodes};
@@ -300,12 +301,15 @@ fn opening(sheet: &Sheet, tears: &FractureState, c: usize) -> FractureOpening {
 }
 
 /// Open the cells along `slits` permanently.
-pub(crate) fn open_slits(sheet: &mut Sheet, slits: &[Slit]) {
-    let Some(cells) = sheet.state.fracture.as_ref().map(|t| slits::slit_cells(&t.open, slits)) else { return };
+///
+/// # Errors
+/// When a slit crosses no cell.
+pub(crate) fn open_slits(sheet: &mut Sheet, slits: &[Slit]) -> Result<(), InputError> {
     if let Some(tears) = sheet.state.fracture.as_mut().filter(|_| !slits.is_empty()) {
-        tears.initial_cells = cells;
+        tears.initial_cells = slits::slit_cells(&tears.open, slits)?;
         set_open(sheet, &[]);
     }
+    Ok(())
 }
 
 /// Whether each cell has opened since the start, without the slits; empty for a sheet that

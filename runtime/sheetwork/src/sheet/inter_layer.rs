@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::spring_class::SpringClass;
 use crate::scene::{InterLayerLaw, SheetSpec, SpringLaw};
 use crate::sheet::{Sheet, remap};
@@ -82,10 +82,8 @@ impl Sheet {
         let field = "inter_layer_stiffness";
         Id::InterLayerStiffness.check_option(field, stiffness)?;
         let inter = &mut self.parameters.springs.inter_layer;
-        if stiffness.is_some() && inter.mean_per_unit <= 0.0 {
-            let problem = "needs springs between layers: a lattice of two layers or more with springs: Uniform";
-            return Err(InputError::new(field, problem));
-        }
+        let problem = "needs springs between layers: a lattice of two layers or more with springs: Uniform";
+        reject_if!(stiffness.is_some() && inter.mean_per_unit <= 0.0, field, "{problem}");
         inter.own = stiffness.or(inter.by_law);
         self.refresh_springs();
         if self.parameters.max_step.is_finite() {

@@ -83,7 +83,7 @@ use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::flexion_limit::solver::FlexionWorkspace;
 use crate::elements::grab_spring::GrabSpring;
 use crate::elements::spring::{SpringWorkspace, Springs};
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
 use crate::mesh::spring_class::SpringClass;
@@ -328,9 +328,12 @@ impl Sheet {
     /// When a constant is out of range; nothing is changed then.
     pub fn set_material(&mut self, material: Material) -> Result<(), InputError> {
         crate::scene::validate::material("material", &material)?;
-        if self.state.inelastic.is_some() && material.burgers != self.parameters.material.burgers {
-            return Err(InputError::new("material.burgers", "cannot change while the sheet creeps"));
-        }
+        let changes = material.burgers != self.parameters.material.burgers;
+        reject_if!(
+            self.state.inelastic.is_some() && changes,
+            "material.burgers",
+            "cannot change while the sheet creeps"
+        );
         if let Some(heat) = &mut self.state.heat {
             heat.set_material(&material);
         }
@@ -361,10 +364,8 @@ impl Sheet {
     pub fn set_flexion_limit(&mut self, limit: Option<f64>) -> Result<(), InputError> {
         if let Some(limit) = limit {
             Id::FlexionLimit.check("flexion_limit", limit)?;
-            if self.parameters.flexion.triples.is_empty() {
-                let problem = format!("{} has no flexion triples to limit", self.model.structure);
-                return Err(InputError::new("flexion_limit", problem));
-            }
+            let (none, structure) = (self.parameters.flexion.triples.is_empty(), self.model.structure);
+            reject_if!(none, "flexion_limit", "{structure} has no flexion triples to limit");
         }
         self.parameters.flexion.limit =
             limit.map(|limit| FlexionLimit { triples: fracture::closed_triples(self), limit });

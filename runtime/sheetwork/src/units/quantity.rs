@@ -23,11 +23,12 @@ pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputErro
         return Ok(None);
     }
     let shown = DisplayUnit::fixed(quantity, quantity.si_unit(), 1.0);
-    let read = |part: &&str| match part.parse::<f64>() {
+    let place = |i: usize| if tuple.is_some() { format!("{path}.{i}") } else { path.to_owned() };
+    let read = |(i, part): (usize, &&str)| match part.parse::<f64>() {
         Ok(number) => Ok(number.to_string()),
-        Err(_) => shown.parse(part).map(|v| v.to_string()).map_err(|e| InputError::new(path, e.to_string())),
+        Err(_) => shown.parse(part).map(|v| v.to_string()).map_err(|e| InputError::new(place(i), e.to_string())),
     };
-    let numbers = parts.iter().map(read).collect::<Result<Vec<_>, _>>()?.join(", ");
+    let numbers = parts.iter().enumerate().map(read).collect::<Result<Vec<_>, _>>()?.join(", ");
     Ok(Some(if tuple.is_some() { format!("({numbers})") } else { numbers }))
 }
 
@@ -48,6 +49,8 @@ mod tests {
         for plain in ["2e9", "(1, 2, 3)", "Ball(1)", "hips", "rk4", "\"3 mm\"", "[1, 2]", "(1.0, (2 mm))"] {
             assert_eq!(si("sheets.0.material", plain), None, "{plain}");
         }
+        let wrong = in_si("sheets.0.size", "(1 m, 3 GPa)").expect_err("no length");
+        assert_eq!(wrong.field, "sheets.0.size.1");
         let wrong = in_si("sheets.0.material.thickness", "3 GPa").expect_err("no length").to_string();
         assert!(wrong.contains("thickness") && wrong.contains("pressure") && wrong.contains("mm"), "{wrong}");
     }

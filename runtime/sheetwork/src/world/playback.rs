@@ -26,9 +26,8 @@ impl World {
         let sheets = frame.sheets.len() == self.sheets.len() && self.sheets.iter().enumerate().all(same);
         reject_if!(!sheets || bodies != frame.bodies.len(), "frame", "is of other sheets or bodies than the scene's");
         let places = frame.sheets.iter().flatten().all(|p| p.is_finite());
-        if !(places && frame.bodies.iter().all(|(p, r)| p.is_finite() && r.is_finite()) && frame.time.is_finite()) {
-            return Err(InputError::new("frame", "holds what is not a finite number"));
-        }
+        let bodies = frame.bodies.iter().all(|(p, r)| p.is_finite() && r.is_finite());
+        reject_if!(!(places && bodies && frame.time.is_finite()), "frame", "holds what is not a finite number");
         frame.temperatures.iter().try_for_each(|w| w.check())
     }
 

@@ -10,8 +10,9 @@ const PSI: f64 = 6894.757;
 pub(crate) const TABLE_3_1: Row = Row {
     name: "table-3.1",
     title: "Table 3.1: moduli of the sheets of the user study",
-    says: "Springs of 0.205 and 0.405 N/m, spacing 2.5 mm, layers 1 mm apart: E along the sheet 2050 and 4050 psi, across \
-           it 328 and 648 psi.",
+    says: "Springs of 0.205 and 0.405 N/m, spacing 2.5 mm, layers 1 mm apart: E along the sheet 2050 and 4050 psi, \
+           across it 328 and 648 psi.",
+    here: "Arithmetic by equations 3.8a and 3.8b.",
     run: || {
         let (w, h) = (2.5e-3, 1e-3);
         let mut lines = Vec::new();
@@ -38,8 +39,9 @@ pub(crate) const TABLE_3_1: Row = Row {
 pub(crate) const TABLE_3_2: Row = Row {
     name: "table-3.2",
     title: "Table 3.2: Young's moduli of common materials",
-    says: "Rubber 0.01 to 0.1 GPa or 1500 to 15,000 psi; low-density polyethylene 0.2 GPa or 30,000 psi; polypropylene 1.5 \
-           to 2 GPa or 217,000 to 290,000 psi.",
+    says: "Rubber 0.01 to 0.1 GPa or 1500 to 15,000 psi; low-density polyethylene 0.2 GPa or 30,000 psi; \
+           polypropylene 1.5 to 2 GPa or 217,000 to 290,000 psi.",
+    here: "Arithmetic; the pound-force per square inch is 6894.757 Pa.",
     run: || {
         let printed = [(0.01, 1500.0), (0.1, 15_000.0), (0.2, 30_000.0), (1.5, 217_000.0), (2.0, 290_000.0)];
         let worst = printed.iter().map(|(gpa, psi)| (gpa * 1e9 / PSI / psi - 1.0_f64).abs()).fold(0.0, f64::max);
@@ -52,8 +54,9 @@ pub(crate) const TABLE_3_2: Row = Row {
 pub(crate) const TABLE_4_2: Row = Row {
     name: "tables-4.2-5.1",
     title: "Tables 4.2 and 5.1: parameters of the tests",
-    says: "Euler-Richardson with a step of 0.20 s; sheet 11 wide, 2 deep, 2 long; masses 0.125 cm apart; gravity 9.81 in \
-           the simulation for 0.981 in reality.",
+    says: "Euler-Richardson with a step of 0.20 s; sheet 11 wide, 2 deep, 2 long; masses 0.125 cm apart; gravity \
+           9.81 in the simulation for 0.981 in reality.",
+    here: "Scene wedge with dt=0.2 and equal springs (sheets.0.inter_layer=Planar).",
     run: || {
         let mut printed = Experiment::new("wedge", &[("dt", "0.2"), ("sheets.0.inter_layer", "Planar")])?;
         let omega = printed.first().largest_frequency(400);
@@ -76,8 +79,9 @@ pub(crate) const TABLE_4_2: Row = Row {
 pub(crate) const TABLE_4_3: Row = Row {
     name: "tables-4.3-5.3",
     title: "Tables 4.3 and 5.3: variables of the engines",
-    says: "Springs of 0.185 N/m, masses of 0.4e-4 kg, damping 11.5 %, Euler-Richardson, step 0.015 s; the text of 5.3.4 has \
-           0.4 g a mass.",
+    says: "Springs of 0.185 N/m, masses of 0.4e-4 kg, damping 11.5 %, Euler-Richardson, step 0.015 s; the text of \
+           5.3.4 has 0.4 g a mass.",
+    here: "Scene wedge with dt=0.015, equal springs, and sheets.0.node_mass=4e-5 or 4e-4.",
     run: || {
         let mut lines = Vec::new();
         for mass in ["4e-5", "4e-4"] {

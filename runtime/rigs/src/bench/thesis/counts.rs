@@ -15,8 +15,10 @@ fn counts(structure: StructureKind, grid: (u32, u32, u32)) -> Result<(usize, usi
 pub(crate) const STRUCTURES: Row = Row {
     name: "figures-4.11-4.13",
     title: "Figures 4.11 to 4.13: SaMM, SLaMM and TRiMM",
-    says: "Masses of a layer lie over the middles of the cells below; SaMM 11x2x11 has 221 masses and 800 springs, SLaMM \
-           one more spring a cell (981), TRiMM three springs between the layers a mass (881); a SaMM of 5x3x4 has 52 and 175.",
+    says: "Masses of a layer lie over the middles of the cells below; SaMM 11x2x11 has 221 masses and 800 springs, \
+           SLaMM one more spring a cell (981), TRiMM three springs between the layers a mass (881); a SaMM of 5x3x4 \
+           has 52 and 175.",
+    here: "`sheetwork generate --structure samm --grid 11x2x11`.",
     run: || {
         let wanted = [
             (StructureKind::Samm, (11, 2, 11), (221, 800)),
@@ -40,6 +42,7 @@ pub(crate) const TABLE_5_2: Row = Row {
     name: "table-5.2",
     title: "Table 5.2: sizes of the TRiMM sheets",
     says: "8x2x8: 113 masses, 428 springs; 11x2x11: 221, 881; 14x2x14: 366, 1496; 17x2x17: 546, 2273.",
+    here: "`sheetwork generate --structure trimm --grid 14x2x14`.",
     run: || {
         let printed = [(8, 113, 428), (11, 221, 881), (14, 366, 1496), (17, 546, 2273)];
         let mut lines = Vec::new();

@@ -118,6 +118,7 @@ pub(crate) const SPRING: Row = Row {
     name: "figure-3.8",
     title: "Figure 3.8: strain of a spring",
     says: "The strain is there with the force, and falls to zero at once when the force is removed.",
+    here: "A clamped strip under a small weight for 1 s, then without it, against the closed form.",
     run: || {
         finding(law(1e12, 1.0, 0.0), "spring", |[on, off, end]| {
             (on - 1.0).abs() < 1e-6 && off.abs() < 1e-6 && end.abs() < 1e-6
@@ -129,6 +130,7 @@ pub(crate) const DASHPOT: Row = Row {
     name: "figure-3.9",
     title: "Figure 3.9: strain of a dashpot",
     says: "The strain grows in proportion to time under the force, and stays when the force is removed.",
+    here: "A clamped strip under a small weight for 1 s, then without it, against the closed form.",
     run: || {
         finding(law(1e-3, 1.0, 0.0), "dashpot", |[on, off, end]| {
             (on / 1001.0 - 1.0).abs() < 0.01 && (off / on - 1.0).abs() < 0.01 && (end / off - 1.0).abs() < 1e-3
@@ -139,7 +141,9 @@ pub(crate) const DASHPOT: Row = Row {
 pub(crate) const MAXWELL: Row = Row {
     name: "figure-3.10",
     title: "Figure 3.10: strain of a Maxwell element",
-    says: "The strain grows in proportion to time; at the removal of the force it falls to a lower level and stays there.",
+    says: "The strain grows in proportion to time; at the removal of the force it falls to a lower level and stays \
+           there.",
+    here: "A clamped strip under a small weight for 1 s, then without it, against the closed form.",
     run: || {
         finding(law(0.5, 1.0, 0.0), "Maxwell element", |[on, off, end]| {
             (on - off - 1.0).abs() < 0.02 && (end - off).abs() < 0.01 && off > 1.0
@@ -151,6 +155,7 @@ pub(crate) const KELVIN_VOIGT: Row = Row {
     name: "figure-3.11",
     title: "Figure 3.11: strain of a Kelvin-Voigt element",
     says: "The strain increases smoothly to a steady level under the force and returns gradually to zero without it.",
+    here: "A clamped strip under a small weight for 1 s, then without it, against the closed form.",
     run: || {
         finding(law(1e12, 0.15, 200.0), "Kelvin-Voigt element", |[on, off, end]| {
             on > 195.0 && off > 0.99 * (on - 1.0) && end < 0.01 * off
@@ -161,8 +166,9 @@ pub(crate) const KELVIN_VOIGT: Row = Row {
 pub(crate) const BURGERS: Row = Row {
     name: "figure-3.13",
     title: "Figures 3.13 and 3.14: the advanced damping model",
-    says: "Proposed and not built: an elastic, a viscoelastic and a viscous part in series. At the removal of the force the \
-           elastic strain is recovered at once, the viscoelastic one with time, the viscous one never.",
+    says: "Proposed and not built: an elastic, a viscoelastic and a viscous part in series. At the removal of the \
+           force the elastic strain is recovered at once, the viscoelastic one with time, the viscous one never.",
+    here: "A clamped strip under a small weight for 1 s, then without it, against the closed form.",
     run: || {
         finding(law(1.0, 0.15, 1.0), "Burgers' model", |[on, off, end]| {
             (on - off - 1.0).abs() < 0.02 && end < off && (end - 1.0).abs() < 0.01
@@ -173,7 +179,8 @@ pub(crate) const BURGERS: Row = Row {
 pub(crate) const INSTABILITY: Row = Row {
     name: "figure-3.15",
     title: "Figure 3.15: an unstable sheet",
-    says: "With a step that is too long the sheet gains energy until it explodes. Scene wedge with dt=0.015.",
+    says: "With a step that is too long the sheet gains energy until it explodes.",
+    here: "Scene wedge with dt=0.015.",
     run: || {
         let mut run = Experiment::new("wedge", &[("dt", "0.015")])?;
         let mut before = 0.0;

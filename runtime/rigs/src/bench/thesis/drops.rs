@@ -94,8 +94,8 @@ pub fn draw_references(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
 pub(crate) const THIN_STYRENE: Row = Row {
     name: "figure-5.2",
     title: "Figure 5.2: styrene of 0.25 mm on a wedge",
-    says: "The air bends the sheet in its fall; it gives way freely over the ridge and comes to rest on the wedge. Scene \
-           drop_styrene_025_wedge.",
+    says: "The air bends the sheet in its fall; it gives way freely over the ridge and comes to rest on the wedge.",
+    here: "Scene drop_styrene_025_wedge.",
     run: || {
         let fall = Fall::new("drop_styrene_025_wedge")?;
         let holds = fall.in_air > 2e-3 && fall.edge() < -0.1;
@@ -106,8 +106,9 @@ pub(crate) const THIN_STYRENE: Row = Row {
 pub(crate) const THICK_STYRENE: Row = Row {
     name: "figure-5.3",
     title: "Figure 5.3: styrene of 0.5 mm on a wedge",
-    says: "The thicker sheet resists the air, bends over the ridge in a wider curve, and straightens when it has come to \
-           rest. Scene drop_styrene_05_wedge.",
+    says: "The thicker sheet resists the air, bends over the ridge in a wider curve, and straightens when it has \
+           come to rest.",
+    here: "Scene drop_styrene_05_wedge.",
     run: || {
         let (thin, thick) = (Fall::new("drop_styrene_025_wedge")?, Fall::new("drop_styrene_05_wedge")?);
         let wider = sharpest_bend(thick.run.sheet()) < 0.8 * sharpest_bend(thin.run.sheet());
@@ -123,8 +124,8 @@ pub(crate) const THICK_STYRENE: Row = Row {
 pub(crate) const PACKAGING: Row = Row {
     name: "figure-5.4",
     title: "Figure 5.4: packaging PVC on a wedge",
-    says: "Thin and light: the air bends its edges upwards; it lies over the ridge with little curvature left. Scene \
-           drop_packaging_pvc_wedge.",
+    says: "Thin and light: the air bends its edges upwards; it lies over the ridge with little curvature left.",
+    here: "Scene drop_packaging_pvc_wedge.",
     run: || {
         let (thick, film) = (Fall::new("drop_styrene_05_wedge")?, Fall::new("drop_packaging_pvc_wedge")?);
         let holds = film.in_air > 5e-3
@@ -137,8 +138,9 @@ pub(crate) const PACKAGING: Row = Row {
 pub(crate) const SOFT_PVC: Row = Row {
     name: "figure-5.5",
     title: "Figure 5.5: PVC of 0.4 mm on a wedge",
-    says: "Denser than styrene and without much bending stiffness: little affected by the air, it drapes freely and does \
-           not straighten. Scene drop_soft_pvc_wedge, with plasticised PVC.",
+    says: "Denser than styrene and without much bending stiffness: little affected by the air, it drapes freely and \
+           does not straighten.",
+    here: "Scene drop_soft_pvc_wedge, with plasticised PVC.",
     run: || {
         let fall = Fall::new("drop_soft_pvc_wedge")?;
         // The faces of the wedge are 58° steep: a sheet on them ends on the floor.
@@ -150,8 +152,8 @@ pub(crate) const SOFT_PVC: Row = Row {
 pub(crate) const CUBE: Row = Row {
     name: "figure-5.6",
     title: "Figure 5.6: styrene of 0.5 mm on a cube",
-    says: "It wraps over the cube at the impact; at rest it arches, and only the edges of the top touch it. Scene \
-           drop_styrene_05_cube.",
+    says: "It wraps over the cube at the impact; at rest it arches, and only the edges of the top touch it.",
+    here: "Scene drop_styrene_05_cube.",
     run: || {
         let fall = Fall::new("drop_styrene_05_cube")?;
         let arch = probe(fall.run.sheet(), "centre").y - TOP;

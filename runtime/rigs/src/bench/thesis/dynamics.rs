@@ -30,9 +30,10 @@ fn rebound(run: &mut Experiment) -> (f64, f64) {
 pub(crate) const RESTITUTION: Row = Row {
     name: "figure-5.10",
     title: "Figure 5.10: restitution 0.1 and 0 on a flat floor",
-    says: "With restitution the outer masses move along the floor and the whole sheet lifts off once before it rests. \
-           Without, the layers are pressed together and restored, and the sheet does not bounce. Scenes flat_floor_e01 and \
-           flat_floor_e0, whose springs between the layers are stiffer than those in them (inter_layer: SumModulus).",
+    says: "With restitution the outer masses move along the floor and the whole sheet lifts off once before it \
+           rests. Without, the layers are pressed together and restored, and the sheet does not bounce.",
+    here: "Scenes flat_floor_e01 and flat_floor_e0, whose springs between the layers are stiffer than those in them \
+           (inter_layer: SumModulus).",
     run: || {
         let (mut with, mut without) = (Experiment::new("flat_floor_e01", &[])?, Experiment::new("flat_floor_e0", &[])?);
         let (first, second) = (rebound(&mut with), rebound(&mut without));
@@ -62,7 +63,8 @@ pub(crate) const RESTITUTION: Row = Row {
 pub(crate) const FRICTION_HIGH: Row = Row {
     name: "figure-5.11a",
     title: "Figure 5.11a: friction 0.9 on a slope",
-    says: "The sheet lands on the slope, creeps down it to the flat ground, and rests there. Scene slope_friction_09.",
+    says: "The sheet lands on the slope, creeps down it to the flat ground, and rests there.",
+    here: "Scene slope_friction_09.",
     run: || {
         let mut run = Experiment::new("slope_friction_09", &[])?;
         run.print_at(&[0.15, 0.2, 0.3, 0.6, 1.0]);
@@ -84,8 +86,8 @@ pub(crate) const FRICTION_HIGH: Row = Row {
 pub(crate) const FRICTION_NONE: Row = Row {
     name: "figure-5.11b",
     title: "Figure 5.11b: no friction on a slope",
-    says: "Gravity takes the sheet down the slope with growing speed, and over the floor until it leaves the scene. Scene \
-           slope_friction_0.",
+    says: "Gravity takes the sheet down the slope with growing speed, and over the floor until it leaves the scene.",
+    here: "Scene slope_friction_0.",
     run: || {
         let mut run = Experiment::new("slope_friction_0", &[])?;
         run.print_at(&[0.15, 0.3, 0.45, 0.6, 0.9, 1.3]);
@@ -135,8 +137,8 @@ fn wedge_text(run: &Experiment, turned: f64, most: f64) -> String {
 pub(crate) const SAMM: Row = Row {
     name: "figure-5.16",
     title: "Figure 5.16: SaMM on a wedge",
-    says: "The weakest structure: it deforms and stretches more than the others. It does not yaw. Scene wedge with \
-           sheets.0.structure=samm; all four: wedge_structures.",
+    says: "The weakest structure: it deforms and stretches more than the others. It does not yaw.",
+    here: "Scene wedge with sheets.0.structure=samm; all four: wedge_structures.",
     run: || {
         let (mut samm, turned, most) = on_wedge("samm")?;
         let others = [on_wedge("slamm")?.2, on_wedge("trimm")?.2];
@@ -154,8 +156,8 @@ pub(crate) const SAMM: Row = Row {
 pub(crate) const SLAMM: Row = Row {
     name: "figure-5.17",
     title: "Figure 5.17: SLaMM on a wedge",
-    says: "The single diagonal distorts the sheet, which yaws as it slides; SaMM in its place does not. Scene wedge with \
-           sheets.0.structure=slamm.",
+    says: "The single diagonal distorts the sheet, which yaws as it slides; SaMM in its place does not.",
+    here: "Scene wedge with sheets.0.structure=slamm.",
     run: || {
         let ((mut slamm, turned, most), (_, without, _)) = (on_wedge("slamm")?, on_wedge("samm")?);
         let measured = format!("{}; SaMM {without:.2}°", wedge_text(&slamm, turned, most));
@@ -167,7 +169,8 @@ pub(crate) const SLAMM: Row = Row {
 pub(crate) const TRIMM: Row = Row {
     name: "figure-5.18",
     title: "Figure 5.18: TRiMM on a wedge",
-    says: "The most robust structure: regular deformation, stable and rigid under gentle loads. Scene wedge.",
+    says: "The most robust structure: regular deformation, stable and rigid under gentle loads.",
+    here: "Scene wedge.",
     run: || {
         let ((mut trimm, turned, most), (_, slamm, longest)) = (on_wedge("trimm")?, on_wedge("slamm")?);
         let text = wedge_text(&trimm, turned, most);
@@ -183,8 +186,8 @@ pub(crate) const TRIMM: Row = Row {
 pub(crate) const SECOND_DIAGONAL: Row = Row {
     name: "5.3.4-second-diagonal",
     title: "5.3.4: a second diagonal in SLaMM",
-    says: "Proposed and not built: a second diagonal in each cell would give a stronger, more uniform structure. Scene \
-           wedge with sheets.0.structure=double-diagonal.",
+    says: "Proposed and not built: a second diagonal in each cell would give a stronger, more uniform structure.",
+    here: "Scene wedge with sheets.0.structure=double-diagonal.",
     run: || {
         let ((mut both, turned, most), (_, single, _)) = (on_wedge("double-diagonal")?, on_wedge("slamm")?);
         let measured = format!("{}; with one diagonal {single:.2}°", wedge_text(&both, turned, most));
@@ -196,7 +199,8 @@ pub(crate) const SECOND_DIAGONAL: Row = Row {
 pub(crate) const TWO_WALLS: Row = Row {
     name: "figure-5.21",
     title: "Figure 5.21: a stiff sheet between two walls",
-    says: "It comes to rest bent between the walls without the spring-back of softer sheets. Scene two_walls.",
+    says: "It comes to rest bent between the walls without the spring-back of softer sheets.",
+    here: "Scene two_walls.",
     run: || {
         let mut run = Experiment::new("two_walls", &[])?;
         let (mut lowest, mut back) = (f64::INFINITY, 0.0_f64);
@@ -222,8 +226,9 @@ pub(crate) const TWO_WALLS: Row = Row {
 pub(crate) const DOME: Row = Row {
     name: "figure-5.22",
     title: "Figure 5.22: folding over itself on a dome",
-    says: "The sheet stretches over the dome, draws together to its unloaded shape, slides down, folds over itself, and \
-           rests folded. Scene dome_fold.",
+    says: "The sheet stretches over the dome, draws together to its unloaded shape, slides down, folds over itself, \
+           and rests folded.",
+    here: "Scene dome_fold.",
     run: || {
         let mut run = Experiment::new("dome_fold", &[])?;
         let start = Experiment::new("dome_fold", &[])?;
@@ -251,8 +256,8 @@ pub(crate) const DOME: Row = Row {
 pub(crate) const FLEXION: Row = Row {
     name: "6.2-flexion",
     title: "6.2, figure 6.2: limit of the flexion angle",
-    says: "Where the angle between two springs in line exceeds a preset value, it is held at that value. Scene wedge with \
-           sheets.0.structure=provot3d and sheets.0.flexion_limit.",
+    says: "Where the angle between two springs in line exceeds a preset value, it is held at that value.",
+    here: "Scene wedge with sheets.0.structure=provot3d and sheets.0.flexion_limit.",
     run: || {
         let mut lines = Vec::new();
         let mut holds = true;

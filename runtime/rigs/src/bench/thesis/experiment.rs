@@ -6,6 +6,7 @@ use cpu_time::ProcessTime;
 use sheetwork::islands::event::EventKind;
 use sheetwork::scene::{Scene, library};
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use sheetwork::{InputError, World};
 
 use crate::bench::thesis::picture::{Print, Strip};
@@ -85,6 +86,15 @@ impl Experiment {
     /// Keeps a print of the present state under a name.
     pub fn print_as(&mut self, name: &str) {
         self.prints.push(Print::new(&self.world, name.to_owned()));
+    }
+
+    /// Keeps a print of the present state, a layer of its sheets drawn with a smoothing or flat.
+    pub fn print_layer(&mut self, name: &str, layer: usize, smoothing: Option<SurfaceSmoothing>) {
+        let drawn = |sheet: &Sheet| match smoothing {
+            Some(smoothing) => DrawingSurface::of_sheet(sheet, layer, 4, smoothing),
+            None => DrawingSurface::of_sheet(sheet, layer, 1, SurfaceSmoothing::Interpolating),
+        };
+        self.prints.push(Print::drawn(&self.world, name.to_owned(), drawn));
     }
 
     /// Steps to each of the times (s) and keeps a print of each.

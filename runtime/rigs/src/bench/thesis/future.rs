@@ -33,7 +33,8 @@ fn column_height(sheet: &Sheet, column: u32) -> f64 {
 pub(crate) const BODIES: Row = Row {
     name: "7.4i-bodies",
     title: "7.4 i: bodies that are no sheets",
-    says: "Proposed and not built: other bodies from the same masses and springs. Scenes tube, bag and cable.",
+    says: "Proposed and not built: other bodies from the same masses and springs.",
+    here: "Scenes tube, bag and cable.",
     run: || {
         let (mut tube, tube_moved) = to_the_end("tube", [0.2, 0.4, 7.9])?;
         let (mut bag, bag_moved) = to_the_end("bag", [0.0, 0.3, 5.9])?;
@@ -65,8 +66,8 @@ fn tube_top(run: &Experiment) -> f64 {
 pub(crate) const FLEXION: Row = Row {
     name: "7.4iii-flexion",
     title: "7.4 iii: TRiMM with the springs of the 3D Provot sheet",
-    says: "Proposed and not built: TRiMM with additional cross-over springs like those of the 3D Provot sheet. Scene wedge \
-           with sheets.0.structure=provot-trimm.",
+    says: "Proposed and not built: TRiMM with additional cross-over springs like those of the 3D Provot sheet.",
+    here: "Scene wedge with sheets.0.structure=provot-trimm.",
     run: || {
         let mut lines = Vec::new();
         let mut strip = None;
@@ -97,6 +98,7 @@ pub(crate) const VERLET: Row = Row {
     name: "7.3h-verlet",
     title: "7.3 h: Verlet integration",
     says: "Proposed and not built: Verlet in place of the Euler methods; performance and stability to be evaluated.",
+    here: "A free TRiMM sheet of 11x2x11 with 0.06 N/m and 0.4 g: limits from its fastest mode.",
     run: || {
         let mut lines = Vec::new();
         let mut longer = true;
@@ -128,8 +130,8 @@ pub(crate) const VERLET: Row = Row {
 pub(crate) const RETENTION: Row = Row {
     name: "7.4iv-retention",
     title: "7.4 iv: spring retention",
-    says: "Begun and left out: an algorithm that retains stability in runs of high energy and little damping. Scene wedge \
-           with sheets.0.damping=0.01, dt=0.01 and sheets.0.when_unstable=\"limit 0.3\".",
+    says: "Begun and left out: an algorithm that retains stability in runs of high energy and little damping.",
+    here: "Scene wedge with sheets.0.damping=0.01, dt=0.008, 0.01 or 0.015, and sheets.0.when_unstable=\"limit 0.3\".",
     run: || {
         let mut lines = Vec::new();
         let mut strip = None;
@@ -176,8 +178,8 @@ const FRAME: f64 = 0.05;
 pub(crate) const ADAPTIVE: Row = Row {
     name: "7.4ix-adaptive",
     title: "7.4 ix: fifth order with error control",
-    says: "Proposed and not built: a fifth-order Runge-Kutta method whose error control chooses the steps. Scene slide_11 \
-           with engine=rk45 and dt=0.05.",
+    says: "Proposed and not built: a fifth-order Runge-Kutta method whose error control chooses the steps.",
+    here: "Scene slide_11 with engine=rk45 and dt=0.05.",
     run: || {
         let mut fine = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.0025")])?;
         let mut fixed = Experiment::new("slide_11", &[("engine", "rk4"), ("dt", "0.05")])?;
@@ -235,8 +237,9 @@ fn ripples(sheet: &Sheet) -> (f64, f64) {
 pub(crate) const HOT_SPOTS: Row = Row {
     name: "7.4x-hot-spots",
     title: "5.4, 7.4 vi and x: hot spots, ripples and holes",
-    says: "Seen in the real tests and not built: hot spots of the covered body let the plastic ripple, and holes form there. \
-           Scene hot_spots.",
+    says: "Seen in the real tests and not built: hot spots of the covered body let the plastic ripple, and holes \
+           form there.",
+    here: "Scene hot_spots.",
     run: || {
         let mut even = Experiment::new("hot_spots", &[("bodies.0.hot_spots", "[]")])?;
         even.run_to(0.5);
@@ -268,8 +271,9 @@ pub(crate) const HOT_SPOTS: Row = Row {
 pub(crate) const TEARING: Row = Row {
     name: "7.4vi-tearing",
     title: "7.4 v and vi: tears and holes",
-    says: "Proposed and not built: tears along the surface and holes in it. Scene torn_strip with \
-           sheets.0.structure=trimm and sheets.0.grid=(21,2,9); scene torn_disc with sheets.0.grid=(13,1,13).",
+    says: "Proposed and not built: tears along the surface and holes in it.",
+    here: "Scene torn_strip with sheets.0.structure=trimm and sheets.0.grid=(21,2,9); scene torn_disc with \
+           sheets.0.grid=(13,1,13).",
     run: || {
         let trimm = [("sheets.0.structure", "trimm"), ("sheets.0.grid", "(21, 2, 9)")];
         let mut strip = Experiment::new("torn_strip", &trimm)?;

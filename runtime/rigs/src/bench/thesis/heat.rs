@@ -67,14 +67,16 @@ fn hot_wedge(
          materials are not",
         lines.join("; ")
     );
-    Ok(Finding::new(measured, Verdict::of(late.is_empty(), &reason)).with(run.strip(caption)))
+    let verdict = if late.is_empty() { Verdict::Fitted } else { Verdict::Disagrees(reason) };
+    Ok(Finding::new(measured, verdict).with(run.strip(caption)))
 }
 
 pub(crate) const STYRENE: Row = Row {
     name: "figure-5.8",
     title: "Figure 5.8: styrene of 0.25 mm melts over a hot wedge",
-    says: "Creases at 1 to 3 minutes, a sharper ridge at 6, warp at 9.5 to 15, the overhang bends over the front at 20, \
-           crumples at 22 and encloses it at 26. Scene hot_wedge; its comment names the three fitted numbers.",
+    says: "Creases at 1 to 3 minutes, a sharper ridge at 6, warp at 9.5 to 15, the overhang bends over the front at \
+           20, crumples at 22 and encloses it at 26.",
+    here: "Scene hot_wedge; its comment names the three fitted numbers.",
     run: || {
         let times = [0.0, 180.0, 570.0, 1200.0, 1320.0, 1560.0];
         hot_wedge("hot_wedge", figure_5_8, (1.0, &times), "Styrene of 0.25 mm on a wedge that warms up")
@@ -84,8 +86,9 @@ pub(crate) const STYRENE: Row = Row {
 pub(crate) const PACKAGING: Row = Row {
     name: "figure-5.9",
     title: "Figure 5.9: packaging PVC melts over a hot wedge",
-    says: "The overhang drapes at 14 s, melts first at 24 to 44 s, a hole opens at 54 s and is wider at 64 s; a patch of \
-           the face is liquid at 4 minutes, the whole face at 6. Scene pvc_hot_wedge; its comment names the fitted numbers.",
+    says: "The overhang drapes at 14 s, melts first at 24 to 44 s, a hole opens at 54 s and is wider at 64 s; a \
+           patch of the face is liquid at 4 minutes, the whole face at 6.",
+    here: "Scene pvc_hot_wedge; its comment names the fitted numbers.",
     run: || {
         let times = [0.0, 14.0, 54.0, 64.0, 240.0, 360.0];
         hot_wedge("pvc_hot_wedge", figure_5_9, (0.0, &times), "Packaging PVC on a hot wedge")
@@ -95,8 +98,9 @@ pub(crate) const PACKAGING: Row = Row {
 pub(crate) const OVEN_DOME: Row = Row {
     name: "figure-5.23",
     title: "Figure 5.23: SLaMM softened by the oven on a dome",
-    says: "The sheet drapes, contracts and settles; at 21 °C it extends along x and draws together along z, so that its \
-           area hardly grows, and the square becomes a rectangle. Scene oven_hemisphere.",
+    says: "The sheet drapes, contracts and settles; at 21 °C it extends along x and draws together along z, so that \
+           its area hardly grows, and the square becomes a rectangle.",
+    here: "Scene oven_hemisphere.",
     run: || {
         let (mut run, before, end) = oven("oven_hemisphere", &[])?;
         let measured = format!(
@@ -118,8 +122,9 @@ pub(crate) const OVEN_DOME: Row = Row {
 pub(crate) const OVEN_WEDGE: Row = Row {
     name: "figure-5.24",
     title: "Figure 5.24: softened by the oven on a wedge",
-    says: "Once the sheet has settled the oven weakens its springs: it elongates, its curve flattens and its ends come \
-           closer to the floor. Scene oven_wedge.",
+    says: "Once the sheet has settled the oven weakens its springs: it elongates, its curve flattens and its ends \
+           come closer to the floor.",
+    here: "Scene oven_wedge.",
     run: || {
         let (mut run, before, end) = oven("oven_wedge", &[])?;
         let mut cold = Experiment::new("oven_wedge", &[])?;
@@ -158,7 +163,8 @@ fn heater(scene: &str) -> Result<(Experiment, [f64; 2]), InputError> {
 pub(crate) const HEATER_WEDGE: Row = Row {
     name: "figure-5.25",
     title: "Figure 5.25: SaMM on a wedge beside a heater",
-    says: "The right side softens and extends along the wedge while the left side stays. Scene heater_wedge.",
+    says: "The right side softens and extends along the wedge while the left side stays.",
+    here: "Scene heater_wedge.",
     run: || {
         let (mut run, [left, right]) = heater("heater_wedge")?;
         let measured = format!(
@@ -174,7 +180,8 @@ pub(crate) const HEATER_WEDGE: Row = Row {
 pub(crate) const HEATER_DOME: Row = Row {
     name: "figure-5.26",
     title: "Figure 5.26: SaMM on a dome beside a heater",
-    says: "Both sides melt and extend alike, hard to tell from the oven. Scene heater_hemisphere.",
+    says: "Both sides melt and extend alike, hard to tell from the oven.",
+    here: "Scene heater_hemisphere.",
     run: || {
         let (mut run, [left, right]) = heater("heater_hemisphere")?;
         let (mut warmed, ..) = oven("oven_hemisphere", &[("sheets.0.structure", "samm")])?;
@@ -200,8 +207,9 @@ pub(crate) const HEATER_DOME: Row = Row {
 pub(crate) const STRUCTURES: Row = Row {
     name: "5.3.4-heated-structures",
     title: "5.3.4: structures under heat",
-    says: "Modest heat has more influence on SaMM than on the others; SLaMM distorts diagonally, against its diagonals; \
-           TRiMM stands the most. Scene oven_wedge with each structure.",
+    says: "Modest heat has more influence on SaMM than on the others; SLaMM distorts diagonally, against its \
+           diagonals; TRiMM stands the most.",
+    here: "Scene oven_wedge with each structure.",
     run: || {
         let mut grown = Vec::new();
         let mut lines = Vec::new();
@@ -222,8 +230,9 @@ pub(crate) const STRUCTURES: Row = Row {
 pub(crate) const STICKING: Row = Row {
     name: "7.4viii-sticking",
     title: "7.4 viii: hot sheets that stick",
-    says: "Seen in the real tests and not built: hot sheets stick to each other and crumple (here they stick; row figure-5.8 \
-           crumples). Scene sticky_wedge.",
+    says: "Seen in the real tests and not built: hot sheets stick to each other and crumple (here they stick; row \
+           figure-5.8 crumples).",
+    here: "Scene sticky_wedge.",
     run: || {
         let mut lines = Vec::new();
         let mut slid = Vec::new();

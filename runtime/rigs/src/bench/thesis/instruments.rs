@@ -28,8 +28,9 @@ fn wool_polyester() -> MeasuredFabric {
 pub(crate) const TABLE_2_1: Row = Row {
     name: "table-2.1",
     title: "Table 2.1: moduli of wool-polyester",
-    says: "Young's moduli 3600, 3200 and, diagonal, 1200 N/m; rigidity 35 N/m; Poisson's ratios 0.18 and 0.16; flexion \
-           5.1, 4.4 and, diagonal, 3.7, flexion rigidity 1.5, all in \"µN/m\". `sheetwork material assets/materials/wool_polyester.ron`.",
+    says: "Young's moduli 3600, 3200 and, diagonal, 1200 N/m; rigidity 35 N/m; Poisson's ratios 0.18 and 0.16; \
+           flexion 5.1, 4.4 and, diagonal, 3.7, flexion rigidity 1.5, all in \"µN/m\".",
+    here: "`sheetwork material assets/materials/wool_polyester.ron`.",
     run: || {
         let fabric = wool_polyester().orthotropic()?;
         let contradiction =
@@ -56,6 +57,27 @@ pub(crate) const TABLE_2_1: Row = Row {
     },
 };
 
+pub(crate) const TABLE_2_2: Row = Row {
+    name: "table-2.2",
+    title: "Table 2.2: ranges of the moduli of fabrics",
+    says: "Young's moduli 2000 to 6000 N/m along the warp and 1000 to 5000 along the weft; rigidity 20 to 60 N/m; flexion 5 \
+           to 15 and 4 to 10 µN m (printed µN/m).",
+    here: "The moduli of table 2.1, `assets/materials/wool_polyester.ron`.",
+    run: || {
+        let fabric = wool_polyester().orthotropic()?;
+        let values = [
+            (fabric.young_warp, 2000.0, 6000.0),
+            (fabric.young_weft, 1000.0, 5000.0),
+            (fabric.shear, 20.0, 60.0),
+            (1e6 * fabric.bending_warp, 5.0, 15.0),
+            (1e6 * fabric.bending_weft, 4.0, 10.0),
+        ];
+        let lines = values.map(|(value, low, high)| format!("{value:.1} in {low} to {high}"));
+        let inside = values.iter().all(|(value, low, high)| (*low..=*high).contains(value));
+        Ok(Finding::new(lines.join("; "), Verdict::of(inside, "a modulus of table 2.1 is outside")))
+    },
+};
+
 /// Stretch of the right half of the sheet beside the heater at the end of the run, with a parameter
 /// set before it.
 fn beside_heater(parameter: &str, value: &str) -> Result<f64, InputError> {
@@ -69,8 +91,8 @@ fn beside_heater(parameter: &str, value: &str) -> Result<f64, InputError> {
 pub(crate) const HEATER: Row = Row {
     name: "4.11-heater",
     title: "4.11: temperature of the heater",
-    says: "The stiffness falls with the temperature of the heater over that of the surroundings. Probe edge of scene heater_wedge, run \
-           with --at \"0:heaters.panel.temperature=100\".",
+    says: "The stiffness falls with the temperature of the heater over that of the surroundings.",
+    here: "Probe edge of scene heater_wedge, run with --at \"0:heaters.panel.temperature=100\".",
     run: || {
         let off = beside_heater("heaters.panel.on", "false")?;
         let mut lines = Vec::new();
@@ -115,9 +137,9 @@ fn height(sheet: &Sheet, layer: usize) -> f64 {
 pub(crate) const LATTICES: Row = Row {
     name: "7.3d-lattices",
     title: "7.3 d: sheets that fall on one another",
-    says: "Contact of a sheet with itself was written and left out for its effect on performance and accuracy and its little \
-           benefit (row figure-5.22 folds a sheet over itself). Here two TRiMM sheets of 11x2x11 fall on the floor, one of 20 \
-           mm on one of 25 mm.",
+    says: "Contact of a sheet with itself was written and left out for its effect on performance and accuracy and \
+           its little benefit (row figure-5.22 folds a sheet over itself).",
+    here: "Two TRiMM sheets of 11x2x11 fall on the floor, one of 20 mm on one of 25 mm.",
     run: || {
         let mut run = Experiment::of_scene(&Scene::parse(STACKED)?)?;
         run.print_at(&[0.0, 0.12, 0.18, 0.3, 0.6, 3.0]);

@@ -48,8 +48,9 @@ fn droop(stiffness: f64) -> Result<f64, InputError> {
 pub(crate) const SWEEP: Row = Row {
     name: "2.7-inter-layer",
     title: "2.7, 3.4, 6.5: stiffness between the layers",
-    says: "The springs between the layers carry bending: their stiffness, apart from that of the planar springs, sets the \
-           bending stiffness of the sheet, and may remove its unwarranted bending moment. Scene flat_floor_e0 with sheets.0.inter_layer=SumStiffness(...).",
+    says: "The springs between the layers carry bending: their stiffness, apart from that of the planar springs, \
+           sets the bending stiffness of the sheet, and may remove its unwarranted bending moment.",
+    here: "Scene flat_floor_e0 with sheets.0.inter_layer=SumStiffness(...).",
     run: || {
         let mut curves = [Vec::new(), Vec::new(), Vec::new()];
         let mut lines = Vec::new();

@@ -1,6 +1,7 @@
 //! Layers of the sheet: the layer that is drawn (figures 5.12 and 5.13), and their number (3.6.3).
 
 use sheetwork::World;
+use sheetwork::sheet::surface::SurfaceSmoothing;
 
 use crate::bench::thesis::experiment::{Experiment, rest};
 use crate::bench::thesis::measures::layer_distance;
@@ -12,11 +13,18 @@ use crate::measure::stability_limit::longest_step;
 pub(crate) const BOTTOM: Row = Row {
     name: "figures-5.12-5.13",
     title: "Figures 5.12 and 5.13: bottom and top layer over a wedge and a cube",
-    says: "Drawing the bottom or the top layer makes no significant difference to the behaviour; smoothed, the bottom layer \
-           sinks into what it touches. Scene wedge_and_cube.",
+    says: "Drawing the bottom or the top layer makes no significant difference to the behaviour; smoothed, the \
+           bottom layer sinks into what it touches.",
+    here: "Scene wedge_and_cube.",
     run: || {
         let mut run = Experiment::new("wedge_and_cube", &[])?;
-        run.print_at(&[0.15, 0.22, 0.3, 0.5, 1.0, 8.0]);
+        for time in [0.22, 0.3, 8.0] {
+            run.run_to(time);
+            let time = run.world.time();
+            for (layer, name) in ["bottom layer", "top layer"].iter().enumerate() {
+                run.print_layer(&format!("{time:.2} s, {name}"), layer, Some(SurfaceSmoothing::BSpline));
+            }
+        }
         let distance = layer_distance(run.first(), run.sheet());
         let all = drawn_surfaces(&run.world);
         let depth = |layer: usize| {
@@ -43,8 +51,9 @@ pub(crate) const BOTTOM: Row = Row {
 pub(crate) const SMOOTHED: Row = Row {
     name: "figure-5.14",
     title: "Figure 5.14: the sheet with and without NURBS",
-    says: "Without smoothing the edges of the sheet are ragged; the smoothed sheet looks better, but sinks into bodies, as \
-           contact knows only the masses. Scene cube during the impact.",
+    says: "Without smoothing the edges of the sheet are ragged; the smoothed sheet looks better, but sinks into \
+           bodies, as contact knows only the masses.",
+    here: "Scene cube during the impact.",
     run: || {
         let mut run = Experiment::new("cube", &[])?;
         run.run_to(0.3);
@@ -63,7 +72,13 @@ pub(crate) const SMOOTHED: Row = Row {
         let kink = |name: &str| of(name).map_or(f64::NAN, |s| s.edge_kink_deg);
         let depth = |name: &str| of(name).and_then(|s| s.depth_m).unwrap_or(0.0);
         let holds = kink("b-spline") < 0.5 * kink("flat") && depth("b-spline") > depth("interpolating");
-        run.print_at(&[0.3, 0.5, 1.0]);
+        let kinds = [("without smoothing", None), ("NURBS (B-spline)", Some(SurfaceSmoothing::BSpline))];
+        for time in [0.3, 0.36, 0.5] {
+            run.run_to(time);
+            for (name, smoothing) in kinds {
+                run.print_layer(&format!("{time} s, {name}"), 1, smoothing);
+            }
+        }
         let reason = "the smoothed surface does not sink deeper, or its edge is as ragged";
         Ok(Finding::new(lines.join("; "), Verdict::of(holds, reason)).with(run.strip("A sheet falls on a cube")))
     },
@@ -72,7 +87,9 @@ pub(crate) const SMOOTHED: Row = Row {
 pub(crate) const CONTACT_SURFACE: Row = Row {
     name: "7.3e-contact-surface",
     title: "7.3 e: contact that knows the smoothed surface",
-    says: "Proposed and not built: the smoothed surface goes into the collision test, so that it does not sink into bodies. Scene wedge with `contact_surface`.",
+    says: "Proposed and not built: the smoothed surface goes into the collision test, so that it does not sink into \
+           bodies.",
+    here: "Scene wedge with `contact_surface`.",
     run: || {
         let kinds =
             [("Masses", "interpolating"), ("Smooth", "interpolating"), ("Masses", "b-spline"), ("BSpline", "b-spline")];
@@ -118,6 +135,7 @@ pub(crate) const LAYERS: Row = Row {
     title: "3.6.3: layers and stability",
     says: "Layers with additional springs between them support the structure and help to keep the simulation stable, \
            compared with a single layer.",
+    here: "Scene wedge with sheets.0.grid=(11,N,11).",
     run: || {
         let mut lines = Vec::new();
         let mut steps = Vec::new();

@@ -15,6 +15,7 @@ mod drops;
 mod dynamics;
 mod engines;
 mod experiment;
+mod findings;
 mod future;
 mod heat;
 mod instruments;
@@ -67,6 +68,8 @@ pub(crate) struct Row {
     pub title: &'static str,
     /// Report of the thesis.
     pub says: &'static str,
+    /// Scene and settings, or data, that the row runs.
+    pub here: &'static str,
     /// Runs the experiment.
     pub run: fn() -> Result<Finding, InputError>,
 }
@@ -100,6 +103,8 @@ pub(crate) struct Finding {
 /// Comparison of a measurement with the report of the thesis.
 pub(crate) enum Verdict {
     Agrees,
+    /// Agrees with numbers of the scene fitted to the report.
+    Fitted,
     /// Proposed by the thesis, or left out there, and working here.
     Works,
     /// Disagrees, with the cause.
@@ -123,6 +128,7 @@ impl Verdict {
     pub fn word(&self) -> &'static str {
         match self {
             Self::Agrees => "agrees",
+            Self::Fitted => "fitted",
             Self::Works => "works",
             Self::Disagrees(_) => "disagrees",
             Self::Misprint(_) => "misprint",
@@ -132,7 +138,7 @@ impl Verdict {
     /// Reason or arithmetic; empty for an agreement.
     pub fn reason(&self) -> &str {
         match self {
-            Self::Agrees | Self::Works => "",
+            Self::Agrees | Self::Fitted | Self::Works => "",
             Self::Disagrees(reason) | Self::Misprint(reason) => reason,
         }
     }

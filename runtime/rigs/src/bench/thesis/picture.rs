@@ -10,6 +10,8 @@ use std::path::Path;
 use glam::{DMat3, DVec2, DVec3};
 use plotters::prelude::{BitMapBackend, IntoDrawingArea};
 use sheetwork::scene::{CameraSpec, Shape};
+use sheetwork::sheet::Sheet;
+use sheetwork::sheet::surface::DrawingSurface;
 use sheetwork::{InputError, World};
 
 use crate::bench::canvas::{Canvas, INK, TextAnchor, prepare_font, write_png};
@@ -67,15 +69,20 @@ pub(crate) struct Print {
 }
 
 impl Print {
-    /// The present state of a world.
+    /// The present state of a world, its sheets drawn by their top layers.
     pub fn new(world: &World, label: String) -> Self {
+        Self::drawn(world, label, |sheet| sheet.surface(sheet.model.layers.len().saturating_sub(1), 2))
+    }
+
+    /// The present state of a world, its sheets drawn as `surface` says.
+    pub fn drawn(world: &World, label: String, surface: impl Fn(&Sheet) -> Option<DrawingSurface>) -> Self {
         let scene = world.scene();
         let camera = scene.camera.unwrap_or(CameraSpec { eye: DVec3::new(0.5, 0.4, 0.8), target: DVec3::ZERO });
         let floor = scene.room.as_ref().map(|room| (room.y.0, room.grid));
         let mut print = Self { label, faces: Vec::new(), camera, floor };
         print.add_bodies(world);
         for (sheet, colours) in world.sheets().iter().zip(SHEETS.into_iter().cycle()) {
-            let Some(surface) = sheet.surface(sheet.model.layers.len().saturating_sub(1), 2) else { continue };
+            let Some(surface) = surface(sheet) else { continue };
             let mesh = surface.mesh(&sheet.state.x);
             let at = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
             print.faces.extend(mesh.indices.iter().map(|t| Face { corners: t.map(at), colours }));

@@ -1,13 +1,14 @@
 //! Table of the rows, in the order of the thesis.
 
 use crate::bench::thesis::{
-    Row, arithmetic, counts, damping, drops, dynamics, engines, future, heat, instruments, inter_layer, layers,
-    remeshing, stiffness, study,
+    Row, arithmetic, counts, damping, drops, dynamics, engines, findings, future, heat, instruments, inter_layer,
+    layers, remeshing, stiffness, study,
 };
 
 /// All rows.
 pub(crate) const TABLE: &[Row] = &[
     instruments::TABLE_2_1,
+    instruments::TABLE_2_2,
     inter_layer::SWEEP,
     arithmetic::TABLE_3_1,
     arithmetic::TABLE_3_2,
@@ -43,6 +44,7 @@ pub(crate) const TABLE: &[Row] = &[
     dynamics::SECOND_DIAGONAL,
     stiffness::OVERDAMPED_CUBE,
     stiffness::OVERDAMPED_WEDGE,
+    findings::HIGH_FORCES,
     dynamics::TWO_WALLS,
     dynamics::DOME,
     heat::OVEN_DOME,
@@ -50,6 +52,7 @@ pub(crate) const TABLE: &[Row] = &[
     heat::HEATER_WEDGE,
     heat::HEATER_DOME,
     heat::STRUCTURES,
+    findings::HEAT_IN_THE_FALL,
     heat::STICKING,
     counts::TABLE_5_2,
     engines::SLIDES,
@@ -57,6 +60,7 @@ pub(crate) const TABLE: &[Row] = &[
     engines::SAME_STEP,
     engines::OWN_STEP,
     engines::COST,
+    findings::WEAK_SPRINGS,
     engines::TABLE_5_4,
     engines::TOLERANCE,
     engines::ANALYTICAL,

@@ -14,8 +14,10 @@ use crate::measure::{FreeEdge, Setup};
 pub(crate) const THREE: Row = Row {
     name: "figure-5.15",
     title: "Figure 5.15: three stiffnesses on a cube",
-    says: "Weak springs extend excessively at the impact and bear much damping; stronger ones extend less and bear less; \
-           the strongest sheet does not try to restore its form. Scene three_stiffnesses.",
+    says: "Weak springs extend excessively at the impact and bear much damping; stronger ones extend less and bear \
+           less; the strongest sheet does not try to restore its form. In the figure the weakest deforms less, as it folds \
+           upon itself on the top.",
+    here: "Scene three_stiffnesses.",
     run: || {
         let mut run = Experiment::new("three_stiffnesses", &[])?;
         let start = Experiment::new("three_stiffnesses", &[])?;
@@ -35,7 +37,7 @@ pub(crate) const THREE: Row = Row {
             .collect();
         let ordered = most[0] > most[1] && most[1] > most[2] && end[0] > end[1] && end[1] > end[2];
         let measured = format!("{}; {}", lines.join("; "), rest(&run));
-        let reason = "the extensions are in the order described, but the strongest sheet restores its length best: what \
+        let reason = "the extensions are in the order described (the weakest does not fold here), but the strongest sheet restores its length best: what \
                       the thesis calls a failure to restore is high damping, which row figure-5.19 shows";
         // The order of extension agrees; the plastic behaviour of the strongest does not.
         let verdict =
@@ -47,8 +49,9 @@ pub(crate) const THREE: Row = Row {
 pub(crate) const LIGHT: Row = Row {
     name: "5.3.4-light",
     title: "5.3.4: less mass at the same stiffness",
-    says: "Reducing the mass to stiffen the sheet makes it unstable below a limit: \"0.4 g with spring stiffness of 400 \
-           g/mm\" (3.9 kN/m; its springs have 0.2 to 0.5 N/m). Scene wedge with its printed springs.",
+    says: "Reducing the mass to stiffen the sheet makes it unstable below a limit: \"0.4 g with spring stiffness of \
+           400 g/mm\" (3.9 kN/m; its springs have 0.2 to 0.5 N/m).",
+    here: "Scene wedge with its printed springs.",
     run: || {
         let mut lines = Vec::new();
         let mut ends = Vec::new();
@@ -102,23 +105,25 @@ fn overdamped(scene: &str, caption: &str) -> Result<Finding, InputError> {
 pub(crate) const OVERDAMPED_CUBE: Row = Row {
     name: "figure-5.19",
     title: "Figure 5.19: a stiff, over-damped sheet on a cube",
-    says: "With high stiffness and the high damping that it needs, the sheet keeps the shape of the impact like a plastic \
-           one. Scene overdamped_cube.",
+    says: "With high stiffness and the high damping that it needs, the sheet keeps the shape of the impact like a \
+           plastic one.",
+    here: "Scene overdamped_cube.",
     run: || overdamped("overdamped_cube", "A stiff, over-damped sheet on a cube"),
 };
 
 pub(crate) const OVERDAMPED_WEDGE: Row = Row {
     name: "figure-5.20",
     title: "Figure 5.20: a stiff, over-damped sheet on a wedge",
-    says: "As on the cube: the sheet does not spring back from the wedge. Scene overdamped_wedge.",
+    says: "As on the cube: the sheet does not spring back from the wedge.",
+    here: "Scene overdamped_wedge.",
     run: || overdamped("overdamped_wedge", "A stiff, over-damped sheet on a wedge"),
 };
 
 pub(crate) const UNIFORM: Row = Row {
     name: "3.3.4-uniform",
     title: "3.3.4: the modulus of a sheet of equal springs",
-    says: "A sheet of equal springs K = E A/l has Young's modulus E. Here, since two layers carry bending by it too, the droop \
-           of a strip.",
+    says: "A sheet of equal springs K = E A/l has Young's modulus E.",
+    here: "Since two layers carry bending by it too: the droop of a clamped strip against the elastica.",
     run: || {
         let mut lines = Vec::new();
         let mut worst = 0.0_f64;

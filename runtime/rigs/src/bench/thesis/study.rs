@@ -46,8 +46,9 @@ fn claim_text(claim: &Claim) -> String {
 pub(crate) const RESULTS: Row = Row {
     name: "6.4-results",
     title: "6.4, figures 6.5 to 6.7: means, medians, deviations",
-    says: "Cube: TRiMM above Provot 2D. Wedge 1: Provot 2D best, SLaMM second and ahead in sliding. Wedge 2: Provot 3D \
-           clearly above all. Provot 3D varies least.",
+    says: "Cube: TRiMM above Provot 2D. Wedge 1: Provot 2D best, SLaMM second and ahead in sliding. Wedge 2: Provot \
+           3D clearly above all. Provot 3D varies least.",
+    here: "The answers of appendix D in `assets/study`: `sheetwork study`.",
     run: || claims_of("6.4"),
 };
 
@@ -56,6 +57,7 @@ pub(crate) const SUMMARY: Row = Row {
     title: "6.5: the winner of the study",
     says: "Provot 3D performed better than the others, most of all on wedge 2; TRiMM better than SLaMM (printed \
            SaMM, which was not in the study) and Provot 2D.",
+    here: "The answers of appendix D in `assets/study`: `sheetwork study`.",
     run: || claims_of("6.5"),
 };
 
@@ -63,6 +65,7 @@ pub(crate) const OVERALL: Row = Row {
     name: "figure-6.8",
     title: "Figure 6.8: the questions at the end",
     says: "Means 6.0 (C1) and 5.8 (C2), deviations 1.41 and 1.83.",
+    here: "The answers of appendix D in `assets/study`: `sheetwork study`.",
     run: || {
         let found = answers()?.findings(AGAINST);
         let mut lines = Vec::new();
@@ -80,8 +83,9 @@ pub(crate) const OVERALL: Row = Row {
 pub(crate) const SPEED: Row = Row {
     name: "6.1-speed",
     title: "6.1, 7.5: speed of the sheets in the same scenes",
-    says: "The three-dimensional sheets cost little or nothing in speed; Provot 3D has no substantial overhead over SLaMM \
-           and TRiMM. (6.5 calls them often slightly slower, and unlikely to match a two-dimensional sheet.)",
+    says: "The three-dimensional sheets cost little or nothing in speed; Provot 3D has no substantial overhead over \
+           SLaMM and TRiMM. (6.5 calls them often slightly slower, and unlikely to match a two-dimensional sheet.)",
+    here: "Scenes cube, wedge1 and wedge2 of the study with each sheet.",
     run: || {
         let speeds = measure_speed()?;
         let cost = |test: &str, sheet: &str| {

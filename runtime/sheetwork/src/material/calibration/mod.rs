@@ -34,7 +34,7 @@ pub(crate) mod target;
 #[cfg(test)]
 mod tests;
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
 use crate::mesh::structure::{Lattice, LatticeSpec, LatticeSpring, StructureKind, generate};
 
 pub use crate::material::calibration::anticlastic::strip_bending;
@@ -209,9 +209,8 @@ fn specification(request: &CalibrationRequest) -> Result<LatticeSpec, InputError
     check_range("second_neighbour", request.second_neighbour, 0.0, 1e3, "")?;
     check_range("wavelength", request.wavelength.unwrap_or(1.0), 1e-6, 1e6, "m")?;
     let entries = request.target.membrane.iter().chain(&request.target.bending).flatten();
-    if entries.clone().any(|v| !v.is_finite()) || request.target.largest_bending() <= 0.0 {
-        return Err(InputError::new("target", "is not the stiffness of a sheet"));
-    }
+    let is_wrong = entries.clone().any(|v| !v.is_finite()) || request.target.largest_bending() <= 0.0;
+    reject_if!(is_wrong, "target", "is not the stiffness of a sheet");
     Ok(LatticeSpec {
         structure: request.structure,
         grid: request.grid,

@@ -71,9 +71,7 @@ impl Outline {
         size: (f64, f64),
         base: &Path,
     ) -> Result<Self, InputError> {
-        if let Some(spec) = outline {
-            check_outline(spec, size)?;
-        }
+        outline.map_or(Ok(()), |spec| check_outline(spec, size))?;
         check_holes(holes)?;
         check_cuts(cuts)?;
         let mut rings = nested(boundary(outline, size, base)?)?;
@@ -153,10 +151,8 @@ fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Res
     reject_if!(rings.is_empty(), "outline", "encloses nothing");
     let (low, high) = (path.bounding_box().min_x(), path.bounding_box().max_x());
     let (back, front) = (path.bounding_box().min_y(), path.bounding_box().max_y());
-    if [low, high, back, front].into_iter().any(|v| !v.is_finite() || v.abs() > 1e3) {
-        let problem = format!("reaches from ({low}, {back}) to ({high}, {front}) m; it must stay within ±1000 m");
-        return Err(InputError::new("outline", problem));
-    }
+    let far = [low, high, back, front].into_iter().any(|v| !v.is_finite() || v.abs() > 1e3);
+    reject_if!(far, "outline", "reaches from ({low}, {back}) to ({high}, {front}) m; it must stay within ±1000 m");
     Ok(rings)
 }
 
@@ -259,7 +255,7 @@ fn check_rings(rings: &[Ring]) -> Result<(), InputError> {
 }
 
 /// Text of a length or coordinate, to four digits.
-fn metres(value: f64) -> String {
+pub(crate) fn metres(value: f64) -> String {
     if value.abs() < 1e-15 {
         return "0".into();
     }

@@ -22,7 +22,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::outline::mesh::TriangleMesh;
 
 /// Corners of a base triangle and their weights, by corner; unused entries have the weight 0. The
@@ -65,10 +65,9 @@ impl Refinement {
     /// # Errors
     /// When there are more or fewer levels than triangles, or a level is above 3.
     pub fn new(base: Arc<TriangleMesh>, levels: Arc<[u8]>) -> Result<(TriangleMesh, Self), InputError> {
-        if levels.len() != base.triangles.len() || levels.iter().any(|l| *l > 3) {
-            let problem = format!("has {} levels of 0 to 3, for {} triangles", levels.len(), base.triangles.len());
-            return Err(InputError::new("refine", problem));
-        }
+        let (given, count) = (levels.len(), base.triangles.len());
+        let is_wrong = given != count || levels.iter().any(|l| *l > 3);
+        reject_if!(is_wrong, "refine", "has {given} levels of 0 to 3, for {count} triangles");
         let key = |i: u32| [(i, KEY_WEIGHT), (0, 0), (0, 0)];
         let mut builder =
             Builder { keys: (0..base.positions.len() as u32).map(key).collect(), middles: BTreeMap::new() };

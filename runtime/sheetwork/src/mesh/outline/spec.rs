@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{InputError, check_range};
+use crate::error::{InputError, check_range, reject_if};
+use crate::units::parameters::ParameterId as Id;
 
 /// Outer boundary of a sheet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,15 +61,11 @@ pub enum HoleSpec {
 const MAX_CORNERS: usize = 100_000;
 
 fn corners(field: &str, list: &[(f64, f64)], fewest: usize) -> Result<(), InputError> {
-    if !(fewest..=MAX_CORNERS).contains(&list.len()) {
-        let problem = format!("{} points are outside {fewest} to {MAX_CORNERS}", list.len());
-        return Err(InputError::new(field, problem));
-    }
-    for (i, p) in list.iter().enumerate() {
-        check_range(&format!("{field}.{i}.0"), p.0, -1e3, 1e3, "m")?;
-        check_range(&format!("{field}.{i}.1"), p.1, -1e3, 1e3, "m")?;
-    }
-    Ok(())
+    let count = list.len();
+    let fits = (fewest..=MAX_CORNERS).contains(&count);
+    reject_if!(!fits, field, "{count} points are outside {fewest} to {MAX_CORNERS}");
+    let mut list = list.iter().enumerate();
+    list.try_for_each(|(i, p)| Id::OutlineCorner.check_each(&format!("{field}.{i}"), [p.0, p.1]))
 }
 
 /// Check the ranges of an outline of a sheet of `size` (m).
@@ -97,8 +94,7 @@ pub fn check_holes(holes: &[HoleSpec]) -> Result<(), InputError> {
     holes.iter().enumerate().try_for_each(|(i, hole)| match hole {
         HoleSpec::Polygon(list) => corners(&format!("holes.{i}"), list, 3),
         HoleSpec::Disc { centre, radius } => {
-            check_range(&format!("holes.{i}.centre.0"), centre.0, -1e3, 1e3, "m")?;
-            check_range(&format!("holes.{i}.centre.1"), centre.1, -1e3, 1e3, "m")?;
+            Id::HoleCorner.check_each(&format!("holes.{i}.centre"), [centre.0, centre.1])?;
             check_range(&format!("holes.{i}.radius"), *radius, 1e-6, 1e3, "m")
         }
     })

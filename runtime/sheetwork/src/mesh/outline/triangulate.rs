@@ -112,9 +112,8 @@ fn triangulate(nodes: &BoundaryNodes, cells: &CellScale) -> Result<Vec<[u32; 3]>
             nodes.fields.get(nodes.from[a.min(nodes.from.len() - 1)] as usize).map_or("outline", |f| f.as_str());
         return Err(cells.too_small(field, "crosses itself or another within", size, p.midpoint(q)));
     }
-    if made.num_vertices() != nodes.points.len() {
-        return Err(InputError::new("outline", "has points of the grid that fall together; use another grid"));
-    }
+    let merged = made.num_vertices() != nodes.points.len();
+    reject_if!(merged, "outline", "has points of the grid that fall together; use another grid");
     Ok(inside(&made, nodes))
 }
 

@@ -170,10 +170,9 @@ fn check(spec: &LatticeSpec) -> Result<(), InputError> {
     let info = spec.structure.info();
     Id::GridLength.check("grid.0", nx.into())?;
     Id::GridWidth.check("grid.2", nz.into())?;
-    if layers < info.layers.0 || layers > info.layers.1 {
-        let problem = format!("{layers} layers, but {} has {} to {}", info.name, info.layers.0, info.layers.1);
-        return Err(InputError::new("grid.1", problem));
-    }
+    let (name, (fewest, most)) = (info.name, info.layers);
+    let fits = (fewest..=most).contains(&layers);
+    reject_if!(!fits, "grid.1", "{layers} layers, but {name} has {fewest} to {most}");
     let masses = u64::from(nx) * u64::from(nz) * u64::from(layers);
     reject_if!(masses > MAX_NODES, "grid", "about {masses} masses, more than {MAX_NODES}");
     Id::Size.check_each("size", [spec.size.0, spec.size.1])?;

@@ -7,8 +7,9 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use crate::error::{InputError, check_range};
+use crate::error::InputError;
 use crate::scene::polyhedron::{Polyhedron, area_vector};
+use crate::units::parameters::ParameterId as Id;
 
 /// Planarity tolerance: distance of a corner from the plane of its face, relative to the face's
 /// size.
@@ -106,15 +107,13 @@ fn faces(polyhedron: &Polyhedron) -> Result<(), PolyhedronDefect> {
             continue;
         }
         for (axis, value) in ["x", "y", "z"].into_iter().zip(vertex.to_array()) {
-            check_range(&format!("vertices.{index}.{axis}"), value, -MAX_COORDINATE, MAX_COORDINATE, "m")
-                .map_err(|error| PolyhedronDefect { face: None, error })?;
+            let found = Id::VertexCoordinate.check(&format!("vertices.{index}.{axis}"), value);
+            found.map_err(|error| PolyhedronDefect { face: None, error })?;
         }
     }
     if polyhedron.faces.is_empty() {
-        return Err(PolyhedronDefect {
-            face: None,
-            error: InputError::new("faces", "none: at least 1 face is needed"),
-        });
+        let error = InputError::new("faces", "none: at least 1 face is needed");
+        return Err(PolyhedronDefect { face: None, error });
     }
     for (index, face) in polyhedron.faces.iter().enumerate() {
         face_problem(polyhedron, face).map_err(|problem| face_defect(index, problem))?;

@@ -29,7 +29,7 @@ pub(crate) mod springs;
 pub(crate) mod strain;
 
 use crate::elements::remap::{GridRemap, MeshRemap, Remap};
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::mesh::outline::TriangleMesh;
 use crate::scene::{Region, SheetSpec};
 use crate::sheet::remap::layer_offsets::LatticeLayout;
@@ -142,14 +142,10 @@ fn check_points(sheet: &Sheet, old: &Sheet, spec: &SheetSpec) -> Result<(), Inpu
             mass.map_or((f64::NAN, f64::NAN), |m| sheet.model.uv[m as usize])
         };
         let (now, then) = (of(sheet), of(old));
-        if (now.0 - then.0).abs().max((now.1 - then.1).abs()) > 1e-9 {
-            let (nu, nv) = (sheet.model.grid.0, sheet.model.grid.2);
-            let problem = format!(
-                "{nu}x{nv} has no mass at ({}, {}), where pins.{i} holds the one next to ({u}, {v})",
-                then.0, then.1
-            );
-            return Err(InputError::new("grid", problem));
-        }
+        let ((u0, v0), (nu, _, nv)) = (then, sheet.model.grid);
+        let is_away = (now.0 - u0).abs().max((now.1 - v0).abs()) > 1e-9;
+        let held = format!("where pins.{i} holds the one next to ({u}, {v})");
+        reject_if!(is_away, "grid", "{nu}x{nv} has no mass at ({u0}, {v0}), {held}");
     }
     Ok(())
 }

@@ -335,6 +335,14 @@ parameters! {
     Curl: number("sheets.*.curl", "1/m", (-1e5, 1e5)).kind(Pair),
     /// End (u, v) of a slit.
     SlitEnd: number("sheets.*.slits.*.*", "", FRACTION).kind(Pair).required(),
+    /// Coordinate of a corner of an outline.
+    OutlineCorner: number("sheets.*.outline.*.*", "m", (-1e3, 1e3)).required(),
+    /// Coordinate of a corner of a hole, or of its centre.
+    HoleCorner: number("sheets.*.holes.*.*.*", "m", (-1e3, 1e3)).required(),
+    /// Coordinate of a point of a cut.
+    CutPoint: number("sheets.*.cuts.*.*.*", "m", (-1e3, 1e3)).required(),
+    /// Coordinate of a vertex of a polyhedron.
+    VertexCoordinate: number("bodies.*.shape.vertices.*.*", "m", COORDINATE).required(),
     /// Centre (u, v) of a hot spot.
     SpotCentre: number("sheets.*.spots.*.at", "", FRACTION).kind(Pair).required(),
     /// Radius of a hot spot.

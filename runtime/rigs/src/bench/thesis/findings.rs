@@ -1,0 +1,152 @@
+//! Findings of 5.3.4 and 5.3.5 that the thesis states without a figure: high forces on each
+//! structure, weak springs under each engine, and the moment at which heat acts.
+
+use sheetwork::islands::event::EventKind;
+use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, World};
+
+use crate::bench::thesis::experiment::{Experiment, seconds};
+use crate::bench::thesis::measures::{half_stretch, stretch_x, turned_over};
+use crate::bench::thesis::{Finding, Row, Verdict};
+
+pub(crate) const HIGH_FORCES: Row = Row {
+    name: "5.3.4-high-forces",
+    title: "5.3.4: structures under high contact forces",
+    says: "SaMM is more likely than the others to become unstable when it meets high contact forces.",
+    here: "Scene wedge with sheets.0.structure=..., equal springs and sheets.0.velocity=(0,-v,0), v = 0.25 to 4 m/s.",
+    run: || {
+        let mut lines = Vec::new();
+        let mut stable = Vec::new();
+        for structure in ["samm", "slamm", "trimm"] {
+            let mut ends = Vec::new();
+            for speed in 1..=16 {
+                let velocity = format!("(0, {}, 0)", -0.25 * f64::from(speed));
+                let set = [
+                    ("sheets.0.structure", structure),
+                    ("sheets.0.inter_layer", "Planar"),
+                    ("sheets.0.velocity", &velocity),
+                ];
+                let mut run = Experiment::new("wedge", &set)?;
+                run.run_to(2.0);
+                ends.push(run.world.unstable().is_none());
+            }
+            let count = ends.iter().filter(|end| **end).count();
+            let first = ends.iter().position(|end| !end).map(|i| 0.25 * (i + 1) as f64);
+            let first = first.map_or_else(|| "none unstable".to_owned(), |v| format!("the first unstable at {v} m/s"));
+            lines.push(format!("{structure}: {count} of 16 throws stable, {first}"));
+            stable.push(count);
+        }
+        let holds = stable[0] < stable[1] && stable[0] < stable[2];
+        let reason =
+            "stability is a matter of the fastest mode, and SaMM, with the fewest springs a mass, has the slowest";
+        Ok(Finding::new(lines.join("; "), Verdict::of(holds, reason)))
+    },
+};
+
+pub(crate) const WEAK_SPRINGS: Row = Row {
+    name: "5.3.5-weak-springs",
+    title: "5.3.4, 5.3.5: weak springs",
+    says: "With weak springs and little damping the second and the fourth order become unstable, and the first order \
+           needs weak springs and much damping. Where weak springs contract, the sheet springs back upon itself.",
+    here: "Scene cube with equal springs of 0.01 to 0.185 N/m, damping 2 to 34 %, and each engine, at 5 ms.",
+    run: || {
+        let mut lines = Vec::new();
+        let (mut unstable, mut over) = (0, 0.0_f64);
+        for engine in ["euler-cromer", "euler-richardson", "rk4"] {
+            let (mut here, mut longest, mut folded) = (0, 1.0_f64, 0.0_f64);
+            for young in ["10", "20", "40", "60", "100", "185"] {
+                for damping in ["0.02", "0.14", "0.34"] {
+                    let set = [
+                        ("engine", engine),
+                        ("sheets.0.material.young", young),
+                        ("sheets.0.damping", damping),
+                        ("sheets.0.inter_layer", "Planar"),
+                    ];
+                    let mut run = Experiment::new("cube", &set)?;
+                    let start = Experiment::new("cube", &set)?;
+                    run.run_watching(4.0, |world| {
+                        longest = longest.max(stretch_x(start.first(), &world.sheets()[0]));
+                        folded = folded.max(turned_over(&world.sheets()[0]));
+                    });
+                    here += usize::from(run.world.unstable().is_some());
+                }
+            }
+            (unstable, over) = (unstable + here, over.max(folded));
+            lines.push(format!(
+                "{engine}: {here} of 18 unstable, at most {longest:.2} of its length, {:.0} % turned over",
+                100.0 * folded
+            ));
+        }
+        let reason = "weak springs make every mode slower, and with it a given step more stable, whatever the damping; the \
+                      thesis ran steps of 0.02 and 0.045 s";
+        Ok(Finding::new(lines.join("; "), Verdict::of(unstable > 0 && over > 0.05, reason)))
+    },
+};
+
+/// Mean stiffness of the springs over that at the start.
+fn softness(start: &Sheet, now: &Sheet) -> f64 {
+    let sum = |sheet: &Sheet| sheet.springs().stiffness.iter().sum::<f64>();
+    sum(now) / sum(start)
+}
+
+/// Stretch of the right half at the end of `heater_wedge` over that without the heater, with the
+/// heater on from a time (s).
+fn heated_from(time: f64) -> Result<f64, InputError> {
+    let run = |on: Option<f64>| -> Result<f64, InputError> {
+        let mut run = Experiment::new("heater_wedge", &[("heaters.0.on", "false")])?;
+        let whole = run.world.scene().duration;
+        let advance = |world: &mut World, until: f64| world.advance(until - world.time());
+        if let Some(time) = on {
+            advance(&mut run.world, time);
+            run.world.set("heaters.panel.on", "true")?;
+        }
+        advance(&mut run.world, whole);
+        Ok(half_stretch(run.first(), run.sheet(), true))
+    };
+    Ok(run(Some(time))? / run(None)?)
+}
+
+pub(crate) const HEAT_IN_THE_FALL: Row = Row {
+    name: "5.3.4-heat-in-the-fall",
+    title: "5.3.4: heat before the impact",
+    says: "The oven can be switched on at any moment and its heat varied. The heater cannot, and the whole sheet receives \
+           much of its heat before it meets the polyhedron.",
+    here: "Scene heater_wedge, and with --at \"2:heaters.panel.on=true\"; scene oven_wedge, its oven at 21 and 22 °C.",
+    run: || {
+        let mut run = Experiment::new("heater_wedge", &[])?;
+        let mut at_contact = None;
+        let start = Experiment::new("heater_wedge", &[])?;
+        run.run_watching(2.0, |world| {
+            if at_contact.is_none() && world.events().iter().any(|e| e.kind == EventKind::FirstContact) {
+                at_contact = Some(softness(start.first(), &world.sheets()[0]));
+            }
+        });
+        let at_contact = at_contact.unwrap_or(f64::NAN);
+        let end = softness(run.first(), run.sheet());
+        let switched = [0.0, 2.0].map(heated_from);
+        let [early, late] = switched;
+        let (early, late) = (early?, late?);
+        let mut oven = Vec::new();
+        for celsius in ["20", "21", "22"] {
+            let schedule = format!("[(time: 2.5, temperature: {celsius})]");
+            let mut run = Experiment::new("oven_wedge", &[("oven.schedule", &schedule)])?;
+            run.world.advance(7.5);
+            oven.push(stretch_x(run.first(), run.sheet()));
+        }
+        let measured = format!(
+            "stiffness {at_contact:.2} of the first at the contact after {}, {end:.2} at 2 s; right arm {:+.1} % with the \
+             heater on from the start, {:+.1} % from 2 s on; oven at 20, 21 and 22 °C from 2.5 s on: {:.3}, {:.3} and {:.3} \
+             of its length",
+            seconds(run.time_of(EventKind::FirstContact, "wedge")),
+            100.0 * (early - 1.0),
+            100.0 * (late - 1.0),
+            oven[0],
+            oven[1],
+            oven[2]
+        );
+        let holds = oven[0] < oven[1] && oven[1] < oven[2] && at_contact < 0.5 * (1.0 + end);
+        let reason = "oven and heater act from the moment at which they are switched on, here both of them live; the heater \
+                      stands beside the wedge and below the start, and warms the sheet where it lies";
+        Ok(Finding::new(measured, Verdict::of(holds, reason)))
+    },
+};
