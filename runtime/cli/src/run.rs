@@ -123,8 +123,7 @@ impl Run {
 
     fn step(&self, world: &mut World) -> Result<Report, InputError> {
         let duration = world.scene().duration;
-        let steps = (duration / world.dt() - 1e-9).ceil().max(0.0) as u64;
-        let per_frame = ((1.0 / FRAME_RATE / world.dt()).round() as u64).max(1);
+        let (mut dt, mut steps, mut per_frame) = (world.dt(), steps_to(duration, world), steps_of_a_frame(world));
         let mut recorder = self
             .record
             .as_ref()
@@ -159,6 +158,10 @@ impl Run {
             }
             cpu += start.elapsed().as_secs_f64();
             done += batch;
+            if world.dt() != dt {
+                (dt, steps, per_frame) = (world.dt(), done + steps_to(duration, world), steps_of_a_frame(world));
+                bar.set_length(steps);
+            }
             bar.set_position(done);
         }
         bar.finish_and_clear();
@@ -191,6 +194,16 @@ impl Run {
         let style = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {elapsed} elapsed, {eta} left");
         ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     }
+}
+
+/// Steps of the present length to a time (s).
+fn steps_to(duration: f64, world: &World) -> u64 {
+    ((duration - world.time()) / world.dt() - 1e-9).ceil().max(0.0) as u64
+}
+
+/// Steps between two frames of a recording.
+fn steps_of_a_frame(world: &World) -> u64 {
+    ((1.0 / FRAME_RATE / world.dt()).round() as u64).max(1)
 }
 
 /// For every sheet of an explicit integrator with a fixed step that is longer than 1 rad of the

@@ -132,6 +132,20 @@ fn reports_and_recordings_are_written() {
 }
 
 #[test]
+fn a_run_lasts_its_whole_time_when_its_step_changes() {
+    let place = TestFolder::new("step");
+    let flags = ["run", "wedge", "--json", "--seconds", "0.2", "--at", "0.1:dt=0.001", "--at", "0.15:gravity=(0,1,0)"];
+    let report = place.json(&flags);
+    assert!((report["simulated_s"].as_f64()).is_some_and(|t| (t - 0.2).abs() < 1e-9), "{}", report["simulated_s"]);
+    assert_eq!(report["steps"], 20 + 100);
+    place.expect_rejection(&[&flags[..], &["--at", "0.16:gravity=99999"]].concat(), &["gravity"]);
+    let flags = ["run", "tube", "--seconds", "0", "--record", "t.swr"];
+    assert_eq!(place.run(&flags).status, Some(0));
+    let (header, _) = recording::read(&place.path("t.swr")).expect("a recording");
+    assert_eq!(header.masses, [956], "the nodes of the file");
+}
+
+#[test]
 fn flag_values_accept_units() {
     let place = TestFolder::new("units");
     let run = |flags: &[&str]| {

@@ -81,6 +81,9 @@ pub struct Scene {
     pub tolerance: f64,
     /// Default duration of a run, s; 0 to 1e6.
     pub duration: f64,
+    /// Whether sheets that start inside a body or another sheet are moved out of it, undeformed,
+    /// instead of refused.
+    pub repair: bool,
     /// Floor and back wall, if any.
     pub room: Option<Room>,
     /// Default friction and restitution, and those of material pairs.
@@ -131,6 +134,7 @@ impl Default for Scene {
             dt: 1.0 / 60.0,
             tolerance: 1.0e-7,
             duration: 10.0,
+            repair: false,
             room: None,
             contact: ContactDefaults::default(),
             air: Air::default(),

@@ -396,6 +396,9 @@ pub(crate) fn heat(scene: &Scene) -> ValidationResult {
     if let HeatMode::Thesis { sensitivity, conductivity } = scene.heat_mode {
         Id::ThesisSensitivity.check("heat_mode.sensitivity", sensitivity)?;
         Id::ThesisConductivity.check("heat_mode.conductivity", conductivity)?;
+        let warm = scene.bodies.iter().position(|b| b.temperature.is_some() || !b.temperature_schedule.is_empty());
+        let field = format!("bodies.{}.temperature", warm.unwrap_or(0));
+        reject_if!(warm.is_some(), field, "has no effect with heat_mode Thesis, whose sources are oven and heaters");
     }
     if let Some(oven) = &scene.oven {
         Id::OvenTemperature.check("oven.temperature", oven.temperature)?;

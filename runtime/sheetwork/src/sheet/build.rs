@@ -1,9 +1,10 @@
 //! Construction of a sheet from its description: lattice from a generator or a file, elements,
 //! prescribed degrees of freedom. `assembly` joins the parts.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::elements::Element;
 use crate::elements::bending::Bending;
@@ -13,14 +14,15 @@ use crate::elements::grid_membrane::CellMembrane;
 use crate::elements::staggered::{StaggeredGrid, curvatures};
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::EdgeMembrane;
-use crate::error::InputError;
-use crate::mesh::outline::{MeshEdge, TriangleMesh};
+use crate::error::{InputError, reject_if};
+use crate::mesh::outline::{self, MeshEdge, Outline, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
 use crate::scene::validate::warp_direction;
 use crate::scene::{
-    Region, RegionVector, Scene, SheetSpec, adhesion, contact_surface, fracture, rest_shape, sheet_name,
+    ContactSurface, CreaseSpec, Region, RegionVector, Scene, SheetSpec, adhesion, contact_surface, fracture,
+    rest_shape, sheet_name,
 };
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
@@ -64,6 +66,8 @@ impl Sheet {
         described: (u32, u32, u32),
         levels: Option<&Arc<[u8]>>,
     ) -> Result<Self, InputError> {
+        let drawn = with_drawn_lines(spec, &scene.base)?;
+        let spec = drawn.as_ref().unwrap_or(spec);
         let material = spec.material.resolve(&scene.base)?;
         warp_direction(spec, &material)?;
         let mut parts = match &spec.file {
@@ -101,6 +105,12 @@ impl Sheet {
         }
         sheet.state.touching = vec![false; sheet.node_count()];
         contact_surface::check_integrator(spec.contact_surface, scene.engine)?;
+        let is_tube = sheet.model.layers.iter().any(|layer| layer.tubular);
+        reject_if!(
+            is_tube && spec.contact_surface == ContactSurface::BSpline,
+            "contact_surface",
+            "BSpline is not for tubes, which are drawn through their nodes; use Smooth"
+        );
         if spec.sticky {
             adhesion::check_material(&sheet.parameters.material)?;
             sheet.model.adhesion_areas = node_areas(&sheet);
@@ -114,6 +124,22 @@ impl Sheet {
         }
         Ok(sheet)
     }
+}
+
+/// `spec` with the cuts and creases of its SVG file, if it has some.
+fn with_drawn_lines(spec: &SheetSpec, base: &Path) -> Result<Option<SheetSpec>, InputError> {
+    let (cuts, creases) = outline::drawn_lines(spec.outline.as_ref(), base)?;
+    if cuts.is_empty() && creases.is_empty() {
+        return Ok(None);
+    }
+    let (low, high) = Outline::new(spec.outline.as_ref(), &[], &[], spec.size, base)?.bounds();
+    let place = |p: DVec2| ((p - low) / (high - low)).into();
+    let crease = |([from, to], angle): ([DVec2; 2], f64)| CreaseSpec { from: place(from), to: place(to), angle };
+    let mut spec = spec.clone();
+    spec.cuts.extend(cuts);
+    spec.creases.extend(creases.into_iter().map(crease));
+    rest_shape::check(&spec)?;
+    Ok(Some(spec))
 }
 
 /// Area per node, m²: the area of the layer in proportion to the node masses.

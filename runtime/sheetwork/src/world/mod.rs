@@ -18,6 +18,7 @@ pub(crate) mod report;
 pub(crate) mod serialization;
 pub(crate) mod sheets;
 pub(crate) mod snapshot;
+mod start_overlap;
 pub(crate) mod state_hash;
 pub(crate) mod step;
 pub(crate) mod suggestions;
@@ -98,7 +99,7 @@ impl World {
     /// When the scene, or a file it names, is invalid.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
-        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
+        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build_apart(scene, rigid));
         built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 
@@ -110,6 +111,19 @@ impl World {
     pub fn without_bodies(scene: &Scene) -> Result<Self, BuildError> {
         let built = validate::built(scene).and_then(|()| Self::build(scene, None));
         built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
+    }
+
+    /// Build a world whose sheets start apart from bodies and from one another.
+    fn build_apart(scene: &Scene, rigid: RigidWorld) -> Result<Self, InputError> {
+        let mut world = Self::build(scene, Some(rigid))?;
+        let mut first = 0;
+        while let Some((index, by)) = start_overlap::check(&world.sheets, first, world.rigid.as_ref(), scene.repair)? {
+            let mut moved = world.scene.clone();
+            moved.sheets[index].placement.position += by;
+            first = index + 1;
+            world = Self::build(&moved, world.rigid.take())?;
+        }
+        Ok(world)
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {

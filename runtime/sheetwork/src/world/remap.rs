@@ -61,7 +61,9 @@ impl World {
     /// nothing changes then.
     pub fn remap(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
         let index = self.sheet_index(name)?;
-        self.remap_index(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
+        self.remap_index(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))?;
+        self.sheets[index].wake();
+        Ok(())
     }
 
     /// Change the sheet `index` to another grid.

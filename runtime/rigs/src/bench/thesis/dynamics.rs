@@ -138,7 +138,7 @@ pub(crate) const SAMM: Row = Row {
     name: "figure-5.16",
     title: "Figure 5.16: SaMM on a wedge",
     says: "The weakest structure: it deforms and stretches more than the others. It does not yaw.",
-    here: "Scene wedge with sheets.0.structure=samm; all four: wedge_structures.",
+    here: "Scene wedge with sheets.0.structure=samm and sheets.0.inter_layer=Planar.",
     run: || {
         let (mut samm, turned, most) = on_wedge("samm")?;
         let others = [on_wedge("slamm")?.2, on_wedge("trimm")?.2];
@@ -157,7 +157,7 @@ pub(crate) const SLAMM: Row = Row {
     name: "figure-5.17",
     title: "Figure 5.17: SLaMM on a wedge",
     says: "The single diagonal distorts the sheet, which yaws as it slides; SaMM in its place does not.",
-    here: "Scene wedge with sheets.0.structure=slamm.",
+    here: "Scene wedge with sheets.0.structure=slamm and sheets.0.inter_layer=Planar.",
     run: || {
         let ((mut slamm, turned, most), (_, without, _)) = (on_wedge("slamm")?, on_wedge("samm")?);
         let measured = format!("{}; SaMM {without:.2}°", wedge_text(&slamm, turned, most));
@@ -170,7 +170,7 @@ pub(crate) const TRIMM: Row = Row {
     name: "figure-5.18",
     title: "Figure 5.18: TRiMM on a wedge",
     says: "The most robust structure: regular deformation, stable and rigid under gentle loads.",
-    here: "Scene wedge.",
+    here: "Scene wedge with sheets.0.inter_layer=Planar.",
     run: || {
         let ((mut trimm, turned, most), (_, slamm, longest)) = (on_wedge("trimm")?, on_wedge("slamm")?);
         let text = wedge_text(&trimm, turned, most);
@@ -187,7 +187,7 @@ pub(crate) const SECOND_DIAGONAL: Row = Row {
     name: "5.3.4-second-diagonal",
     title: "5.3.4: a second diagonal in SLaMM",
     says: "Proposed and not built: a second diagonal in each cell would give a stronger, more uniform structure.",
-    here: "Scene wedge with sheets.0.structure=double-diagonal.",
+    here: "Scene wedge with sheets.0.structure=double-diagonal and sheets.0.inter_layer=Planar.",
     run: || {
         let ((mut both, turned, most), (_, single, _)) = (on_wedge("double-diagonal")?, on_wedge("slamm")?);
         let measured = format!("{}; with one diagonal {single:.2}°", wedge_text(&both, turned, most));
@@ -257,7 +257,7 @@ pub(crate) const FLEXION: Row = Row {
     name: "6.2-flexion",
     title: "6.2, figure 6.2: limit of the flexion angle",
     says: "Where the angle between two springs in line exceeds a preset value, it is held at that value.",
-    here: "Scene wedge with sheets.0.structure=provot3d and sheets.0.flexion_limit.",
+    here: "Scene wedge with sheets.0.flexion_limit and structure=provot3d, or provot2d with grid=(11,1,11).",
     run: || {
         let mut lines = Vec::new();
         let mut holds = true;

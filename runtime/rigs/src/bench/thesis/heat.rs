@@ -51,7 +51,7 @@ fn hot_wedge(
     for time in times {
         let until = start + time / lapse - run.world.time();
         run.world.advance(until);
-        run.print();
+        run.print_as(&format!("{:.1} min of heat", time / 60.0));
     }
     let line = |event: &WedgeEvent| {
         let (from, to) = event.thesis_s;

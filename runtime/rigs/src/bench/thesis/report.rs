@@ -26,6 +26,11 @@ Without a row, since nothing is printed about them that could be compared:
 | haptic device (7.4 ii) | `sheetwork haptic`: a force loop of 1 kHz with joystick or mouse, rate and latency |
 | Maxwell and Kelvin-Voigt elements together (7.4 vii) | row `figure-3.13`, `creep` of a sheet |
 | exposure of each spring to a heater (7.4 xi) | `sheetwork run heat_modes`: view factors and shadows of each patch |
+| conductivity that cannot be enough while the sheet is stable (5.3.4) | the thesis's formulas have no heat equation; `heat_mode: Physical` conducts stably at any conductivity (docs/heat.md) |
+| smooth bodies melt better than blunt ones (5.3.4) | rows `figure-5.24` and `figure-5.26` |
+| little gain of speed by SaMM (5.3.4) | row `figures-4.11-4.13`: 800 springs in place of 881 and 981 |
+| both diagonals not expected to reach TRiMM (5.3.4) | row `5.3.4-second-diagonal`: the opposite, 1.33 of its length where TRiMM has 1.52 (row `figure-5.18`) |
+| the 3D Provot sheet beside TRiMM, second and fourth order (7.3 a) | rows `6.1-speed`, `6.2-flexion`; `sheetwork run wedge --set sheets.0.structure=provot3d --engine rk4` |
 | graphics processors (7.3 g) | not here |
 ";
 
@@ -115,7 +120,10 @@ fn markdown(found: &[(&Row, Finding)]) -> String {
          names open in the editor. Times of the host (CPU time, times of the users) are those of the machine that ran it.\n\n\
          \"Fitted\" says that numbers of the scene, which its comment names, are fitted to the printed times. A proposal is what the thesis recommends for further work, or left out; \"works\" says that it is built here and does\n\
          what the row states. In the pictures a sheet of one of the thesis's scenes is drawn smoothly through its masses, while\n\
-         contact knows the masses alone: edges of bodies show through it, as in the thesis (row `7.3e-contact-surface`).\n\n",
+         contact knows the masses alone: edges of bodies show through it, as in the thesis (row `7.3e-contact-surface`).\n\n\
+         Where a scene does not state `inter_layer`, all its springs are equal, as in the thesis, and draped layers rest at 0.3\n\
+         to 0.6 of their distance, flat ones at 0.5; `inter_layer: SumModulus(185)` restores flat ones to 0.9 (at 0.5 in\n\
+         slide_8, whose wide cells would need a shorter step).\n\n",
     );
     let _ = writeln!(text, "{}.\n", summary(found));
     text.push_str("| row | subject | verdict |\n|---|---|---|\n");

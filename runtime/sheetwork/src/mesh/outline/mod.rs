@@ -12,10 +12,11 @@
 //! - `split`: nodes doubled along cuts;
 //! - `mesh`: the result; `locate`: location of a point in it; `refine`: its local refinement.
 //!
-//! `features` rejects features smaller than a cell.
+//! `features` rejects features smaller than a cell; `svg` and `drawing` read SVG paths and files.
 
 pub(crate) mod boundary_nodes;
 pub(crate) mod cut;
+pub(crate) mod drawing;
 pub(crate) mod features;
 pub(crate) mod inner_row;
 pub(crate) mod line;
@@ -44,6 +45,9 @@ use crate::error::{InputError, reject_if};
 
 /// Maximum distance between a curve and its polyline, as a fraction of the outline's larger extent.
 pub const FLATNESS: f64 = 1e-6;
+
+/// Distance between a curved crease and its lines, as a fraction of the outline's larger extent.
+const CREASE_FLATNESS: f64 = 1e-3;
 
 /// Boundary, holes and cuts of a sheet.
 #[derive(Clone, Debug, PartialEq)]
@@ -141,10 +145,8 @@ fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Res
             kurbo::RoundedRect::new(-x, -z, x, z, *radius).to_path(1e-8 * x.max(z))
         }
         Some(OutlineSpec::Path(text)) => svg::path(text).map_err(|e| InputError::new("outline", e))?,
-        Some(OutlineSpec::Svg { file, scale }) => {
-            let file = base.join(file);
-            let text = std::fs::read_to_string(&file).map_err(|e| InputError::io(&file, &e))?;
-            svg::drawing(&text, *scale).map_err(|e| InputError::new("", e).in_file(&file))?
+        Some(OutlineSpec::Svg { file, scale, cuts, creases }) => {
+            drawing::read(&base.join(file), *scale, cuts, creases)?.outline
         }
     };
     let rings = flatten(&path);
@@ -154,6 +156,33 @@ fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Res
     let far = [low, high, back, front].into_iter().any(|v| !v.is_finite() || v.abs() > 1e3);
     reject_if!(far, "outline", "reaches from ({low}, {back}) to ({high}, {front}) m; it must stay within ±1000 m");
     Ok(rings)
+}
+
+/// Cuts and creases of an SVG outline: polylines (x, z) in m, and for each crease its ends (m) and
+/// its angle (degrees).
+///
+/// # Errors
+/// As [`Outline::new`].
+#[expect(clippy::type_complexity, reason = "a list of lines beside a list of lines with angles")]
+pub(crate) fn drawn_lines(
+    outline: Option<&OutlineSpec>,
+    base: &Path,
+) -> Result<(Vec<Vec<(f64, f64)>>, Vec<([DVec2; 2], f64)>), InputError> {
+    let Some(OutlineSpec::Svg { file, scale, cuts, creases }) = outline else { return Ok(Default::default()) };
+    if cuts.is_empty() && creases.is_empty() {
+        return Ok(Default::default());
+    }
+    let drawn = drawing::read(&base.join(file), *scale, cuts, creases)?;
+    let size = drawn.outline.bounding_box();
+    let extent = size.width().max(size.height());
+    let lines = polylines(&drawn.cuts, FLATNESS * extent);
+    let cuts = lines.into_iter().map(|line| line.into_iter().map(|p| (p.x, p.y)).collect()).collect();
+    let mut folds = Vec::new();
+    for (path, (_, angle)) in drawn.creases.iter().zip(creases) {
+        let lines = polylines(path, CREASE_FLATNESS * extent);
+        folds.extend(lines.iter().flat_map(|l| l.windows(2)).map(|w| ([w[0], w[1]], *angle)));
+    }
+    Ok((cuts, folds))
 }
 
 fn hole_ring(hole: &HoleSpec, field: &str) -> Result<Ring, InputError> {
@@ -174,25 +203,22 @@ fn circle(centre: DVec2, radius: f64, field: &str) -> Ring {
 /// Subpaths as closed polylines; an open one is closed by a straight side.
 fn flatten(path: &BezPath) -> Vec<Ring> {
     let size = path.bounding_box();
-    let tolerance = FLATNESS * size.width().max(size.height());
-    let mut rings: Vec<Ring> = Vec::new();
-    let mut points: Vec<DVec2> = Vec::new();
-    let mut finish = |points: &mut Vec<DVec2>| {
-        let ring = Ring::new(points.drain(..), "outline");
-        if ring.points.len() > 1 {
-            rings.push(ring);
-        }
-    };
-    kurbo::flatten(path.iter(), tolerance.max(f64::MIN_POSITIVE), |element| match element {
-        PathEl::MoveTo(p) => {
-            finish(&mut points);
-            points.push(DVec2::new(p.x, p.y));
-        }
-        PathEl::LineTo(p) => points.push(DVec2::new(p.x, p.y)),
+    let lines = polylines(path, FLATNESS * size.width().max(size.height()));
+    let rings = lines.into_iter().map(|line| Ring::new(line, "outline"));
+    rings.filter(|ring| ring.points.len() > 1).collect()
+}
+
+/// Subpaths as polylines within `tolerance` (m).
+fn polylines(path: &BezPath, tolerance: f64) -> Vec<Vec<DVec2>> {
+    let mut lines: Vec<Vec<DVec2>> = Vec::new();
+    kurbo::flatten(path.iter(), tolerance.max(f64::MIN_POSITIVE), |element| match (element, lines.last_mut()) {
+        (PathEl::MoveTo(p), _) => lines.push(vec![DVec2::new(p.x, p.y)]),
+        (PathEl::LineTo(p), Some(line)) => line.push(DVec2::new(p.x, p.y)),
+        (PathEl::ClosePath, Some(line)) => line.push(line[0]),
         _ => {}
     });
-    finish(&mut points);
-    rings
+    lines.retain(|line| line.len() > 1);
+    lines
 }
 
 /// Rings of one outline with the outer one first: even-odd, one piece.

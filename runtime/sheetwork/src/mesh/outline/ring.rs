@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 
+/// Distance of points that are one, as a fraction of the ring's larger extent.
+const SAME_POINT: f64 = 1e-9;
+
 /// Closed polyline; the last point is joined to the first. After the checks the sheet is on its
 /// left.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,15 +16,19 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// Ring of points that may repeat.
+    /// Ring of points that may repeat, up to rounding: the end of an arc and the start of the next
+    /// one differ by that.
     pub fn new(points: impl IntoIterator<Item = DVec2>, field: &str) -> Self {
+        let points: Vec<DVec2> = points.into_iter().collect();
+        let (low, high) = crate::mesh::outline::bounds(&points);
+        let near = SAME_POINT * (high - low).max_element();
         let mut kept: Vec<DVec2> = Vec::new();
         for p in points {
-            if kept.last() != Some(&p) {
+            if kept.last().is_none_or(|last| last.distance(p) > near) {
                 kept.push(p);
             }
         }
-        while kept.len() > 1 && kept.first() == kept.last() {
+        while kept.len() > 1 && kept[0].distance(kept[kept.len() - 1]) <= near {
             kept.pop();
         }
         Self { points: kept, field: field.into() }

@@ -31,13 +31,20 @@ pub enum OutlineSpec {
     /// SVG path in metres: x along the length, y along the width. Subpaths inside the first are
     /// holes (even-odd).
     Path(String),
-    /// All paths of an SVG file, with the middle of its picture at the origin.
+    /// Paths and shapes of an SVG file, with the middle of the outline's box at the origin.
     Svg {
         /// File, relative to the scene.
         file: PathBuf,
         /// Metres per unit of the drawing; 1e-9 to 1e3. `None` uses the file's `width` and
         /// `viewBox`, else 1/96 inch.
         scale: Option<f64>,
+        /// Stroke colours, or names of layers (`id`, or Inkscape's label), whose lines are cuts.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        cuts: Vec<String>,
+        /// Stroke colours or layers whose lines are creases, each with its angle, degrees, -175 to
+        /// 175.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        creases: Vec<(String, f64)>,
     },
 }
 
@@ -82,7 +89,11 @@ pub fn check_outline(spec: &OutlineSpec, size: (f64, f64)) -> Result<(), InputEr
         OutlineSpec::Path(text) => {
             crate::mesh::outline::svg::path(text).map(drop).map_err(|e| InputError::new("outline", e))
         }
-        OutlineSpec::Svg { scale, .. } => scale.map_or(Ok(()), |s| check_range("outline.scale", s, 1e-9, 1e3, "m")),
+        OutlineSpec::Svg { scale, creases, .. } => {
+            scale.map_or(Ok(()), |s| check_range("outline.scale", s, 1e-9, 1e3, "m"))?;
+            let mut angles = creases.iter().enumerate();
+            angles.try_for_each(|(i, (_, angle))| Id::CreaseAngle.check(&format!("outline.creases.{i}.1"), *angle))
+        }
     }
 }
 

@@ -1,21 +1,11 @@
-//! SVG paths and files as curves (kurbo), by the SVG 1.1 grammar of paths and transforms (svgtypes)
-//! and XML (roxmltree).
-//!
-//! All commands of paths are read: M L H V C S Q T A Z, absolute and relative. A file contributes
-//! its `path` elements with their own and their groups' transforms; definitions (`defs`,
-//! `clipPath`, `mask`, `marker`, `pattern`, `symbol`) are skipped.
+//! SVG paths as curves (kurbo), by the SVG 1.1 grammar (svgtypes): all commands, M L H V C S Q T A
+//! Z, absolute and relative.
 
-use kurbo::{Affine, Arc, BezPath, Point, SvgArc, Vec2};
-use svgtypes::{Length, LengthUnit, PathParser, PathSegment, Transform, ViewBox};
+use kurbo::{Arc, BezPath, Point, SvgArc, Vec2};
+use svgtypes::{PathParser, PathSegment};
 
 /// Error of the cubics that approximate an arc, as a fraction of its radius.
 const ARC_ERROR: f64 = 1e-8;
-
-/// CSS pixel, 1/96 inch, m.
-const PIXEL: f64 = 0.0254 / 96.0;
-
-/// Maximum nesting of the elements of a file.
-const MAX_DEPTH: usize = 256;
 
 /// Curves of a path's text, in its own units.
 ///
@@ -136,65 +126,6 @@ impl SvgPen {
     }
 }
 
-/// All paths of an SVG file's text as one, in metres, the middle of their box at the origin.
-///
-/// # Errors
-/// The fault of the text.
-pub fn drawing(text: &str, scale: Option<f64>) -> Result<BezPath, String> {
-    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
-    let document =
-        roxmltree::Document::parse_with_options(text, options).map_err(|e| format!("is not an SVG file: {e}"))?;
-    let root = document.root_element();
-    if root.tag_name().name() != "svg" {
-        return Err(format!("is not an SVG file: its root is <{}>", root.tag_name().name()));
-    }
-    let mut all = BezPath::new();
-    collect(root, Affine::IDENTITY, 0, &mut all)?;
-    if all.elements().is_empty() {
-        return Err("has no path element".into());
-    }
-    let metres = scale.unwrap_or_else(|| unit(root));
-    let middle = kurbo::Shape::bounding_box(&all).center();
-    Ok(Affine::scale(metres) * Affine::translate(-middle.to_vec2()) * all)
-}
-
-fn collect(node: roxmltree::Node, outer: Affine, depth: usize, all: &mut BezPath) -> Result<(), String> {
-    if depth > MAX_DEPTH {
-        return Err(format!("nests elements more than {MAX_DEPTH} deep"));
-    }
-    let only_defined = ["defs", "clipPath", "mask", "marker", "pattern", "symbol"];
-    if !node.is_element() || only_defined.contains(&node.tag_name().name()) {
-        return Ok(());
-    }
-    let mut place = outer;
-    if let Some(text) = node.attribute("transform") {
-        let t: Transform = text.parse().map_err(|e| format!("has a transform that cannot be read: {e}"))?;
-        place *= Affine::new([t.a, t.b, t.c, t.d, t.e, t.f]);
-    }
-    if let Some(text) = node.attribute("d").filter(|_| node.tag_name().name() == "path") {
-        all.extend((place * path(text)?).iter());
-    }
-    node.children().try_for_each(|child| collect(child, place, depth + 1, all))
-}
-
-/// Metres per unit of the drawing: `width` over the width of the `viewBox`, where both exist.
-fn unit(root: roxmltree::Node) -> f64 {
-    let width = root.attribute("width").and_then(|w| w.parse::<Length>().ok());
-    let view = root.attribute("viewBox").and_then(|v| v.parse::<ViewBox>().ok());
-    let (Some(width), Some(view)) = (width, view) else { return PIXEL };
-    let metres = match width.unit {
-        LengthUnit::None | LengthUnit::Px => PIXEL,
-        LengthUnit::In => 0.0254,
-        LengthUnit::Cm => 0.01,
-        LengthUnit::Mm => 0.001,
-        LengthUnit::Pt => 0.0254 / 72.0,
-        LengthUnit::Pc => 0.0254 / 6.0,
-        LengthUnit::Em | LengthUnit::Ex | LengthUnit::Percent => return PIXEL,
-    };
-    let scale = width.number * metres / view.w;
-    if scale.is_finite() && scale > 0.0 { scale } else { PIXEL }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -228,26 +159,9 @@ mod tests {
     }
 
     #[test]
-    fn files_have_units_groups_and_transforms() {
-        let text = r#"<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="50mm" viewBox="0 0 200 100">
-            <defs><path d="M0 0h500v500h-500z"/></defs>
-            <g transform="translate(10 5) scale(2)"><path transform="rotate(90)" d="M0 0h20v40h-20z"/></g></svg>"#;
-        let shape = drawing(text, None).expect("a drawing");
-        let bounds = shape.bounding_box();
-        // 40 units along the width, 80 along the length, at half a millimetre each.
-        assert!((bounds.width() - 0.04).abs() < 1e-12 && (bounds.height() - 0.02).abs() < 1e-12, "{bounds:?}");
-        assert!(bounds.center().to_vec2().hypot() < 1e-12);
-        let scaled = drawing(text, Some(0.001)).expect("a drawing").bounding_box();
-        assert!((scaled.width() - 0.08).abs() < 1e-12);
-    }
-
-    #[test]
     fn invalid_paths_are_rejected() {
         for text in ["", "L 1 1", "M 0 0 L 1 x", "M 0 0 X 3"] {
             assert!(path(text).is_err(), "{text}");
-        }
-        for text in ["<svg/>", "<html/>", "hello", "<svg><path d='M 0 0 L 1'/></svg>"] {
-            assert!(drawing(text, None).is_err(), "{text}");
         }
     }
 }

@@ -231,6 +231,27 @@ fn features_smaller_than_a_cell_are_reported_with_their_size() {
 }
 
 #[test]
+fn a_circle_of_two_arcs_is_meshed_as_a_disc() {
+    let arcs = r#"Path("M0.05 0a.05.05 0 1 1-.1 0 .05.05 0 1 1 .1 0z")"#;
+    let nodes = |spec: &str| mesh(&outline(spec, "", "").expect("an outline"), (21, 21)).map(|m| m.positions.len());
+    assert_eq!(nodes(arcs), nodes("Disc(radius: 0.05)"));
+    assert_eq!(nodes(arcs), Ok(349));
+}
+
+#[test]
+fn cells_whose_triangles_are_too_slender_are_refused_with_their_ratio() {
+    for (height, fits) in [(0.1, true), (0.005, true), (0.002, false), (0.0005, false)] {
+        let spec = format!("Polygon([(0, 0), (0.1, 0), (0.1, {height})])");
+        let made = mesh(&outline(&spec, "", "").expect("an outline"), (21, 21));
+        assert_eq!(made.is_ok(), fits, "{height}");
+        if let Err(error) = made {
+            assert_eq!(error.field, "grid", "{error}");
+            assert!(error.problem.contains(&format!("a ratio of {}", 0.1 / height)), "{error}");
+        }
+    }
+}
+
+#[test]
 fn random_shapes_give_a_mesh_or_an_error() {
     let mut seed = 11_u64;
     let mut random = move |low: f64, high: f64| {

@@ -168,6 +168,8 @@ parameters! {
     Grid: word("sheets.*.grid", Name).state().default("21x21"),
     /// Simulated duration.
     Duration: number("duration", "s", TIME),
+    /// Whether sheets that start inside a body or another sheet are moved out of it.
+    Repair: word("repair", Boolean),
     /// Conductance of a contact.
     ContactConductance: number("contact_conductance", "W/(m² K)", (1e-3, 1e6)),
     /// Thermal sensitivity of the thesis's formulas.

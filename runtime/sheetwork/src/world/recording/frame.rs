@@ -47,7 +47,11 @@ impl RecordedFrame {
     pub fn of(world: &World) -> Self {
         let by_thesis = matches!(world.scene().heat_mode, HeatMode::Thesis { .. });
         let sheets = world.sheets();
-        let grids = world.scene().sheets.iter().map(|s| (s.grid.0, s.grid.2));
+        // A sheet from a file has the grid of the file.
+        let grids = world.scene().sheets.iter().zip(sheets).map(|(spec, sheet)| {
+            let grid = if spec.file.is_some() { sheet.model.grid } else { spec.grid };
+            (grid.0, grid.2)
+        });
         let places =
             |(s, grid): (&Sheet, (u32, u32))| motion::positions_at(s, grid).iter().map(|p| p.as_vec3()).collect();
         let open = |s: &Sheet| s.open_cells().filter(|_| s.open_count() > 0).unwrap_or_default().into();
