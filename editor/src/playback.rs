@@ -39,7 +39,7 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
         return Err(InputError::new("", "is a recording without a frame").in_file(file));
     };
     // Every frame is validated here, so that display cannot fail.
-    let world = World::new(&scene)?;
+    let world = World::with_start_overlaps(&scene)?;
     for (index, frame) in frames.iter().enumerate() {
         world.can_show(frame).map_err(|e| InputError::new(format!("frame {index}"), e.problem).in_file(file))?;
     }
@@ -54,7 +54,7 @@ fn scene_of(header: &RecordingHeader, file: &Path) -> Result<Scene, InputError> 
     let mut refused = None;
     for folder in [Some(beside), Some(PathBuf::new()), scenes::folder()].into_iter().flatten() {
         scene.base = folder;
-        match World::new(&scene) {
+        match World::with_start_overlaps(&scene) {
             Ok(_) => return Ok(scene),
             Err(error) => refused = refused.or(Some(InputError::from(error))),
         }

@@ -9,6 +9,7 @@
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::islands::event::EventKind;
+use sheetwork::scene::Scene;
 use sheetwork_tests::world_of;
 
 /// Nodes along a side of the foil.
@@ -116,11 +117,12 @@ fn interpenetrating_sheets_pass_until_they_are_apart() {
         )
     };
     let crossed = |held: &str| {
-        world_of(&format!(
+        let text = format!(
             r#"(engine: "tr-bdf2", dt: 0.0166666666666667, sheets: [{}, {}], bodies: [(name: "floor", shape: HalfSpace)])"#,
             card("held", "(0, 0, 0)", held),
             card("other", "(70, 30, 0)", "")
-        ))
+        );
+        World::with_start_overlaps(&Scene::parse(&text).expect("a scene")).expect("a world")
     };
     let told = |world: &World, kind: EventKind| world.events().iter().filter(|e| e.kind == kind).count();
     // Both cards fall and rest on the floor, interpenetrating.

@@ -106,10 +106,13 @@ mod tests {
             r#"(engine: "euler-richardson", dt: 0.001,
                 heaters: [(size: (0.1, 0.01, 0.1), hot: [(face: 2, temperature: 300)], placement: (position: (0, 0.2, 0)))],
                 oven: (on: false), heat_gun: (on: false),
-                bodies: [(shape: Ball(0.01), temperature: 80), (name: "iron", shape: Ball(0.01), temperature: 80)],
+                bodies: [(shape: Ball(0.01), temperature: 80, placement: (position: (1, 0, 0))),
+                    (name: "iron", shape: Ball(0.01), temperature: 80, placement: (position: (2, 0, 0)))],
                 sheets: [(structure: "trimm", grid: (11, 2, 11), size: (0.025, 0.025), material: "thesis", springs: Uniform),
-                    (name: "real", structure: "shell", grid: (5, 1, 5), size: (0.025, 0.025), material: "hips"),
-                    (structure: "provot2d", grid: (5, 1, 5), size: (0.025, 0.025), material: "thesis", springs: Uniform)])"#,
+                    (name: "real", structure: "shell", grid: (5, 1, 5), size: (0.025, 0.025), material: "hips",
+                        placement: (position: (3, 0, 0))),
+                    (structure: "provot2d", grid: (5, 1, 5), size: (0.025, 0.025), material: "thesis", springs: Uniform,
+                        placement: (position: (4, 0, 0)))])"#,
         );
         let scene = scene.expect("valid");
         let world = World::new(&scene).expect("valid");

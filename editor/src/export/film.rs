@@ -34,7 +34,7 @@ impl Film {
     /// When its scene cannot be built: one of its files is missing.
     pub fn from_session(session: &Session) -> Result<Self, InputError> {
         if let Some(recording) = session.playback() {
-            let (recording, world) = (recording.clone(), World::new(session.scene())?);
+            let (recording, world) = (recording.clone(), World::with_start_overlaps(session.scene())?);
             return Ok(Self { world, start: recording.at(), source: Source::Recording(recording) });
         }
         let world = session.world_again()?;
@@ -67,7 +67,7 @@ impl Film {
         }
         let shown = match between {
             Some(shown) => shown,
-            None => between.insert(Box::new(World::new(world.scene())?)),
+            None => between.insert(Box::new(World::with_start_overlaps(world.scene())?)),
         };
         shown.restore(&world.snapshot())?;
         shown.show_between(before, 1.0 - late / whole)?;

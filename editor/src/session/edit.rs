@@ -178,7 +178,7 @@ impl Session {
 
     /// Set the parameters that differ from those of a world of `scene`.
     fn turn(&mut self, scene: &Scene) -> Result<(), InputError> {
-        let wanted = World::new(scene)?.parameters();
+        let wanted = World::with_start_overlaps(scene)?.parameters();
         let now = self.world.parameters();
         for parameter in wanted {
             let state = parameter.path.starts_with("sheets.") && parameter.path.ends_with(".temperature");
@@ -201,7 +201,7 @@ impl Session {
         if goes_on && !continued && self.world.steps() > 0 {
             self.note("The run was restarted: its state does not fit the changed dynamic bodies.");
         }
-        self.world = fresh.map_or_else(|| World::new(scene), Ok)?;
+        self.world = fresh.map_or_else(|| World::with_start_overlaps(scene), Ok)?;
         self.watch_world();
         self.generation += 1;
         self.link.look_again();
@@ -223,7 +223,7 @@ impl Session {
             return Ok(None);
         }
         let pinned = self.pinned_where_they_are(scene)?;
-        let mut fresh = World::new(&with_pins(scene, &pinned))?;
+        let mut fresh = World::with_start_overlaps(&with_pins(scene, &pinned))?;
         if fresh.restore(&self.world.snapshot()).is_err() {
             return Ok(None);
         }
@@ -236,7 +236,7 @@ impl Session {
     /// # Errors
     /// When the scene cannot be built: one of its files is missing.
     pub fn world_again(&self) -> Result<World, InputError> {
-        let mut world = World::new(&with_pins(self.scene(), &self.run_state.pinned_here))?;
+        let mut world = World::with_start_overlaps(&with_pins(self.scene(), &self.run_state.pinned_here))?;
         world.restore(&self.world.snapshot())?;
         Ok(world)
     }

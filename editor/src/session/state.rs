@@ -101,7 +101,7 @@ impl Session {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let world = World::new(scene)?;
+        let world = World::with_start_overlaps(scene)?;
         let mut session = Self {
             world,
             document: Document::new(scene.clone()),

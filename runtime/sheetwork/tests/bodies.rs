@@ -113,7 +113,7 @@ fn a_dynamic_body_conserves_energy_and_is_reported() {
 
 #[test]
 fn a_scene_of_bodies_is_bit_identical_on_any_number_of_threads() {
-    let text = "(dt: 0.0166, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [(name: \"a\"), (name: \"b\")],
+    let text = "(dt: 0.0166, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [(name: \"a\"), (name: \"b\")], repair: true,
         bodies: [(name: \"x\", shape: Box((0.1, 0.1, 0.1)), density: 300, placement: (position: (0.5, 0.2, 0), rotation: (9, 0, 4))),
             (name: \"y\", shape: Ball(0.05), density: 300, placement: (position: (0.53, 0.4, 0.01)))])";
     let end = |threads: usize| {

@@ -6,7 +6,7 @@ use sheetwork::scene::HeaterSpec;
 
 fn world() -> World {
     let scene = Scene::parse(
-        r#"(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+        r#"(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), repair: true,
             sheets: [(name: "a"), (name: "b"), ()],
             bodies: [(name: "ball", shape: Ball(0.1), mass: 1), (shape: Ball(0.2))],
             heaters: [(name: "lamp", size: (0.1, 0.1, 0.1), hot: [(face: 2, temperature: 300)]),
@@ -73,7 +73,8 @@ fn heaters_have_ids_and_those_without_a_name_have_their_number() {
 
 /// A room with two balls and two sheets of five by five nodes, one metre apart.
 fn room() -> World {
-    let text = r#"(room: (x: (-1, 1), y: (-1, 1), z: (-1, 1)), bodies: [(name: "k", shape: Ball(0.02), mass: 1)],
+    let text = r#"(room: (x: (-1, 1), y: (-1, 1), z: (-1, 1)),
+        bodies: [(name: "k", shape: Ball(0.02), mass: 1, placement: (position: (0.5, 0, 0)))],
         sheets: [(name: "a", grid: (5, 1, 5), size: (0.1, 0.1)),
             (name: "b", grid: (5, 1, 5), size: (0.1, 0.1), placement: (position: (1, 0, 0)))])"#;
     World::new(&Scene::parse(text).expect("valid")).expect("a world")

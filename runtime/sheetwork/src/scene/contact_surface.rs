@@ -45,3 +45,14 @@ pub(crate) fn check_integrator(surface: ContactSurface, engine: IntegratorKind) 
     reject_if!(is_refused, "contact_surface", "{problem}: {reason}");
     Ok(())
 }
+
+/// Check the contact surface of a built sheet.
+///
+/// # Errors
+/// As [`check_integrator`], and when it is the B-spline surface of a tube.
+pub(crate) fn check_built(surface: ContactSurface, engine: IntegratorKind, is_tube: bool) -> Result<(), InputError> {
+    let is_refused = is_tube && surface == ContactSurface::BSpline;
+    let problem = "BSpline is not for tubes, which are drawn through their nodes; use Smooth";
+    reject_if!(is_refused, "contact_surface", "{problem}");
+    check_integrator(surface, engine)
+}

@@ -14,15 +14,14 @@ use crate::elements::grid_membrane::CellMembrane;
 use crate::elements::staggered::{StaggeredGrid, curvatures};
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::EdgeMembrane;
-use crate::error::{InputError, reject_if};
+use crate::error::InputError;
 use crate::mesh::outline::{self, MeshEdge, Outline, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
 use crate::scene::validate::warp_direction;
 use crate::scene::{
-    ContactSurface, CreaseSpec, Region, RegionVector, Scene, SheetSpec, adhesion, contact_surface, fracture,
-    rest_shape, sheet_name,
+    CreaseSpec, Region, RegionVector, Scene, SheetSpec, adhesion, contact_surface, fracture, rest_shape, sheet_name,
 };
 use crate::sheet::assembly::{SheetParts, assemble};
 use crate::sheet::creep::InelasticState;
@@ -104,13 +103,8 @@ impl Sheet {
             temperature::start_temperatures(&mut sheet, scene.ambient_temperature);
         }
         sheet.state.touching = vec![false; sheet.node_count()];
-        contact_surface::check_integrator(spec.contact_surface, scene.engine)?;
         let is_tube = sheet.model.layers.iter().any(|layer| layer.tubular);
-        reject_if!(
-            is_tube && spec.contact_surface == ContactSurface::BSpline,
-            "contact_surface",
-            "BSpline is not for tubes, which are drawn through their nodes; use Smooth"
-        );
+        contact_surface::check_built(spec.contact_surface, scene.engine, is_tube)?;
         if spec.sticky {
             adhesion::check_material(&sheet.parameters.material)?;
             sheet.model.adhesion_areas = node_areas(&sheet);

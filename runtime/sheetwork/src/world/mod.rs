@@ -96,10 +96,22 @@ impl World {
     /// Build a world with its own rigid bodies.
     ///
     /// # Errors
-    /// When the scene, or a file it names, is invalid.
+    /// When the scene, or a file it names, is invalid, and when a sheet starts inside a body or
+    /// another sheet, unless the scene's `repair` moves it out.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build_apart(scene, rigid));
+        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
+    }
+
+    /// Build a world as [`World::new`] does, also where sheets start inside bodies or one another:
+    /// for an editor, in which objects are moved through each other.
+    ///
+    /// # Errors
+    /// When the scene, or a file it names, is invalid.
+    pub fn with_start_overlaps(scene: &Scene) -> Result<Self, BuildError> {
+        let checked = validate::built(scene);
+        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
         built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 

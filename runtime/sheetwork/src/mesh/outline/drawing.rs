@@ -300,7 +300,7 @@ mod tests {
             ("<circle cx='5' r='2'/>", 4.0 * pi),
             ("<ellipse rx='2' ry='1'/>", 2.0 * pi),
             ("<polygon points='0,0 2,0 2,1'/>", 1.0),
-            ("<polyline points='0 0 2 0 2 1 0 1'/>", 2.0),
+            ("<polyline points='0 0 2 0 2 1 0 1 0 0'/>", 2.0),
             ("<rect width='2in' height='96'/>", 192.0 * 96.0),
             ("<defs><rect id='a' width='2' height='2'/></defs><use href='#a' x='3'/>", 4.0),
             ("<rect width='2' height='2'/><rect width='9' height='9' display='none'/>", 4.0),
