@@ -257,7 +257,14 @@ fn an_impossible_change_of_grid_is_rejected_with_the_reason() {
     assert!(refused(&format!("{shell}, pins: [(region: Masses([3]))]"), "", (9, 9)).contains("number"));
     assert!(refused(&format!("{shell}, pins: [(region: Point(0.3, 0.5))]"), "", (9, 9)).contains("no mass at"));
     let glued = format!(r#"{shell}, pins: [(region: Left, body: "box")]"#);
-    assert!(refused(&glued, r#"bodies: [(name: "box", shape: Box((0.1, 0.1, 0.1)))]"#, (9, 9)).contains("glued"));
+    assert!(
+        refused(
+            &glued,
+            r#"bodies: [(name: "box", shape: Box((0.1, 0.1, 0.1)), placement: (position: (-0.2, 0, 0)))]"#,
+            (9, 9)
+        )
+        .contains("glued")
+    );
     assert!(refused(shell, "", (1, 9)).contains("2 to 2000"));
     let mut world = world(&format!("(sheets: [(name: \"leaf\", {shell})])"));
     assert!(world.remap("none", (9, 9)).expect_err("refused").problem.contains("no sheet"));

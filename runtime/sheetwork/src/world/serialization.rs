@@ -356,7 +356,9 @@ mod tests {
 
     #[test]
     fn the_checksum_of_a_changed_structure_is_that_of_its_text() {
-        let text = "(room: (x: (0, 1), y: (0, 1), z: (0, 1)), sheets: [(name: \"a\")], bodies: [(shape: Ball(0.1), placement: (position: (0, 0.5, 0)))])";
+        let text =
+            "(room: (x: (0, 1), y: (0, 1), z: (0, 1)), sheets: [(name: \"a\", placement: (position: (0, 0, 0.5)))],
+            bodies: [(shape: Ball(0.1), placement: (position: (0, 0.5, 0.5)))])";
         let mut world = World::new(&Scene::parse(text).expect("valid")).expect("valid");
         let check = |world: &World| {
             let Scene { sheets, bodies, room, heaters, .. } = world.scene();
