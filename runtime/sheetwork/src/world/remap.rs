@@ -61,18 +61,7 @@ impl World {
     /// nothing changes then.
     pub fn remap(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
         let index = self.sheet_index(name)?;
-        self.remap_and_wake(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
-    }
-
-    /// Change the sheet `index` to another grid; a sheet that touches something wakes, because its
-    /// new nodes may lie in it.
-    pub(crate) fn remap_and_wake(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
-        let touches = self.sheets[index].touching().contains(&true);
-        self.remap_index(index, grid)?;
-        if touches {
-            self.sheets[index].wake();
-        }
-        Ok(())
+        self.remap_index(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
     }
 
     /// Change the sheet `index` to another grid.
