@@ -89,7 +89,7 @@ fn sheets_across_one_another_fall_asleep() {
 #[test]
 fn a_ball_that_spins_beside_a_sheet_stops() {
     let mut world = world_of(
-        r#"(engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0.5, restitution: 0),
+        r#"(repair: true, engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0.5, restitution: 0),
             sheets: [(name: "sheet", structure: "shell", grid: (7, 1, 7), size: (0.1, 0.1), material: "card",
                 placement: (position: (0.03, 0.012, 0), rotation: (0, 0, -12)))],
             bodies: [(name: "ball", shape: Ball(0.02), density: 1000, placement: (position: (-0.015, 0.02, 0)), spin: (0, 3, 0)),
