@@ -1,9 +1,9 @@
 //! SVG files: outline, cuts and creases of a drawing (XML by roxmltree, attributes by svgtypes).
 //!
-//! The elements `path`, `rect`, `circle`, `ellipse`, `polygon`, `polyline` and `line` are drawn with
-//! their own and their groups' transforms, `use` draws what it refers to, and elements that are not
-//! displayed are left out, as those that exist only in definitions. Elements of a colour or a layer
-//! are cuts or creases, all others the outline.
+//! The elements `path`, `rect`, `circle`, `ellipse`, `polygon`, `polyline` and `line` are drawn
+//! with their own and their groups' transforms, `use` draws what it refers to, and elements that
+//! are not displayed are left out, as those that exist only in definitions. Elements of a colour or
+//! a layer are cuts or creases, all others the outline.
 
 use std::path::Path;
 
