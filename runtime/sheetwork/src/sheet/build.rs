@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use crate::elements::Element;
 use crate::elements::bending::Bending;
@@ -15,7 +15,7 @@ use crate::elements::staggered::{StaggeredGrid, curvatures};
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::error::InputError;
-use crate::mesh::outline::{self, MeshEdge, Outline, TriangleMesh};
+use crate::mesh::outline::{DrawnLines, MeshEdge, TriangleMesh};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeLayer, LatticeSpec, LatticeSpring, StructureKind, generate, nodes_of};
 use crate::scene::sht::{self, SheetFile, SheetFileNode, SheetFileSpring};
@@ -122,16 +122,15 @@ impl Sheet {
 
 /// `spec` with the cuts and creases of its SVG file, if it has some.
 fn with_drawn_lines(spec: &SheetSpec, base: &Path) -> Result<Option<SheetSpec>, InputError> {
-    let (cuts, creases) = outline::drawn_lines(spec.outline.as_ref(), base)?;
-    if cuts.is_empty() && creases.is_empty() {
+    let lines = DrawnLines::read(spec.outline.as_ref(), base)?;
+    if lines.cuts.is_empty() && lines.creases.is_empty() {
         return Ok(None);
     }
-    let (low, high) = Outline::new(spec.outline.as_ref(), &[], &[], spec.size, base)?.bounds();
-    let place = |p: DVec2| ((p - low) / (high - low)).into();
-    let crease = |([from, to], angle): ([DVec2; 2], f64)| CreaseSpec { from: place(from), to: place(to), angle };
     let mut spec = spec.clone();
-    spec.cuts.extend(cuts);
-    spec.creases.extend(creases.into_iter().map(crease));
+    spec.cuts.extend(lines.cuts);
+    let each =
+        lines.creases.into_iter().map(|([from, to], angle)| CreaseSpec { from: from.into(), to: to.into(), angle });
+    spec.creases.extend(each);
     rest_shape::check(&spec)?;
     Ok(Some(spec))
 }

@@ -99,9 +99,7 @@ impl World {
     /// When the scene, or a file it names, is invalid, and when a sheet starts inside a body or
     /// another sheet, unless the scene's `repair` moves it out.
     pub fn new(scene: &Scene) -> Result<Self, BuildError> {
-        let checked = validate::built(scene);
-        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build_apart(scene, rigid));
-        built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
+        Self::built(scene, Self::build_apart)
     }
 
     /// Build a world as [`World::new`] does, also where sheets start inside bodies or one another:
@@ -110,8 +108,16 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is invalid.
     pub fn with_start_overlaps(scene: &Scene) -> Result<Self, BuildError> {
+        Self::built(scene, |scene, rigid| Self::build(scene, Some(rigid)))
+    }
+
+    /// Build a world with its own rigid bodies by `build`.
+    fn built(
+        scene: &Scene,
+        build: impl FnOnce(&Scene, RigidWorld) -> Result<Self, InputError>,
+    ) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
-        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
+        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| build(scene, rigid));
         built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))
     }
 

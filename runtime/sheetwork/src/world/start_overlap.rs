@@ -1,7 +1,7 @@
 //! Start states: sheets whose surface intersects a body or another sheet when a scene is built.
 //!
 //! A sheet may start in contact, and nearer than its thickness: the first step moves it apart. A
-//! surface that lies in a body by more than [`TOLERANCE`] of its thickness, or that intersects
+//! surface that lies in a body by more than [`StartSettings::depth`] of its thickness, or that intersects
 //! another sheet, is refused with the pair, the place and the depth. With the scene's `repair` the
 //! sheet is moved, undeformed, by the shortest of the translations that free it along the normals
 //! of what it intersects. Nodes that are held, and sheets between which there is no contact, do not
@@ -16,18 +16,24 @@ use crate::error::InputError;
 use crate::rigid::RigidWorld;
 use crate::scene::Shape;
 use crate::sheet::Sheet;
+use crate::units::settings::settings;
 
-/// Accepted depth of a surface in a body, as a fraction of the sheet's thickness.
-const TOLERANCE: f64 = 0.1;
+settings! {
+    /// Settings of the check of start states; distances are in thicknesses.
+    pub struct StartSettings {
+        /// Accepted depth of a surface in a body: that of the invariant of contact.
+        pub depth: f64 = 0.1,
+        /// Distance of another sheet below which surfaces intersect: rounding.
+        pub intersection: f64 = 1e-6,
+        /// Halvings of the interval of a translation: from a sheet's size to rounding.
+        pub halvings: u32 = 50,
+    }
+}
+
+const SETTINGS: StartSettings = StartSettings::DEFAULT;
 
 /// Depth in a body and distance of another sheet in contact, in thicknesses.
 const CONTACT: (f64, f64) = (-0.5, 1.0);
-
-/// Distance of another sheet below which surfaces intersect, in thicknesses.
-const INTERSECTION: f64 = 1e-6;
-
-/// Halvings of the interval of a translation.
-const HALVINGS: u32 = 50;
 
 /// Intersection of a sheet at its start.
 struct StartOverlap {
@@ -47,6 +53,8 @@ struct PlacedSolid<'a> {
     solid: OverlapSolid,
     pose: BodyPose,
     normals: Vec<DVec3>,
+    /// Centre and radius of a sphere around it; `None` for a half space.
+    sphere: Option<(DVec3, f64)>,
 }
 
 fn placed_solids(rigid: Option<&RigidWorld>) -> Vec<PlacedSolid<'_>> {
@@ -54,17 +62,22 @@ fn placed_solids(rigid: Option<&RigidWorld>) -> Vec<PlacedSolid<'_>> {
     for (index, body) in rigid.into_iter().flat_map(|r| r.bodies().iter().enumerate()) {
         let Some(state) = rigid.and_then(|r| r.state(index)) else { continue };
         let pose = BodyPose { position: state.origin(), rotation: state.rotation() };
-        let mut add = |solid, normals: Vec<DVec3>| {
+        let mut add = |solid, normals: Vec<DVec3>, sphere: Option<(DVec3, f64)>| {
             let normals = normals.into_iter().map(|n| pose.rotation * n).collect();
-            all.push(PlacedSolid { name: &body.name, solid, pose, normals });
+            let sphere = sphere.map(|(centre, radius)| (pose.position + pose.rotation * centre, radius));
+            all.push(PlacedSolid { name: &body.name, solid, pose, normals, sphere });
         };
         match body.shape {
-            Shape::HalfSpace => add(OverlapSolid::HalfSpace, vec![DVec3::Y]),
-            Shape::Ball(radius) => add(OverlapSolid::Ball(radius), vec![DVec3::X, DVec3::Y, DVec3::Z]),
+            Shape::HalfSpace => add(OverlapSolid::HalfSpace, vec![DVec3::Y], None),
+            Shape::Ball(radius) => {
+                add(OverlapSolid::Ball(radius), DVec3::AXES.to_vec(), Some((DVec3::ZERO, radius)));
+            }
             _ => {
                 for polyhedron in body.polyhedra.iter().filter(|p| crate::rigid::shape::is_convex(p)) {
                     let normals = (0..polyhedron.faces.len()).map(|face| polyhedron.face_normal(face)).collect();
-                    add(OverlapSolid::Convex(ConvexSolid::new(polyhedron)), normals);
+                    let (low, high) = polyhedron.bounds();
+                    let sphere = (low.midpoint(high), 0.5 * low.distance(high));
+                    add(OverlapSolid::Convex(ConvexSolid::new(polyhedron)), normals, Some(sphere));
                 }
             }
         }
@@ -81,6 +94,10 @@ struct PlacedSheet<'a> {
     wide: f64,
     low: DVec3,
     high: DVec3,
+}
+
+fn is_apart((low, high): (DVec3, DVec3), sheet: &PlacedSheet) -> bool {
+    low.cmpgt(sheet.high).any() || high.cmplt(sheet.low).any()
 }
 
 fn bounds([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
@@ -109,6 +126,12 @@ impl<'a> PlacedSheet<'a> {
     /// Greatest depth in a solid, with the place; negative outside.
     fn depth(&self, by: DVec3, placed: &PlacedSolid) -> Option<(f64, DVec3)> {
         let reach = 2.0 * half_thickness(self.sheet);
+        let away = |(centre, radius): (DVec3, f64)| {
+            centre.clamp(self.low + by, self.high + by).distance(centre) > radius + reach
+        };
+        if placed.sphere.is_some_and(away) {
+            return None;
+        }
         let depth = |t: [DVec3; 3]| {
             let local = t.map(|p| placed.pose.local(p));
             let deepest =
@@ -120,10 +143,13 @@ impl<'a> PlacedSheet<'a> {
 
     /// Place where it is nearer than `gap` to another sheet.
     fn meets(&self, by: DVec3, other: &PlacedSheet, gap: f64) -> Option<DVec3> {
+        if is_apart((self.low + by - gap, self.high + by + gap), other) {
+            return None;
+        }
         let meets = |t: [DVec3; 3]| {
             let (low, high) = bounds(t);
             let (low, high) = (low - gap, high + gap);
-            if low.cmpgt(other.high).any() || high.cmplt(other.low).any() {
+            if is_apart((low, high), other) {
                 return false;
             }
             let first = other.triangles.partition_point(|u| bounds(*u).0.x < low.x - other.wide);
@@ -179,7 +205,7 @@ impl Surroundings<'_> {
                 }
             }
             let (mut inside, mut outside) = (0.0, length);
-            for _ in 0..HALVINGS {
+            for _ in 0..SETTINGS.halvings {
                 let middle = 0.5 * (inside + outside);
                 if clear(middle * *way) { outside = middle } else { inside = middle }
             }
@@ -206,7 +232,7 @@ pub(crate) fn check(
     for index in first..sheets.len() {
         let sheet = &placed[index];
         let around = Surroundings { solids: &solids, sheets: &placed[..index] };
-        let Some(found) = around.find(sheet, DVec3::ZERO, (TOLERANCE, INTERSECTION)) else { continue };
+        let Some(found) = around.find(sheet, DVec3::ZERO, (SETTINGS.depth, SETTINGS.intersection)) else { continue };
         let is_free = (0..sheet.sheet.node_count()).all(|i| !sheet.sheet.is_held(i));
         if let Some(by) = (repair && is_free).then(|| around.way_out(sheet, &found.ways)).flatten() {
             return Ok(Some((index, by)));

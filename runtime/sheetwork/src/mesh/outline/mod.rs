@@ -158,31 +158,39 @@ fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Res
     Ok(rings)
 }
 
-/// Cuts and creases of an SVG outline: polylines (x, z) in m, and for each crease its ends (m) and
-/// its angle (degrees).
-///
-/// # Errors
-/// As [`Outline::new`].
-#[expect(clippy::type_complexity, reason = "a list of lines beside a list of lines with angles")]
-pub(crate) fn drawn_lines(
-    outline: Option<&OutlineSpec>,
-    base: &Path,
-) -> Result<(Vec<Vec<(f64, f64)>>, Vec<([DVec2; 2], f64)>), InputError> {
-    let Some(OutlineSpec::Svg { file, scale, cuts, creases }) = outline else { return Ok(Default::default()) };
-    if cuts.is_empty() && creases.is_empty() {
-        return Ok(Default::default());
+/// Lines of an SVG outline.
+#[derive(Default)]
+pub(crate) struct DrawnLines {
+    /// Cuts: polylines (x, z), m.
+    pub cuts: Vec<Vec<(f64, f64)>>,
+    /// Creases: ends (u, v) as fractions of the outline's box, and angle, degrees.
+    pub creases: Vec<([DVec2; 2], f64)>,
+}
+
+impl DrawnLines {
+    /// Cuts and creases of the file of an outline; none of other outlines.
+    ///
+    /// # Errors
+    /// As [`Outline::new`].
+    pub fn read(outline: Option<&OutlineSpec>, base: &Path) -> Result<Self, InputError> {
+        let Some(OutlineSpec::Svg { file, scale, cuts, creases }) = outline else { return Ok(Self::default()) };
+        if cuts.is_empty() && creases.is_empty() {
+            return Ok(Self::default());
+        }
+        let drawn = drawing::read(&base.join(file), *scale, cuts, creases)?;
+        let area = drawn.outline.bounding_box();
+        let (low, size) = (DVec2::new(area.x0, area.y0), DVec2::new(area.width(), area.height()));
+        let mut lines = Self::default();
+        for line in polylines(&drawn.cuts, FLATNESS * size.max_element()) {
+            lines.cuts.push(line.into_iter().map(Into::into).collect());
+        }
+        for (path, (_, angle)) in drawn.creases.iter().zip(creases) {
+            let folds = polylines(path, CREASE_FLATNESS * size.max_element());
+            let ends = folds.iter().flat_map(|l| l.windows(2)).map(|w| [w[0], w[1]].map(|p| (p - low) / size));
+            lines.creases.extend(ends.map(|ends| (ends, *angle)));
+        }
+        Ok(lines)
     }
-    let drawn = drawing::read(&base.join(file), *scale, cuts, creases)?;
-    let size = drawn.outline.bounding_box();
-    let extent = size.width().max(size.height());
-    let lines = polylines(&drawn.cuts, FLATNESS * extent);
-    let cuts = lines.into_iter().map(|line| line.into_iter().map(|p| (p.x, p.y)).collect()).collect();
-    let mut folds = Vec::new();
-    for (path, (_, angle)) in drawn.creases.iter().zip(creases) {
-        let lines = polylines(path, CREASE_FLATNESS * extent);
-        folds.extend(lines.iter().flat_map(|l| l.windows(2)).map(|w| ([w[0], w[1]], *angle)));
-    }
-    Ok((cuts, folds))
 }
 
 fn hole_ring(hole: &HoleSpec, field: &str) -> Result<Ring, InputError> {
