@@ -123,7 +123,7 @@ impl Run {
 
     fn step(&self, world: &mut World) -> Result<Report, InputError> {
         let duration = world.scene().duration;
-        let (mut dt, mut steps, mut per_frame) = (world.dt(), steps_to(duration, world), steps_of_a_frame(world));
+        let (mut dt, mut steps, mut per_frame) = plan(duration, world);
         let mut recorder = self
             .record
             .as_ref()
@@ -159,7 +159,8 @@ impl Run {
             cpu += start.elapsed().as_secs_f64();
             done += batch;
             if world.dt() != dt {
-                (dt, steps, per_frame) = (world.dt(), done + steps_to(duration, world), steps_of_a_frame(world));
+                (dt, steps, per_frame) = plan(duration, world);
+                steps += done;
                 bar.set_length(steps);
             }
             bar.set_position(done);
@@ -196,14 +197,10 @@ impl Run {
     }
 }
 
-/// Steps of the present length to a time (s).
-fn steps_to(duration: f64, world: &World) -> u64 {
-    ((duration - world.time()) / world.dt() - 1e-9).ceil().max(0.0) as u64
-}
-
-/// Steps between two frames of a recording.
-fn steps_of_a_frame(world: &World) -> u64 {
-    ((1.0 / FRAME_RATE / world.dt()).round() as u64).max(1)
+/// Present step (s), number of such steps to a time (s), and between two frames of a recording.
+fn plan(duration: f64, world: &World) -> (f64, u64, u64) {
+    let (dt, left) = (world.dt(), duration - world.time());
+    (dt, (left / dt - 1e-9).ceil().max(0.0) as u64, ((1.0 / FRAME_RATE / dt).round() as u64).max(1))
 }
 
 /// For every sheet of an explicit integrator with a fixed step that is longer than 1 rad of the

@@ -13,6 +13,7 @@ use glam::DVec3;
 use crate::collision::collision_surface::CollisionSurface;
 use crate::collision::features::{ColliderFeatures, ColliderMesh, ColliderPart};
 use crate::collision::geometry::{point_triangle, segment_segment};
+use crate::collision::overlap::sheets::bounds;
 use crate::math::{RigidFrame, Vectors};
 
 /// Subdivisions of a triangle side where penetration depths are sampled.
@@ -137,10 +138,6 @@ pub fn between_sheets((a, x): (&CollisionSurface, &Vectors), (b, y): (&Collision
         }
     }
     touching - nearest
-}
-
-fn bounds([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
-    (a.min(b).min(c), a.max(b).max(c))
 }
 
 fn neighbours(skin: &CollisionSurface, p: [u32; 3], q: [u32; 3], reach: f64) -> bool {

@@ -112,10 +112,7 @@ impl World {
     }
 
     /// Build a world with its own rigid bodies by `build`.
-    fn built(
-        scene: &Scene,
-        build: impl FnOnce(&Scene, RigidWorld) -> Result<Self, InputError>,
-    ) -> Result<Self, BuildError> {
+    fn built(scene: &Scene, build: fn(&Scene, RigidWorld) -> Result<Self, InputError>) -> Result<Self, BuildError> {
         let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| build(scene, rigid));
         built.map_err(|e| BuildError::from(e).map(|e| scene.located(e)))

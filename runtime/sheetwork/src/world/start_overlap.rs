@@ -1,15 +1,15 @@
 //! Start states: sheets whose surface intersects a body or another sheet when a scene is built.
 //!
 //! A sheet may start in contact, and nearer than its thickness: the first step moves it apart. A
-//! surface that lies in a body by more than [`StartSettings::depth`] of its thickness, or that intersects
-//! another sheet, is refused with the pair, the place and the depth. With the scene's `repair` the
-//! sheet is moved, undeformed, by the shortest of the translations that free it along the normals
-//! of what it intersects. Nodes that are held, and sheets between which there is no contact, do not
-//! count. Lengths in m.
+//! surface that lies deeper in a body than [`StartSettings::depth`], or that intersects another
+//! sheet, is refused with the pair, the place and the depth. With the scene's `repair` the sheet is
+//! moved, undeformed, by the shortest of the translations that free it along the normals of what it
+//! intersects. Held nodes, and bodies that are not convex, do not count. Lengths in m.
 
 use glam::DVec3;
 
 use crate::collision::overlap::distance::triangles;
+use crate::collision::overlap::sheets::{apart, bounds};
 use crate::collision::overlap::solid::ConvexSolid;
 use crate::collision::overlap::{BodyPose, OverlapSolid, corners, faces, half_thickness};
 use crate::error::InputError;
@@ -37,9 +37,8 @@ const CONTACT: (f64, f64) = (-0.5, 1.0);
 
 /// Intersection of a sheet at its start.
 struct StartOverlap {
-    /// Whether the other is a body or a sheet, and its name.
-    kind: &'static str,
-    name: String,
+    /// Kind and name of the other.
+    with: String,
     place: DVec3,
     /// Depth in a body; `None` between sheets.
     depth: Option<f64>,
@@ -96,14 +95,6 @@ struct PlacedSheet<'a> {
     high: DVec3,
 }
 
-fn is_apart((low, high): (DVec3, DVec3), sheet: &PlacedSheet) -> bool {
-    low.cmpgt(sheet.high).any() || high.cmplt(sheet.low).any()
-}
-
-fn bounds([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
-    (a.min(b).min(c), a.max(b).max(c))
-}
-
 impl<'a> PlacedSheet<'a> {
     fn new(sheet: &'a Sheet) -> Self {
         let free = |t: &[u32; 3]| t.iter().any(|i| !sheet.is_held(*i as usize));
@@ -143,13 +134,14 @@ impl<'a> PlacedSheet<'a> {
 
     /// Place where it is nearer than `gap` to another sheet.
     fn meets(&self, by: DVec3, other: &PlacedSheet, gap: f64) -> Option<DVec3> {
-        if is_apart((self.low + by - gap, self.high + by + gap), other) {
+        let around = (other.low, other.high);
+        if apart((self.low + by, self.high + by), around, gap) {
             return None;
         }
         let meets = |t: [DVec3; 3]| {
             let (low, high) = bounds(t);
             let (low, high) = (low - gap, high + gap);
-            if is_apart((low, high), other) {
+            if apart((low, high), around, 0.0) {
                 return false;
             }
             let first = other.triangles.partition_point(|u| bounds(*u).0.x < low.x - other.wide);
@@ -180,14 +172,12 @@ impl Surroundings<'_> {
             let Some((depth, place)) = sheet.depth(by, solid).filter(|found| found.0 > tolerance) else { continue };
             let mut ways = solid.normals.clone();
             ways.extend([sheet.normal(), -sheet.normal()]);
-            let name = solid.name.to_owned();
-            return Some(StartOverlap { kind: "body", name, place, depth: Some(depth), ways });
+            return Some(StartOverlap { with: format!("body {:?}", solid.name), place, depth: Some(depth), ways });
         }
         self.sheets.iter().find_map(|other| {
             let place = sheet.meets(by, other, gap * (half + half_thickness(other.sheet)))?;
             let ways = [sheet.normal(), other.normal()].into_iter().flat_map(|n| [n, -n]).collect();
-            let name = other.sheet.name.clone();
-            Some(StartOverlap { kind: "sheet", name, place, depth: None, ways })
+            Some(StartOverlap { with: format!("sheet {:?}", other.sheet.name), place, depth: None, ways })
         })
     }
 
@@ -237,19 +227,14 @@ pub(crate) fn check(
         if let Some(by) = (repair && is_free).then(|| around.way_out(sheet, &found.ways)).flatten() {
             return Ok(Some((index, by)));
         }
-        let StartOverlap { kind, name, place, depth, .. } = found;
-        let depth = depth.map_or_else(String::new, |d| format!(" {:.3e} m deep", d));
-        let problem = format!(
-            "starts inside {kind} {name:?}:{depth} near ({:.4}, {:.4}, {:.4}) m; {}",
-            place.x,
-            place.y,
-            place.z,
-            match (repair, is_free) {
-                (true, true) => "no translation frees it",
-                (true, false) => "`repair` does not move a sheet with held nodes",
-                _ => "move it, or set `repair: true` of the scene",
-            }
-        );
+        let StartOverlap { with, place: p, depth, .. } = found;
+        let depth = depth.map_or_else(String::new, |d| format!(" {d:.3e} m deep"));
+        let cure = match (repair, is_free) {
+            (true, true) => "no translation frees it",
+            (true, false) => "`repair` does not move a sheet with held nodes",
+            _ => "move it, or set `repair: true` of the scene",
+        };
+        let problem = format!("starts inside {with}:{depth} near ({:.4}, {:.4}, {:.4}) m; {cure}", p.x, p.y, p.z);
         return Err(InputError::new(format!("sheets.{index}.placement"), problem));
     }
     Ok(None)

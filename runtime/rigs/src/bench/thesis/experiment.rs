@@ -90,10 +90,8 @@ impl Experiment {
 
     /// Keeps a print of the present state, a layer of its sheets drawn with a smoothing or flat.
     pub fn print_layer(&mut self, name: &str, layer: usize, smoothing: Option<SurfaceSmoothing>) {
-        let drawn = |sheet: &Sheet| match smoothing {
-            Some(smoothing) => DrawingSurface::of_sheet(sheet, layer, 4, smoothing),
-            None => DrawingSurface::of_sheet(sheet, layer, 1, SurfaceSmoothing::Interpolating),
-        };
+        let (parts, smoothing) = smoothing.map_or((1, SurfaceSmoothing::Interpolating), |s| (4, s));
+        let drawn = |sheet: &Sheet| DrawingSurface::of_sheet(sheet, layer, parts, smoothing);
         self.prints.push(Print::drawn(&self.world, name.to_owned(), drawn));
     }
 

@@ -5,7 +5,7 @@ use sheetwork::islands::event::EventKind;
 use sheetwork::sheet::Sheet;
 use sheetwork::{InputError, World};
 
-use crate::bench::thesis::experiment::{Experiment, seconds};
+use crate::bench::thesis::experiment::Experiment;
 use crate::bench::thesis::measures::{half_stretch, stretch_x, turned_over};
 use crate::bench::thesis::{Finding, Row, Verdict};
 
@@ -94,12 +94,6 @@ pub(crate) const WEAK_SPRINGS: Row = Row {
     },
 };
 
-/// Mean stiffness of the springs over that at the start.
-fn softness(start: &Sheet, now: &Sheet) -> f64 {
-    let sum = |sheet: &Sheet| sheet.springs().stiffness.iter().sum::<f64>();
-    sum(now) / sum(start)
-}
-
 /// Stretch of the right half at the end of `heater_wedge` over that without the heater, less 1,
 /// %; the heater is on from one time to another (s).
 fn heated(from: f64, to: f64) -> Result<f64, InputError> {
@@ -126,34 +120,29 @@ pub(crate) const HEAT_IN_THE_FALL: Row = Row {
     run: || {
         let mut run = Experiment::new("heater_wedge", &[])?;
         let mut at_contact = None;
+        let stiffness = |sheet: &Sheet| sheet.springs().stiffness.iter().sum::<f64>();
         let start = Experiment::new("heater_wedge", &[])?;
         run.run_watching(2.0, |world| {
             if at_contact.is_none() && world.events().iter().any(|e| e.kind == EventKind::FirstContact) {
-                at_contact = Some(softness(start.first(), &world.sheets()[0]));
+                at_contact = Some(stiffness(&world.sheets()[0]) / stiffness(start.first()));
             }
         });
-        let at_contact = at_contact.unwrap_or(f64::NAN);
-        let end = softness(run.first(), run.sheet());
-        let contact = run.time_of(EventKind::FirstContact, "wedge").unwrap_or(0.0);
-        let (early, after, late) =
-            (heated(0.0, contact)?, heated(contact, f64::INFINITY)?, heated(2.0, f64::INFINITY)?);
-        let mut oven = Vec::new();
-        for celsius in ["20", "21", "22"] {
+        let (at_contact, end) = (at_contact.unwrap_or(f64::NAN), stiffness(run.sheet()) / stiffness(run.first()));
+        let (contact, ever) = (run.time_of(EventKind::FirstContact, "wedge").unwrap_or(0.0), f64::INFINITY);
+        let (early, after, late) = (heated(0.0, contact)?, heated(contact, ever)?, heated(2.0, ever)?);
+        let oven = |celsius: u32| -> Result<f64, InputError> {
             let schedule = format!("[(time: 2.5, temperature: {celsius})]");
             let mut run = Experiment::new("oven_wedge", &[("oven.schedule", &schedule)])?;
             run.world.advance(7.5);
-            oven.push(stretch_x(run.first(), run.sheet()));
-        }
+            Ok(stretch_x(run.first(), run.sheet()))
+        };
+        let (cold, warm, hot) = (oven(20)?, oven(21)?, oven(22)?);
         let measured = format!(
-            "stiffness {at_contact:.2} of the first at the contact after {}, {end:.2} at 2 s; right arm {early:+.1} % with the \
-             heater on until the contact, {after:+.1} % from then on, {late:+.1} % from 2 s on; oven at 20, 21 and 22 °C from 2.5 s on: {:.3}, {:.3} and {:.3} \
-             of its length",
-            seconds(run.time_of(EventKind::FirstContact, "wedge")),
-            oven[0],
-            oven[1],
-            oven[2]
+            "stiffness {at_contact:.2} of the first at the contact after {contact:.3} s, {end:.2} at 2 s; right arm \
+             {early:+.1} % with the heater on until the contact, {after:+.1} % from then on, {late:+.1} % from 2 s on; oven \
+             at 20, 21 and 22 °C from 2.5 s on: {cold:.3}, {warm:.3} and {hot:.3} of its length"
         );
-        let holds = oven[0] < oven[1] && oven[1] < oven[2] && early > after;
+        let holds = cold < warm && warm < hot && early > after;
         let reason = "oven and heater act from the moment at which they are switched on, here both of them live; the heater \
                       stands beside the wedge and below the start, so that the heat of the fall changes nothing";
         Ok(Finding::new(measured, Verdict::of(holds, reason)))

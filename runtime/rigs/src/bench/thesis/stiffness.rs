@@ -40,8 +40,7 @@ pub(crate) const THREE: Row = Row {
         let reason = "the extensions are in the order described (the weakest does not fold here), but the strongest sheet restores its length best: what \
                       the thesis calls a failure to restore is high damping, which row figure-5.19 shows";
         // The order of extension agrees; the plastic behaviour of the strongest does not.
-        let verdict =
-            if ordered { Verdict::Disagrees(reason.to_owned()) } else { Verdict::of(false, "no order by stiffness") };
+        let verdict = Verdict::of(false, if ordered { reason } else { "no order by stiffness" });
         Ok(Finding::new(measured, verdict).with(run.strip("A weak, a medium and a strong sheet on cubes")))
     },
 };

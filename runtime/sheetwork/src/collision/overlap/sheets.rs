@@ -15,8 +15,8 @@ struct BoundedTriangle {
 fn boxed(sheet: &Sheet) -> Vec<BoundedTriangle> {
     let of = |t: &[u32; 3]| {
         let corners = corners(&sheet.state.x, t);
-        let [a, b, c] = corners;
-        BoundedTriangle { corners, low: a.min(b).min(c), high: a.max(b).max(c) }
+        let (low, high) = bounds(corners);
+        BoundedTriangle { corners, low, high }
     };
     faces(sheet).iter().map(of).collect()
 }
@@ -48,7 +48,13 @@ pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
     found
 }
 
-fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {
+/// Corners of the box around a triangle, m.
+pub(crate) fn bounds([a, b, c]: [DVec3; 3]) -> (DVec3, DVec3) {
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+/// Whether two boxes are farther than `by` (m) from each other along an axis.
+pub(crate) fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {
     (a.0 - b.1).max(b.0 - a.1).max_element() > by
 }
 

@@ -81,8 +81,8 @@ impl SvgDrawing {
         }
         let empty = |path: &BezPath| path.elements().is_empty();
         let named = cuts.iter().map(String::as_str).filter(|_| empty(&drawn.cuts));
-        let unused = named.chain(creases.iter().zip(&drawn.creases).filter(|c| empty(c.1)).map(|c| *c.0)).next();
-        if let Some(name) = unused {
+        let folds = creases.iter().zip(&drawn.creases).filter(|c| empty(c.1)).map(|c| *c.0);
+        if let Some(name) = named.chain(folds).next() {
             return Err(format!("has no line of the colour or layer {name:?}"));
         }
         let metres = scale.unwrap_or_else(|| unit(root));
@@ -181,8 +181,9 @@ fn href<'a, 'input>(node: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
 fn length(node: Node, attribute: &str, default: f64) -> Result<f64, String> {
     let Some(text) = node.attribute(attribute) else { return Ok(default) };
     let found = text.parse::<Length>().ok().and_then(|l| metres(l.unit).map(|m| l.number * m / PIXEL));
-    let found = found.filter(|l| l.is_finite());
-    found.ok_or_else(|| format!("has a <{}> whose {attribute} cannot be read: {text:?}", node.tag_name().name()))
+    found
+        .filter(|l| l.is_finite())
+        .ok_or_else(|| format!("has a <{}> whose {attribute} cannot be read: {text:?}", node.tag_name().name()))
 }
 
 /// Curve of an element in its own coordinates; empty for groups and elements without a shape.
@@ -261,10 +262,10 @@ fn decode(bytes: &[u8]) -> Result<String, String> {
         [0xff, 0xfe, ..] => wide(u16::from_le_bytes),
         [0xfe, 0xff, ..] => wide(u16::from_be_bytes),
         _ if latin && first.starts_with("<?xml") => Ok(bytes.iter().map(|b| char::from(*b)).collect()),
-        _ => {
-            let text = std::str::from_utf8(bytes).map_err(|e| format!("is not UTF-8: {e}"))?;
-            Ok(text.trim_start_matches('\u{feff}').to_owned())
-        }
+        _ => match std::str::from_utf8(bytes) {
+            Ok(text) => Ok(text.trim_start_matches('\u{feff}').to_owned()),
+            Err(error) => Err(format!("is not UTF-8: {error}")),
+        },
     }
 }
 
