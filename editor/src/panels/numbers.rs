@@ -180,6 +180,7 @@ pub(super) fn describe(event: &Event) -> String {
         EventKind::Unstable => "becomes unstable",
         EventKind::Contained => "is stabilised by the recovery policy",
         EventKind::GivenUp => "moves by a fallback: contact did not converge",
+        EventKind::Penetration => "penetrates",
         EventKind::Crossing => "interpenetrates another sheet until they separate",
         EventKind::Recovered => "has recovered",
         EventKind::Buckled => "buckles",

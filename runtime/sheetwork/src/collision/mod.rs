@@ -8,6 +8,4 @@ pub mod features;
 pub mod geometry;
 pub mod narrow_phase;
 pub mod overlap;
-#[cfg(test)]
-mod penetration;
 pub(crate) mod settings;

@@ -28,6 +28,9 @@ pub enum EventKind {
     /// The contact solver did not converge in a substep. The island moved rigidly or was frozen for
     /// that substep. Sent once per episode.
     GivenUp,
+    /// Penetration of a body, another sheet or itself by more than a tenth of the thickness. Sent
+    /// only when [`crate::world::World::set_penetration_check`] enables it.
+    Penetration,
     /// Interpenetration with another sheet, as from initial positions. Contact between the two is
     /// disabled until they are apart.
     Crossing,
@@ -53,6 +56,12 @@ pub struct Event {
     pub sheet: String,
     /// Name of the body, where one is involved.
     pub body: Option<String>,
+    /// Name of the other sheet of a penetration; the sheet's own name for one of itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other: Option<String>,
+    /// Depth of a penetration, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_m: Option<f64>,
     /// Place of a local event, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place_m: Option<[f64; 3]>,
@@ -148,8 +157,19 @@ impl InstabilityReport {
 impl Event {
     /// Event of `sheet` without a place.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
-        let sheet = sheet.to_owned();
-        Self { time_s, kind, sheet, body, place_m: None, energy_j: None, opening: None, grid: None, alarm: None }
+        Self {
+            time_s,
+            kind,
+            sheet: sheet.to_owned(),
+            body,
+            other: None,
+            depth_m: None,
+            place_m: None,
+            energy_j: None,
+            opening: None,
+            grid: None,
+            alarm: None,
+        }
     }
 }
 

@@ -11,6 +11,8 @@ pub(crate) mod lod;
 pub mod lod_cost;
 pub(crate) mod parameters;
 pub(crate) mod part_file;
+pub(crate) mod penetration;
+mod placed_solids;
 pub(crate) mod playback;
 pub mod recording;
 pub(crate) mod remap;
@@ -30,6 +32,7 @@ use glam::DVec3;
 
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
+pub use crate::world::penetration::{PenetratedObject, Penetration};
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
 
@@ -77,6 +80,8 @@ pub struct World {
     events: Vec<Event>,
     sleep: bool,
     buckling: bool,
+    /// Check of penetration after each step; `None` while it is off.
+    penetration_check: Option<Box<penetration::PenetrationCheck>>,
     pool: Option<Arc<Pool>>,
     islands: IslandManager,
     /// Thermal model; `None` without heat.
@@ -183,6 +188,7 @@ impl World {
             events: Vec::new(),
             sleep: true,
             buckling: false,
+            penetration_check: None,
             pool: None,
             islands: IslandManager::default(),
             heat,
@@ -206,7 +212,8 @@ impl World {
         fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
         let profiler = std::mem::take(&mut self.profiler);
-        *self = Self { sleep, buckling, pool, profiler, ..fresh };
+        let penetration_check = self.penetration_check.take().map(|_| Box::default());
+        *self = Self { sleep, buckling, penetration_check, pool, profiler, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }

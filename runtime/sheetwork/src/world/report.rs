@@ -25,7 +25,7 @@ pub struct Report {
     pub cpu_s: f64,
     /// Number of steps.
     pub steps: u64,
-    /// "ok", or "unstable" with place and time.
+    /// "ok", "unstable" with place and time, or "penetration" where the check of it is on.
     pub status: String,
     /// Results of the sheets.
     pub sheets: Vec<SheetReport>,
@@ -194,7 +194,11 @@ impl World {
         // stable.
         let mut events = self.events.clone();
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.state.status));
+        let status = match (self.unstable(), self.deepest_penetration()) {
+            (Some(sheet), _) => describe(&sheet.name, &sheet.state.status),
+            (None, Some(penetration)) => penetration.to_owned(),
+            (None, None) => "ok".to_owned(),
+        };
         Report {
             scene: self.scene.name.clone(),
             engine: self.engine.name(),

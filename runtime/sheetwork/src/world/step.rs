@@ -86,6 +86,7 @@ impl World {
         self.fracture_sheets();
         self.collect_events(name);
         self.detect_buckling(self.time - dt);
+        self.check_penetration();
         self.update_lod(dt);
         if self.refine_work.is_some() {
             self.refine_sheets();

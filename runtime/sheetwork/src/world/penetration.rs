@@ -1,0 +1,154 @@
+//! Check of the invariant of contact: no sheet lies within a body, another sheet or itself by more
+//! than a tenth of its thickness.
+//!
+//! Every pair of triangles, and every triangle and convex solid, whose boxes meet is tested
+//! exactly (`collision/overlap`), independently of the contact solver. Off unless
+//! [`World::set_penetration_check`] turns it on. Triangles whose nodes are all held, and parts of
+//! bodies that are not convex, do not count. Triangles of one sheet count where they are farther
+//! apart at rest than their size and the thickness. Lengths in m.
+
+use glam::DVec3;
+
+use crate::collision::overlap::half_thickness;
+use crate::collision::overlap::sheets::PlacedSheet;
+use crate::islands::event::{Event, EventKind};
+use crate::units::settings::settings;
+use crate::world::World;
+use crate::world::placed_solids::placed_solids;
+
+settings! {
+    /// Settings of the check of penetration.
+    pub struct PenetrationSettings {
+        /// Accepted penetration, in thicknesses.
+        pub depth: f64 = 0.1,
+    }
+}
+
+const SETTINGS: PenetrationSettings = PenetrationSettings::DEFAULT;
+
+/// What a sheet penetrates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PenetratedObject {
+    /// The body of this index in [`crate::rigid::RigidWorld::bodies`].
+    Body(usize),
+    /// The sheet of this index in [`World::sheets`].
+    Sheet(usize),
+    /// The sheet itself.
+    Itself,
+}
+
+/// Penetration of a sheet beyond the accepted depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Penetration {
+    /// Index of the sheet in [`World::sheets`].
+    pub sheet: usize,
+    /// What it penetrates.
+    pub with: PenetratedObject,
+    /// Depth, m: overlap of the surfaces of the material. Between sheets at most the thickness.
+    pub depth: f64,
+    /// Place, m.
+    pub place: DVec3,
+}
+
+/// State of the check.
+#[derive(Default)]
+pub(super) struct PenetrationCheck {
+    /// Pairs that penetrate at present; each is reported once.
+    pairs: Vec<(usize, PenetratedObject)>,
+    /// Description and depth, in thicknesses, of the deepest penetration so far.
+    deepest: Option<(f64, String)>,
+}
+
+impl World {
+    /// Check each step for penetration beyond a tenth of the thickness, by a test of every pair of
+    /// triangles that is independent of the contact solver. Each pair found sends one
+    /// [`EventKind::Penetration`], and the report's status names the deepest. Default: off. The
+    /// motion does not depend on it.
+    pub fn set_penetration_check(&mut self, on: bool) {
+        self.penetration_check = on.then(Box::default);
+    }
+
+    /// Penetrations deeper than a tenth of the thickness in the present state: by sheet, with
+    /// bodies first, then the sheets before it, then itself.
+    pub fn penetrations(&self) -> Vec<Penetration> {
+        let solids = placed_solids(self.rigid.as_ref());
+        let placed: Vec<PlacedSheet> = self.sheets.iter().map(PlacedSheet::free).collect();
+        let mut all = Vec::new();
+        for (index, sheet) in placed.iter().enumerate() {
+            let half = half_thickness(sheet.sheet);
+            let mut add = |with, depth: f64, place| {
+                if depth > 2.0 * SETTINGS.depth * half {
+                    all.push(Penetration { sheet: index, with, depth, place });
+                }
+            };
+            for solid in &solids {
+                if let Some((depth, place)) = solid.depth_of(sheet, DVec3::ZERO) {
+                    add(PenetratedObject::Body(solid.body), half + depth, place);
+                }
+            }
+            let others = if self.scene.contact.sheets { &placed[..index] } else { &[] };
+            for (other, with) in others.iter().enumerate() {
+                let touching = half + half_thickness(with.sheet);
+                if let Some((distance, place)) = sheet.nearest(DVec3::ZERO, with, touching, |_, _| false) {
+                    add(PenetratedObject::Sheet(other), touching - distance, place);
+                }
+            }
+            if let Some((distance, place)) = self.nearest_to_itself(index, sheet) {
+                add(PenetratedObject::Itself, 2.0 * half - distance, place);
+            }
+        }
+        all
+    }
+
+    /// Least distance below the thickness of parts of a sheet that are not neighbours at rest.
+    fn nearest_to_itself(&self, index: usize, sheet: &PlacedSheet) -> Option<(f64, DVec3)> {
+        let surface = self.sheet_contacts.get(index)?.surface.as_ref()?;
+        let thickness = 2.0 * half_thickness(sheet.sheet);
+        let size = |t: &[u32; 3]| {
+            let side = |i: usize, j: usize| surface.rest_distance(t[i], t[j]);
+            side(0, 1).max(side(1, 2)).max(side(2, 0))
+        };
+        let neighbours = |p: &[u32; 3], q: &[u32; 3]| {
+            let reach = thickness + size(p).max(size(q));
+            p.iter().any(|i| q.iter().any(|j| surface.rest_distance(*i, *j) < reach))
+        };
+        sheet.nearest(DVec3::ZERO, sheet, thickness, neighbours)
+    }
+
+    /// Report the penetrations that begin in this step.
+    pub(super) fn check_penetration(&mut self) {
+        let Some(mut check) = self.penetration_check.take() else { return };
+        let found = self.penetrations();
+        for p in &found {
+            let sheet = &self.sheets[p.sheet];
+            let (body, other) = match p.with {
+                PenetratedObject::Body(index) => (self.rigid.as_ref().map(|r| r.bodies()[index].name.clone()), None),
+                PenetratedObject::Sheet(index) => (None, Some(self.sheets[index].name.clone())),
+                PenetratedObject::Itself => (None, Some(sheet.name.clone())),
+            };
+            let thicknesses = p.depth / (2.0 * half_thickness(sheet));
+            if check.deepest.as_ref().is_none_or(|(most, _)| thicknesses > *most) {
+                let with = body.as_ref().or(other.as_ref()).map_or("", String::as_str);
+                let status = format!(
+                    "penetration: {} in {with} at {:.6} s, {:.3e} m ({thicknesses:.2} thicknesses) at ({:.5}, {:.5}, {:.5}) m",
+                    sheet.name, self.time, p.depth, p.place.x, p.place.y, p.place.z
+                );
+                check.deepest = Some((thicknesses, status));
+            }
+            if !check.pairs.contains(&(p.sheet, p.with)) {
+                let event = Event::new(self.time, EventKind::Penetration, &sheet.name, body);
+                let (place_m, depth_m) = (Some(p.place.to_array()), Some(p.depth));
+                self.events.push(Event { other, place_m, depth_m, ..event });
+            }
+        }
+        check.pairs.clear();
+        check.pairs.extend(found.iter().map(|p| (p.sheet, p.with)));
+        self.penetration_check = Some(check);
+    }
+
+    /// Description of the deepest penetration that the check has found.
+    pub(super) fn deepest_penetration(&self) -> Option<&str> {
+        self.penetration_check.as_ref()?.deepest.as_ref().map(|(_, status)| status.as_str())
+    }
+}
