@@ -59,6 +59,7 @@
 
 pub(crate) mod adhesion;
 pub(crate) mod attachment_spin;
+pub(crate) mod barrier;
 pub(crate) mod closed_contacts;
 pub(crate) mod contact_cache;
 pub(crate) mod convergence;

@@ -35,15 +35,16 @@ settings! {
         /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual
         /// solver × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration
         /// ends and the remaining substeps are skipped. Steps that need more do not converge, such
-        /// as those of interpenetrating sheets. The largest value in the shipped scenes is 2.5
-        /// million: a ball that hits a house of fifteen cards.
-        pub maximum_work: u64 = 4_000_000,
+        /// as those of interpenetrating sheets. The barrier method takes them over.
+        pub maximum_work: u64 = 400_000,
         /// Work budget of one step of a single sheet on kinematic and static bodies, in
         /// node-iterations. The largest value in the shipped scenes is 120,000: a film drawn onto
         /// its mould.
         pub maximum_work_of_single_sheet: u64 = 400_000,
         /// Contact of single nodes, for explicit integrators.
         pub node: NodeContactSettings = NodeContactSettings::DEFAULT,
+        /// Barrier method.
+        pub barrier: BarrierSettings = BarrierSettings::DEFAULT,
         /// Bonds.
         pub adhesion: AdhesionSettings = AdhesionSettings::DEFAULT,
         /// Convergence of the outer iteration.
@@ -70,6 +71,48 @@ settings! {
         pub node_sweeps: NodeSweepSettings = NodeSweepSettings::DEFAULT,
         /// Sweeps on the nodes of explicit lattices.
         pub lattice_sweeps: LatticeSweepSettings = LatticeSweepSettings::DEFAULT,
+    }
+
+    /// Barrier method.
+    pub struct BarrierSettings {
+        /// Range of the barrier as a fraction of the sum of the half thicknesses: the accepted
+        /// penetration.
+        pub range: f64 = 0.1,
+        /// Stiffness of the barrier as a multiple of that of its vertices in the stage.
+        pub stiffness: f64 = 300.0,
+        /// Margin of the search as a fraction of the half thickness: rounding.
+        pub search_margin: f64 = 1e-3,
+        /// Accepted penetration of a solution of the contact solver, in half thicknesses: a tenth
+        /// of the thickness.
+        pub penetration: f64 = 0.2,
+        /// Displacement of all nodes in a substep, in half thicknesses, below which it is not
+        /// checked.
+        pub slow_displacement: f64 = 1e-3,
+        /// Velocity below which friction sticks, m/s.
+        pub slip_speed: f64 = 1e-4,
+        /// Least sum of squared weights of the free nodes of a stencil that takes the velocity of
+        /// a body.
+        pub least_share: f64 = 0.1,
+        /// Cosine between the normals of two bodies below which they compress a sheet.
+        pub opposed_cosine: f64 = -0.9,
+        /// Maximum force of compression of a node, N.
+        pub maximum_compression: f64 = 20.0,
+        /// Fraction of a gap that a step keeps.
+        pub kept_gap: f64 = 0.1,
+        /// Maximum number of advancements of continuous collision detection for one stencil.
+        pub maximum_advancements: u32 = 64,
+        /// Maximum number of Newton steps: the work budget of a substep.
+        pub maximum_iterations: u32 = 40,
+        /// Displacement or rotation of a Newton step beyond which it is not a solution, m or rad.
+        pub maximum_displacement: f64 = 1e6,
+        /// Maximum number of halvings of a Newton step.
+        pub maximum_halvings: u32 = 12,
+        /// Relative rise of the potential that counts as rounding.
+        pub rounding: f64 = 1e-12,
+        /// Speed of the reference kinetic energy of rounding, m/s.
+        pub speed: f64 = 1.0,
+        /// Displacement of the last Newton step, as a fraction of the half thickness.
+        pub displacement: f64 = 2e-3,
     }
 
     /// Contact of single nodes, for explicit integrators.

@@ -9,6 +9,7 @@
 use glam::DVec3;
 
 use crate::collision::constraint::{ContactConstraint, ContactKey};
+use crate::contact::barrier::BarrierSolver;
 use crate::contact::contact_cache::{CachedForces, ContactCache};
 use crate::contact::counters::ContactCounters;
 use crate::contact::detected_contacts::DetectedContacts;
@@ -60,6 +61,8 @@ pub(crate) struct ContactWorkspace {
     pub profiler: Profiler,
     /// Gaps of `detected`.
     pub(crate) gaps: ContactGaps,
+    /// Barrier method; `None` until a substep needs it.
+    pub(crate) barrier: Option<Box<BarrierSolver>>,
     /// PGS solver.
     pub(crate) pgs: PgsContactSolver,
     /// Gauss-Seidel on the nodes of explicit lattices.

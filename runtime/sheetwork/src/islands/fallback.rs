@@ -10,10 +10,13 @@ use crate::contact::gap::{StagePose, gap};
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::settings::ContactSettings;
 use crate::contact::solver_body::SolverBody;
+use crate::islands::energy_budget::{EnergyBudget, EnergyVerdict};
 use crate::islands::implicit_step::{IslandSolve, Substep};
+use crate::islands::rigid_motion::is_free;
 use crate::islands::settings::{FallbackSettings, StepSettings};
+use crate::islands::unstable::is_unstable;
 use crate::scene::sleep::SLEEP;
-use crate::sheet::{Field, stage};
+use crate::sheet::{Field, attachment, stage};
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
@@ -46,6 +49,12 @@ pub(crate) enum Fallback {
 impl IslandSolve<'_, '_, '_> {
     /// Apply `fallback` to the substep `substep`.
     pub fn apply_fallback(&mut self, fallback: Fallback, substep: &Substep) {
+        if !matches!(fallback, Fallback::StopBuriedSheet(_))
+            && self.solve_with_barrier(substep, SETTINGS.barrier_bisections)
+        {
+            self.record_fallback();
+            return self.clear_failures();
+        }
         match fallback {
             Fallback::MoveOrFreeze => self.move_or_freeze(substep),
             Fallback::MoveRigidly => {
@@ -75,6 +84,76 @@ impl IslandSolve<'_, '_, '_> {
                 self.view.sheet_mut(sheet).work.stage.has_diverged = true;
             }
         }
+    }
+
+    /// Solve the substep by the barrier method, in shorter parts where a moving body does not
+    /// arrive. Returns `false`, at the start of the substep, where it does not apply.
+    fn solve_with_barrier(&mut self, substep: &Substep, depth: u32) -> bool {
+        if self.view.sheets.iter().any(attachment::has_dynamic_attachments) {
+            return false;
+        }
+        self.roll_back();
+        let before = EnergyBudget::before(self.view, substep);
+        self.view.for_each_sheet(|sheet| stage::begin_euler(sheet, substep.field, substep.dt));
+        self.detection.begin_stage(self.view, substep.done, substep.done + substep.dt);
+        let mut barrier = self.workspace.barrier.take().unwrap_or_default();
+        let detection = &*self.detection;
+        let friction = |island: &IslandView, pair| detection.friction(island, pair);
+        let time = (substep.field, substep.dt);
+        let report = barrier.solve(self.view, detection.barrier_colliders(), &friction, time);
+        self.view.for_each_sheet(|sheet| stage::finish_euler(sheet, substep.field, substep.dt));
+        barrier.finish(self.view, &friction, substep.dt);
+        self.workspace.barrier = Some(barrier);
+        if self.view.sheets.iter().any(is_unstable) {
+            self.roll_back();
+            return false;
+        }
+        if !report.arrived && depth > 0 {
+            self.roll_back();
+            let half = Substep { dt: 0.5 * substep.dt, bisections: substep.bisections + 1, ..*substep };
+            self.solve_with_barrier(&half, depth - 1);
+            let half = Substep { time: half.time + half.dt, done: half.done + half.dt, ..half };
+            self.begin_substep(&half);
+            self.solve_with_barrier(&half, depth - 1);
+            return true;
+        }
+        if let Some(before) = before {
+            let flags = (true, true, is_free(self.view, self.workspace));
+            let verdict = before.check_and_scale(self.view, &substep.field, flags, &mut self.progress.energy_error);
+            if verdict != EnergyVerdict::Accept {
+                self.view.for_each_sheet(|sheet| sheet.state.v.clear());
+            }
+        }
+        true
+    }
+
+    /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;
+    /// `None` without one. The substep is split there: a sheet has the velocity of the body that
+    /// struck it only from then on.
+    pub fn first_impact(&mut self, substep: &Substep) -> Option<f64> {
+        let size = self.view.sheets.iter().map(|sheet| sheet.model.initial_diagonal).fold(f64::INFINITY, f64::min);
+        let fast = SETTINGS.impact_displacement * size / substep.dt;
+        let is_fast = |body: &SolverBody| !body.is_dynamic() && body.start.velocity().length() > fast;
+        if !self.view.solver_bodies.iter().any(is_fast) {
+            return None;
+        }
+        let mut barrier = self.workspace.barrier.take().unwrap_or_default();
+        let detection = &*self.detection;
+        let friction = |island: &IslandView, pair| detection.friction(island, pair);
+        let part = barrier.first_impact(self.view, detection.barrier_colliders(), &friction, substep.dt);
+        self.workspace.barrier = Some(barrier);
+        (part > SETTINGS.impact_fraction && part < 1.0 - SETTINGS.impact_fraction).then_some(part)
+    }
+
+    /// Whether features passed through each other in the substep.
+    pub fn passes_through(&mut self) -> bool {
+        let mut barrier = self.workspace.barrier.take().unwrap_or_default();
+        let detection = &*self.detection;
+        let friction = |island: &IslandView, pair| detection.friction(island, pair);
+        let saved = &self.workspace.saved_solver_bodies;
+        let found = barrier.passes_through(self.view, detection.barrier_colliders(), &friction, saved);
+        self.workspace.barrier = Some(barrier);
+        found
     }
 
     fn record_fallback(&mut self) {

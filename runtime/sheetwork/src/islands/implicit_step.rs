@@ -82,6 +82,12 @@ impl IslandSolve<'_, '_, '_> {
     pub fn advance(&mut self, substep: Substep) {
         if substep.bisections == 0 {
             self.begin_step();
+            if let Some(part) = self.first_impact(&substep) {
+                let first = Substep { dt: part * substep.dt, bisections: 1, ..substep };
+                self.advance(first);
+                let dt = substep.dt - first.dt;
+                return self.advance(Substep { time: first.time + first.dt, done: first.done + first.dt, dt, ..first });
+            }
         } else if self.progress.report.stopped > 0 {
             return;
         }
@@ -94,8 +100,11 @@ impl IslandSolve<'_, '_, '_> {
             let deepest = &mut self.progress.report.deepest_bisection;
             *deepest = substep.bisections.max(*deepest);
             let closed = self.workspace.closed_in_step.len();
-            let outcome = self.solve_stages(&substep);
             let is_shortest = self.is_shortest(&substep);
+            let mut outcome = self.solve_stages(&substep);
+            if outcome == StageOutcome::Accepted && self.passes_through() {
+                outcome = StageOutcome::Fallback(Fallback::MoveOrFreeze);
+            }
             match outcome {
                 StageOutcome::Accepted => return self.end_substep(),
                 StageOutcome::Fallback(fallback) => {
@@ -130,7 +139,7 @@ impl IslandSolve<'_, '_, '_> {
 
     /// Prescribe velocities and save the state. One saved state suffices: each half begins at the
     /// state to which its rollback returns.
-    fn begin_substep(&mut self, substep: &Substep) {
+    pub fn begin_substep(&mut self, substep: &Substep) {
         self.view.for_each_sheet(|sheet| {
             if !sheet.pins.is_empty() {
                 sheet.pins.prescribe_velocities(substep.time, substep.dt, &sheet.state.x, &mut sheet.state.v);

@@ -12,6 +12,7 @@ use crate::collision::narrow_phase::{
 };
 use crate::contact::IslandView;
 use crate::contact::adhesion::on_bodies;
+use crate::contact::barrier::BarrierCollider;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
@@ -274,6 +275,33 @@ impl IslandDetection<'_> {
                 self.view.map_or(mean, |v| v.between(&a.material().name, &b.material().name, mean))
             }
         }
+    }
+
+    /// Colliders near the island, for the barrier method.
+    pub fn barrier_colliders(&self) -> impl Iterator<Item = BarrierCollider<'_>> {
+        let all = self.work.parts.iter().zip(&self.work.of_part).enumerate();
+        all.flat_map(|(part, (index, body))| {
+            let of = &self.surroundings.colliders[*index as usize];
+            of.features.solids().iter().map(move |(_, solid)| BarrierCollider {
+                part: part as u32,
+                body: *body,
+                solid,
+                frame: &of.frame,
+            })
+        })
+    }
+
+    /// Friction coefficient of a pair; `None` where it has no contact.
+    pub fn friction(&self, island: &IslandView, pair: ContactPair) -> Option<f64> {
+        if let ContactPair::Sheets(a, b) = pair
+            && a != b
+        {
+            let crosses = |s| island.sheet(s).state.interpenetration != Interpenetration::None;
+            if !self.sheets_meet || crosses(a) && crosses(b) {
+                return None;
+            }
+        }
+        Some(self.coefficients(island, pair).0)
     }
 
     /// Contact point on the island's body `solver_body`, with index `index`, at the end of the

@@ -34,6 +34,13 @@ fn apply_limits(sheet: &mut Sheet, dt: f64) {
     }
 }
 
+/// Whether a sheet moves so fast within itself that it may meet itself in a step of `dt` (s).
+fn may_fold(sheet: &Sheet, dt: f64) -> bool {
+    let size = SETTINGS.folding_displacement * sheet.model.initial_diagonal;
+    let mean = sheet.state.v.iter().sum::<DVec3>() / sheet.node_count().max(1) as f64;
+    sheet.state.v.iter().any(|v| (v - mean).length() * dt > size)
+}
+
 impl IslandContext<'_> {
     /// Step the island of the sheets `all`, whose indices in the world are `ids`.
     pub fn step(&self, all: SteppedSheets, ids: &[u32], parallel: bool) {
@@ -76,7 +83,8 @@ impl IslandContext<'_> {
         };
         detection.begin(&mut island, around, reach);
         let part = Substep { field: context.field, time: context.time, done: 0.0, dt: context.dt, bisections: 0 };
-        let is_idle = detection.is_idle(&island);
+        let folds = |sheet: &Sheet| may_fold(sheet, context.dt);
+        let is_idle = detection.is_idle(&island) && !island.sheets.iter().any(folds);
         if is_idle {
             island.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {

@@ -30,6 +30,9 @@ settings! {
         /// Margin of the broad phase beyond the distance from speeds, m. It exceeds the margin of
         /// detection.
         pub broad_phase_margin: f64 = 1e-3,
+        /// Displacement of a node within its sheet in a step, as a fraction of the sheet's diagonal,
+        /// above which a flat sheet without contact may meet itself.
+        pub folding_displacement: f64 = 0.25,
         /// Maximum number of iterations in which islands grow by their largest speed.
         pub maximum_growth_iterations: u32 = 4,
         /// Consecutive steps with a fallback after which sheets are tested for interpenetration.
@@ -87,6 +90,14 @@ settings! {
     pub struct FallbackSettings {
         /// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
         pub penetration: f64 = 3e-4,
+        /// Displacement of a body with prescribed motion in a substep, as a fraction of the sheet's
+        /// diagonal, above which the substep is split at the first impact.
+        pub impact_displacement: f64 = 0.25,
+        /// Least fraction of a substep before and after the first impact at which it is split.
+        pub impact_fraction: f64 = 0.02,
+        /// Maximum number of bisections of a substep of the barrier method in which a body does not
+        /// arrive.
+        pub barrier_bisections: u32 = 3,
         /// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island
         /// slower than [`Self::sleep_speed`] sleeps, since its contacts contradict one another, and
         /// a faster one is unstable.

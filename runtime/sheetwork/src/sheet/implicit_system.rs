@@ -164,6 +164,11 @@ impl ImplicitSystem {
         &self.pattern
     }
 
+    /// Call `visit` with each block row and its gradient, N.
+    pub fn for_each_gradient_row(&self, mut visit: impl FnMut(u32, DVec3)) {
+        self.masses.iter().enumerate().for_each(|(row, mass)| visit(row as u32, self.gradient.get(*mass as usize)));
+    }
+
     /// Last assembled tangent.
     pub fn tangent(&self) -> ContactTangent<'_> {
         ContactTangent { pattern: &self.pattern, values: &self.values }
@@ -321,6 +326,14 @@ impl ImplicitSheet<'_> {
         self.assemble(stage, x, geometric);
         self.system.is_factor_without_contact = true;
         self.system.factor.factorize(&self.system.values)
+    }
+
+    /// Assemble the gradient and the positive definite tangent at `x`.
+    pub fn linearise(&mut self, stage: &StageProblem, x: &Vectors) {
+        self.gradient(stage, x);
+        self.pins.zero_fixed_axes(&mut self.system.gradient);
+        self.assemble(stage, x, Geometric::Clipped);
+        self.system.is_factor_without_contact = false;
     }
 
     /// Compute g = ∇Φ (N) into the system's gradient; entries of fixed nodes are undefined.

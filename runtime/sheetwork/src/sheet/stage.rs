@@ -8,6 +8,8 @@
 use glam::DVec3;
 
 use crate::elements::{Geometric, NO_BLOCK};
+use crate::integrators::Integrator;
+use crate::integrators::backward_euler;
 use crate::integrators::implicit::ImplicitProblem;
 use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
 use crate::integrators::settings::{IntegratorSettings, NewtonSettings};
@@ -44,6 +46,8 @@ pub(crate) struct StageWorkspace {
     /// Length of the stage (s), and weight of the new acceleration in its displacement (s).
     pub length: f64,
     pub h: f64,
+    /// Integrator of the sheet during a step of [`begin_euler`].
+    own_engine: Option<Box<dyn Integrator>>,
     d: Vectors,
     reference: f64,
     scale: f64,
@@ -309,6 +313,51 @@ pub(crate) fn free_row(sheet: &Sheet, i: u32) -> Option<(u32, DVec3)> {
     let system = sheet.system.as_ref()?;
     let row = system.block_row(i);
     (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
+}
+
+/// Begin a step of `dt` (s) of backward Euler in place of the sheet's integrator, up to
+/// [`finish_euler`].
+pub(crate) fn begin_euler(sheet: &mut Sheet, field: Field, dt: f64) {
+    sheet.work.stage.own_engine = Some(std::mem::replace(&mut sheet.engine, (backward_euler::INFO.make)()));
+    begin_step(sheet, field, dt);
+    prepare_stage(sheet, field, 0, dt);
+    with_scheme(sheet, field, |problem, _, stage, (x, _)| {
+        // The guess holds the prescribed nodes at their end.
+        std::mem::swap(&mut stage.free_positions, &mut stage.iterate);
+        stage.iterate.copy_from(x);
+        problem.update_stress(x);
+    });
+}
+
+/// Finish a step of [`begin_euler`] at the iterate; the sheet's integrator restarts.
+pub(crate) fn finish_euler(sheet: &mut Sheet, field: Field, dt: f64) {
+    finish_stage(sheet, field, 0, dt, None);
+    if let Some(own) = sheet.work.stage.own_engine.take() {
+        sheet.engine = own;
+    }
+    restart_engine(sheet);
+}
+
+/// Assemble the gradient and the positive definite tangent of the potential at the iterate.
+pub(crate) fn linearise(sheet: &mut Sheet, field: Field) {
+    with_scheme(sheet, field, |problem, scheme, stage, _| {
+        problem.update_stress(&stage.iterate);
+        problem.linearise(&scheme.stage(), &stage.iterate);
+    });
+}
+
+/// Call `visit` with each block row and the gradient (N) of the last [`linearise`].
+pub(crate) fn for_each_gradient_row(sheet: &Sheet, visit: impl FnMut(u32, DVec3)) {
+    if let Some(system) = &sheet.system {
+        system.for_each_gradient_row(visit);
+    }
+}
+
+/// Incremental potential at the iterate, J.
+pub(crate) fn iterate_potential(sheet: &mut Sheet, field: Field) -> f64 {
+    let found =
+        with_scheme(sheet, field, |problem, scheme, stage, _| problem.potential(&scheme.stage(), &stage.iterate));
+    found.unwrap_or(f64::NAN)
 }
 
 /// Save the state of the sheet for [`restore_state`].

@@ -109,7 +109,8 @@ impl ContactWorkspace {
             self.uses_sheet_tangent = primal.constraints.iter().all(|row| covers_constraint(system.pattern(), row));
         }
         if !self.uses_sheet_tangent {
-            self.island_tangent.fill(island, &primal.constraints, h);
+            let pairs = primal.constraints.iter().flat_map(SolverConstraint::pairs);
+            self.island_tangent.fill(island, pairs, h);
         }
     }
 

@@ -118,13 +118,15 @@ impl IslandTangent {
     }
 
     /// Copy the tangents of the sheets and the inertia of the bodies in a stage of weight `h` (s)
-    /// into the joint matrix. The pattern is extended if it does not cover `rows`.
-    pub fn fill(&mut self, island: &IslandView, rows: &[SolverConstraint], h: f64) {
+    /// into the joint matrix. The pattern is extended if it does not cover the block `pairs`, each
+    /// the larger row first.
+    pub fn fill(&mut self, island: &IslandView, pairs: impl Iterator<Item = (u32, u32)> + Clone, h: f64) {
         if std::mem::take(&mut self.restored) && self.pattern_layout == self.layout {
             self.analyse_factor(island);
         }
-        if self.pattern_layout != self.layout || !rows.iter().all(|row| covers_constraint(&self.pattern, row)) {
-            self.analyse(island, rows);
+        let mut covered = pairs.clone();
+        if self.pattern_layout != self.layout || !covered.all(|(a, b)| self.pattern.slot(a, b).is_some()) {
+            self.analyse(island, pairs);
         }
         if let Some(factor) = &mut self.factor {
             factor.set_parallel(island.parallel);
@@ -149,8 +151,8 @@ impl IslandTangent {
         }
     }
 
-    /// Analyse the pattern of the sheets and the pairs of `rows`.
-    fn analyse(&mut self, island: &IslandView, rows: &[SolverConstraint]) {
+    /// Analyse the pattern of the sheets and of `coupled` pairs.
+    fn analyse(&mut self, island: &IslandView, coupled: impl Iterator<Item = (u32, u32)>) {
         self.analyses += 1;
         let same = self.pattern_layout == self.layout;
         self.pattern_layout.clone_from(&self.layout);
@@ -160,9 +162,7 @@ impl IslandTangent {
                 pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
             }
         }
-        for (row, column) in rows.iter().flat_map(SolverConstraint::pairs) {
-            pairs.push((row, column));
-        }
+        pairs.extend(coupled);
         // Earlier pairs are kept: they may touch again, and another analysis costs more than a few
         // zero blocks.
         let fresh = Pattern::new(self.size(), pairs.iter().copied());

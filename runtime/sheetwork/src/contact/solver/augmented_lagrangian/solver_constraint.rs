@@ -77,7 +77,7 @@ impl SolverConstraint {
     }
 
     /// Pairs of block rows that the constraint couples, as (larger, smaller) index.
-    pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+    pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> + Clone + '_ {
         let rows = &self.rows[..self.count as usize];
         rows.iter().enumerate().flat_map(move |(k, a)| rows[..=k].iter().map(move |b| (*a.max(b), *a.min(b))))
     }

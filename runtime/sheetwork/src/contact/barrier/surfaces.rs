@@ -1,0 +1,297 @@
+//! Vertices, edges and triangles of sheets and bodies for the barrier method, and the search for
+//! stencils among them.
+//!
+//! Vertices are numbered through: the nodes of all sheets, then the vertices of the bodies. Boxes
+//! around features that move by a displacement are swept along x, object against object.
+
+use glam::DVec3;
+
+use crate::collision::features::ColliderPart;
+use crate::collision::narrow_phase::ContactPair;
+use crate::contact::IslandView;
+use crate::contact::barrier::stencil::{Features, Stencil};
+use crate::contact::settings::{BarrierSettings, ContactSettings};
+use crate::math::RigidFrame;
+
+const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
+
+/// What a vertex belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Owner {
+    /// Node of a sheet of the island.
+    Node { sheet: u32, node: u32 },
+    /// Point of a body of the island, in its frame, m.
+    Body { body: u32, local: DVec3 },
+}
+
+/// Vertices of a feature, ascending or in the order of the feature; unused ones repeat the first.
+type Feature = [u32; 3];
+
+/// Features of one kind of an object, with their boxes by least x.
+#[derive(Default)]
+struct Boxes {
+    sorted: Vec<(DVec3, DVec3, Feature)>,
+    /// Greatest extent of a box along x, m.
+    wide: f64,
+}
+
+impl Boxes {
+    fn rebuild(&mut self, features: &[Feature], (x, d): (&[DVec3], &[DVec3]), room: f64) {
+        self.sorted.clear();
+        self.wide = 0.0;
+        for feature in features {
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for i in feature.map(|i| i as usize) {
+                low = low.min(x[i]).min(x[i] + d[i]);
+                high = high.max(x[i]).max(x[i] + d[i]);
+            }
+            self.wide = self.wide.max(high.x - low.x + 2.0 * room);
+            self.sorted.push((low - room, high + room, *feature));
+        }
+        self.sorted.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+    }
+
+    /// Call `visit` for each pair of features whose boxes overlap.
+    fn for_each_pair(&self, other: &Self, mut visit: impl FnMut(Feature, Feature)) {
+        for (low, high, a) in &self.sorted {
+            let first = other.sorted.partition_point(|b| b.0.x < low.x - other.wide);
+            for (under, over, b) in other.sorted[first..].iter().take_while(|b| b.0.x <= high.x) {
+                if under.cmple(*high).all() && over.cmpge(*low).all() {
+                    visit(*a, *b);
+                }
+            }
+        }
+    }
+}
+
+/// A sheet, or a collider of a body.
+#[derive(Default)]
+struct Object {
+    /// Sheet of the island; `None` for a body.
+    sheet: Option<u32>,
+    /// Part of the detection, for a body.
+    part: u32,
+    /// Half thickness, m; 0 for a body.
+    half: f64,
+    points: Vec<Feature>,
+    edges: Vec<Feature>,
+    triangles: Vec<Feature>,
+    /// Radius of a ball around its only point, m.
+    radius: f64,
+    /// Point and point along the normal of a half space.
+    plane: Option<[u32; 2]>,
+    boxes: [Boxes; 3],
+}
+
+/// A convex or concave part of a collider.
+pub(crate) struct BarrierCollider<'a> {
+    /// Part of the detection.
+    pub part: u32,
+    /// Body of the island.
+    pub body: u32,
+    pub solid: &'a ColliderPart,
+    /// Frame of the collider in that of its body.
+    pub frame: &'a RigidFrame,
+}
+
+/// A node that is compressed between two bodies.
+pub(super) struct Squeeze {
+    pub vertex: u32,
+    /// Factor on the thickness.
+    pub part: f64,
+    /// Force of compression, N.
+    pub force: f64,
+}
+
+/// All features of an island.
+#[derive(Default)]
+pub(super) struct Surfaces {
+    pub owners: Vec<Owner>,
+    /// Position of each vertex at the start of the substep and at the present iterate, m.
+    pub start: Vec<DVec3>,
+    pub x: Vec<DVec3>,
+    /// Compressed nodes, ascending.
+    pub squeezed: Vec<Squeeze>,
+    objects: Vec<Object>,
+    /// First vertex of each sheet.
+    first: Vec<u32>,
+}
+
+impl Surfaces {
+    /// Collect the sheets of `island` and the `colliders`, each with its body of the island and its
+    /// frame in it.
+    pub fn build<'a>(&mut self, island: &IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>>) {
+        self.owners.clear();
+        self.objects.clear();
+        self.first.clear();
+        for (local, sheet) in (0..island.sheets.len() as u32).zip(island.sheets.iter()) {
+            let first = self.owners.len() as u32;
+            self.first.push(first);
+            self.owners.extend((0..sheet.node_count() as u32).map(|node| Owner::Node { sheet: local, node }));
+            let Some(surface) = &island.contacts[local as usize].surface else { continue };
+            let mut object = Object { sheet: Some(local), half: surface.contact_offset(), ..Object::default() };
+            for triangle in surface.triangles() {
+                object.triangles.push(triangle.nodes.map(|i| first + i));
+                for (node, owned) in triangle.nodes.iter().zip(triangle.owns_node) {
+                    if owned {
+                        object.points.push([first + node; 3]);
+                    }
+                }
+                for (edge, owned) in triangle.edges.iter().zip(triangle.owns_edge) {
+                    let [a, b] = surface.edges()[*edge as usize].nodes;
+                    if owned {
+                        object.edges.push([first + a, first + b, first + a]);
+                    }
+                }
+            }
+            self.objects.push(object);
+        }
+        for BarrierCollider { part, body, solid, frame } in colliders {
+            let object = self.body_object(body, solid, frame);
+            self.objects.push(Object { part, ..object });
+        }
+    }
+
+    fn body_object(&mut self, body: u32, solid: &ColliderPart, frame: &RigidFrame) -> Object {
+        let mut object = Object::default();
+        let mut vertex = |p: DVec3| {
+            self.owners.push(Owner::Body { body, local: frame.world(p) });
+            self.owners.len() as u32 - 1
+        };
+        match solid {
+            ColliderPart::HalfSpace { normal } => object.plane = Some([vertex(DVec3::ZERO), vertex(*normal)]),
+            ColliderPart::Ball { centre, radius } => {
+                object.points.push([vertex(*centre); 3]);
+                object.radius = *radius;
+            }
+            ColliderPart::Mesh(mesh) => {
+                let all: Vec<u32> = mesh.vertices.iter().map(|p| vertex(*p)).collect();
+                object.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| all[i as usize])));
+                object.points.extend(mesh.corners().iter().map(|corner| [vertex(corner.position); 3]));
+                for edge in mesh.edges() {
+                    let [a, b] = edge.ends.map(&mut vertex);
+                    object.edges.push([a, b, a]);
+                }
+            }
+        }
+        object
+    }
+
+    /// Vertex of a node.
+    pub fn vertex(&self, sheet: u32, node: u32) -> usize {
+        (self.first[sheet as usize] + node) as usize
+    }
+
+    /// Write to `found` the stencils that can come nearer than their offset while the vertices move
+    /// from the present iterate by `d` (m). `friction` returns the friction coefficient of a pair.
+    pub fn find(
+        &mut self,
+        island: &IslandView,
+        d: &[DVec3],
+        friction: &dyn Fn(ContactPair) -> Option<f64>,
+        found: &mut Vec<Stencil>,
+    ) {
+        found.clear();
+        let mut objects = std::mem::take(&mut self.objects);
+        for object in &mut objects {
+            let room = object.half * (1.0 + SETTINGS.search_margin);
+            let [points, edges, triangles] = &mut object.boxes;
+            points.rebuild(&object.points, (&self.x, d), room + object.radius);
+            edges.rebuild(&object.edges, (&self.x, d), room);
+            triangles.rebuild(&object.triangles, (&self.x, d), room);
+        }
+        for (i, a) in objects.iter().enumerate() {
+            for b in &objects[i..] {
+                let Some(sheet) = a.sheet else { continue };
+                let layered = |s: u32| island.contacts[s as usize].surface.as_ref().is_some_and(|s| s.is_multilayer());
+                if b.sheet == a.sheet && layered(sheet) {
+                    continue;
+                }
+                let pair = b.sheet.map_or(ContactPair::SheetBody(sheet, b.part), |b| ContactPair::Sheets(sheet, b));
+                if let Some(friction) = friction(pair) {
+                    self.find_between(island, (a, b, friction), d, found);
+                }
+            }
+        }
+        self.objects = objects;
+    }
+
+    /// Reduce the thickness of a stencil at a compressed node.
+    fn compress(&self, stencil: &mut Stencil) {
+        let squeezed = |i: &u32| {
+            self.squeezed
+                .binary_search_by_key(i, |s| s.vertex)
+                .ok()
+                .map(|at| (self.squeezed[at].part, self.squeezed[at].force))
+        };
+        let most = stencil.vertices.iter().filter_map(squeezed).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((part, force)) = most.filter(|(part, _)| *part < 1.0) {
+            stencil.offset *= part;
+            stencil.stiffness = force / (Stencil::half_range_force() * SETTINGS.range * stencil.offset);
+        }
+    }
+
+    /// Stencils between a sheet `a` and an object `b`.
+    fn find_between(
+        &self,
+        island: &IslandView,
+        (a, b, friction): (&Object, &Object, f64),
+        d: &[DVec3],
+        found: &mut Vec<Stencil>,
+    ) {
+        let offset = a.half + b.half;
+        let itself = a.sheet.filter(|_| a.sheet == b.sheet);
+        let surface = itself.and_then(|s| island.contacts[s as usize].surface.as_ref().map(|surface| (s, surface)));
+        let apart_at_rest = |p: &[u32], q: &[u32]| {
+            let Some((sheet, surface)) = &surface else { return true };
+            let first = self.first[*sheet as usize];
+            let size = |f: &[u32]| {
+                f.iter()
+                    .flat_map(|i| f.iter().map(move |j| surface.rest_distance(i - first, j - first)))
+                    .fold(0.0, f64::max)
+            };
+            let reach = offset + size(p).max(size(q));
+            p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
+        };
+        let mut add = |features, vertices: [u32; 4], radius: f64| {
+            let mut stencil = Stencil { features, vertices, radius, offset, limit: 0.0, friction, stiffness: 0.0 };
+            let at = |x: &[DVec3]| vertices.map(|i| x[i as usize]);
+            let start = stencil.closest(at(&self.start)).distance;
+            // Features of a half space or a ball that start inside the other have no way out.
+            if start <= 0.0 {
+                return;
+            }
+            if b.sheet.is_none() && !self.squeezed.is_empty() {
+                self.compress(&mut stencil);
+            }
+            stencil.limit = (1.0 - SETTINGS.range) * stencil.offset.min(start);
+            found.push(stencil);
+        };
+        if let Some([origin, along]) = b.plane {
+            let n = (self.x[along as usize] - self.x[origin as usize]).normalize_or(DVec3::Y);
+            for p in &a.points {
+                let i = p[0] as usize;
+                let height = n.dot(self.x[i] - self.x[origin as usize]);
+                let falls = (d[origin as usize] - d[i]).dot(n).max(0.0);
+                if height - falls < offset * (1.0 + SETTINGS.search_margin) {
+                    add(Features::PointPlane, [p[0], origin, along, p[0]], 0.0);
+                }
+            }
+            return;
+        }
+        let pair = |p: Feature, q: Feature| [p[0], q[0], q[1], q[2]];
+        a.boxes[0].for_each_pair(&b.boxes[2], |p, q| {
+            if apart_at_rest(&p[..1], &q) {
+                add(Features::PointTriangle, pair(p, q), 0.0);
+            }
+        });
+        a.boxes[1].for_each_pair(&b.boxes[1], |p, q| {
+            if (itself.is_none() || p < q) && apart_at_rest(&p[..2], &q[..2]) {
+                add(Features::Edges, [p[0], p[1], q[0], q[1]], 0.0);
+            }
+        });
+        if itself.is_none() {
+            b.boxes[0].for_each_pair(&a.boxes[2], |p, q| add(Features::PointTriangle, pair(p, q), b.radius));
+        }
+    }
+}
