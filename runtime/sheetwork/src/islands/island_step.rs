@@ -61,6 +61,7 @@ impl IslandContext<'_> {
             &mut **state.get_or_insert_default();
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(context.profiler);
+        workspace.impulses.begin_step(sheets.iter().any(|sheet| sheet.work.forces.is_some()));
         let (around, reach) = self.extent(sheets);
         let mut island =
             IslandView { sheets, contacts, solver_bodies, parallel, body_penetration: 0.0, stacked_bodies: 0 };
@@ -102,6 +103,7 @@ impl IslandContext<'_> {
         let IslandView { sheets, solver_bodies, .. } = island;
         self.record_contacts(sheets, workspace, work);
         workspace.closed_in_step.clear();
+        self.record_impulses(sheets, ids, workspace, work);
         sheets.iter_mut().for_each(bonds::clear_node_contacts);
         update_bonds(sheets, Some((workspace, work.bodies())), self.surroundings);
         sheets.iter_mut().for_each(bonds::remove_bond_forces);

@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod failure_events;
+pub(crate) mod forces;
 pub(crate) mod ids;
 pub mod journal;
 pub(crate) mod lod;
@@ -28,6 +29,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::forces::ForceEntry;
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
@@ -79,6 +81,9 @@ pub struct World {
     buckling: bool,
     pool: Option<Arc<Pool>>,
     islands: IslandManager,
+    records_forces: bool,
+    /// Forces of the last step.
+    forces: Vec<ForceEntry>,
     /// Thermal model; `None` without heat.
     heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
@@ -185,6 +190,8 @@ impl World {
             buckling: false,
             pool: None,
             islands: IslandManager::default(),
+            records_forces: false,
+            forces: Vec::new(),
             heat,
             lod,
             refine_work: scene.sheets.iter().any(|s| s.refine.is_some()).then(Box::default),
@@ -205,8 +212,9 @@ impl World {
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
+        let records_forces = self.records_forces;
         let profiler = std::mem::take(&mut self.profiler);
-        *self = Self { sleep, buckling, pool, profiler, ..fresh };
+        *self = Self { sleep, buckling, pool, profiler, records_forces, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }

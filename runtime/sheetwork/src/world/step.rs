@@ -107,6 +107,7 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        self.begin_forces();
         let context = StepContext {
             field: self.field(),
             time: self.time,
@@ -128,6 +129,7 @@ impl World {
             Some(pool) if many => pool.install(|| work(true)),
             _ => work(false),
         }
+        self.finish_forces(dt);
         // Sheets may become unstable outside the solution of their island.
         let is_unstable = |log: &&ContactLog| log.events.iter().any(|event| event.1 == EventKind::Unstable);
         let unstable = self.contact_logs.iter().filter(is_unstable).count() as u32;
