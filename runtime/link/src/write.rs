@@ -78,6 +78,16 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
         *flag = u8::from(*touches);
         contacts += u32::from(*touches);
     }
+    // A game that has just begun to record has no forces yet.
+    for (at, forces) in
+        [(header.contact_force, sheet.mean_contact_forces()), (header.pin_force, sheet.mean_pin_forces())]
+    {
+        let out = if at == 0 { &mut [] } else { slice_mut::<[f32; 3]>(out, at, n) };
+        match forces.filter(|forces| forces.len() == n) {
+            Some(forces) => positions(forces, out),
+            None => out.fill([0.0; 3]),
+        }
+    }
     positions(&sheet.state.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0
         && let Some(temperature) = sheet.temperatures()
@@ -94,7 +104,7 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
     contacts
 }
 
-/// Writes the positions in single precision.
+/// Writes vectors in single precision.
 #[multiversion(targets("x86_64+avx2", "x86_64+avx"))]
 fn positions(from: &Vectors, to: &mut [[f32; 3]]) {
     let n = to.len();

@@ -81,6 +81,6 @@ pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Status};
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
-    BodyId, BodyReport, ForceEntry, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
-    World, journal, recording,
+    BodyId, BodyReport, ForceEntry, ForceReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport,
+    Snapshot, TemperatureReport, World, journal, recording,
 };

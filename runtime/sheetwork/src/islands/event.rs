@@ -68,6 +68,9 @@ pub struct Event {
     /// Data of an instability event and its recovery action.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarm: Option<InstabilityReport>,
+    /// Contact impulse of the step of a first contact, N s; `None` unless forces are recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impulse_n_s: Option<f64>,
 }
 
 /// Recovery action for an unstable sheet.
@@ -149,7 +152,8 @@ impl Event {
     /// Event of `sheet` without a place.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
         let sheet = sheet.to_owned();
-        Self { time_s, kind, sheet, body, place_m: None, energy_j: None, opening: None, grid: None, alarm: None }
+        let (place_m, energy_j, opening, grid, alarm, impulse_n_s) = (None, None, None, None, None, None);
+        Self { time_s, kind, sheet, body, place_m, energy_j, opening, grid, alarm, impulse_n_s }
     }
 }
 

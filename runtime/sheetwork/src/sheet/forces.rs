@@ -126,7 +126,7 @@ impl SheetForces {
     pub fn begin(&mut self, sheet: &Sheet) {
         let n = sheet.node_count();
         if self.node_impulse.len() != n {
-            for buffer in [&mut self.contact, &mut self.pins, &mut self.node_impulse] {
+            for buffer in [&mut self.contact, &mut self.pins, &mut self.node_impulse, &mut self.v_free] {
                 *buffer = Vectors::zeros(n);
             }
             self.internal = [Vectors::zeros(n), Vectors::zeros(n)];
@@ -200,7 +200,8 @@ impl SheetForces {
         if !self.was_awake && sheet.state.status != Status::Awake {
             if sheet.state.status != Status::Asleep {
                 self.pairs.clear();
-                (self.contact.clear(), self.pins.clear());
+                self.contact.clear();
+                self.pins.clear();
             }
             return;
         }
@@ -281,6 +282,9 @@ impl SheetForces {
         }
         let (rest, moment) = self.rest(sheet);
         self.add((ForceKind::Numerical, none), rest, moment);
+        // Its parts are differences of momenta.
+        let numerical = self.next.iter_mut().filter(|pair| pair.kind == ForceKind::Numerical);
+        numerical.for_each(|pair| pair.magnitude = pair.impulse.length());
     }
 
     /// Add the pins, whose forces sum to `total` (N).
@@ -338,6 +342,18 @@ fn for_each_pinned(
 }
 
 impl Sheet {
+    /// Mean contact force on each node in the last step, N; `None` unless
+    /// [`crate::World::record_forces`] is on.
+    pub fn mean_contact_forces(&self) -> Option<&Vectors> {
+        self.work.forces.as_ref().map(|forces| &forces.contact)
+    }
+
+    /// Mean force of the pins on each node in the last step, N; `None` unless
+    /// [`crate::World::record_forces`] is on.
+    pub fn mean_pin_forces(&self) -> Option<&Vectors> {
+        self.work.forces.as_ref().map(|forces| &forces.pins)
+    }
+
     /// Force of the grabs (N) and its moment about the origin (N m).
     fn grab_force(&self) -> (DVec3, DVec3) {
         let each = self.grabs.iter().map(|grab| {

@@ -3,10 +3,11 @@
 //! See [`ForceKind`] and `docs/forces.md`.
 
 use glam::DVec3;
+use rapier3d::prelude::ColliderHandle;
+use serde::Serialize;
 
-use crate::math::Vectors;
 use crate::sheet::{ForceKind, ForcePartner, Sheet};
-use crate::world::{SheetId, World};
+use crate::world::World;
 
 /// Mean force of one kind on a sheet in the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +27,24 @@ pub struct ForceEntry {
     pub magnitude: f64,
     /// Impulse on the sheet in the step, N s.
     pub impulse: DVec3,
+}
+
+/// Force on a sheet in the report of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ForceReport {
+    /// Name of the sheet.
+    pub sheet: String,
+    /// Kind of the force.
+    pub kind: ForceKind,
+    /// Name of the body or sheet that exerts it, or "pin N".
+    pub partner: Option<String>,
+    /// Mean force in the last step, N.
+    pub force_n: [f64; 3],
+    /// Its moment about the origin of the world, N m.
+    pub moment_n_m: [f64; 3],
+    /// Sum of the magnitudes of the forces of contacts or nodes, N.
+    pub magnitude_n: f64,
 }
 
 impl World {
@@ -51,16 +70,6 @@ impl World {
         &self.forces
     }
 
-    /// Mean contact force on each node of a sheet in the last step, N; `None` unless recorded.
-    pub fn contact_forces(&self, id: SheetId) -> Option<&Vectors> {
-        Some(&self.get_sheet(id)?.work.forces.as_ref()?.contact)
-    }
-
-    /// Mean force of the pins on each node of a sheet in the last step, N; `None` unless recorded.
-    pub fn pin_forces(&self, id: SheetId) -> Option<&Vectors> {
-        Some(&self.get_sheet(id)?.work.forces.as_ref()?.pins)
-    }
-
     /// Name of the partner of a force: a sheet or a body.
     pub fn partner_name(&self, entry: &ForceEntry) -> Option<&str> {
         let rigid = self.rigid.as_ref();
@@ -70,6 +79,33 @@ impl World {
             ForcePartner::Body(index) => Some(&rigid?.bodies().get(index)?.name),
             _ => None,
         }
+    }
+
+    /// The forces of the last step with the names of their objects.
+    pub fn force_reports(&self) -> Vec<ForceReport> {
+        let report = |entry: &ForceEntry| {
+            let pin = || if let ForcePartner::Pin(k) = entry.partner { Some(format!("pin {k}")) } else { None };
+            ForceReport {
+                sheet: self.sheets[entry.sheet].name.clone(),
+                kind: entry.kind,
+                partner: self.partner_name(entry).map(str::to_owned).or_else(pin),
+                force_n: entry.force.to_array(),
+                moment_n_m: entry.moment.to_array(),
+                magnitude_n: entry.magnitude,
+            }
+        };
+        self.forces.iter().map(report).collect()
+    }
+
+    /// Contact impulse of sheet number `sheet` in the last step, N s, with a collider whose body is
+    /// `body`; `None` unless recorded.
+    pub(super) fn contact_impulse(&self, sheet: usize, collider: ColliderHandle, body: Option<&str>) -> Option<f64> {
+        let is_it = |entry: &&ForceEntry| {
+            let is_body = body.is_some() && self.partner_name(entry) == body;
+            let is_collider = entry.partner == ForcePartner::Collider(collider);
+            entry.sheet == sheet && entry.kind == ForceKind::Contact && (is_body || is_collider)
+        };
+        self.forces.iter().find(is_it).map(|entry| entry.impulse.length())
     }
 
     /// Begin the records of a step.

@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-pub use crate::world::forces::ForceEntry;
+pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};

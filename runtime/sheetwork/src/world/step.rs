@@ -151,7 +151,9 @@ impl World {
                 let alarm = if kind.has_alarm() { alarms.next() } else { None };
                 let place_m = alarm.map(|a| a.place_m);
                 let event = Event::new(time_s, kind, &self.sheets[index].name, body);
-                self.events.push(Event { alarm, place_m, ..event });
+                let first = collider.filter(|_| kind == EventKind::FirstContact);
+                let impulse_n_s = first.and_then(|c| self.contact_impulse(index, c, event.body.as_deref()));
+                self.events.push(Event { alarm, place_m, impulse_n_s, ..event });
             }
         }
     }

@@ -28,8 +28,8 @@ use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
-use crate::sheet::instability::energy_at_start;
 use crate::sheet::forces::{SheetForces, with_record};
+use crate::sheet::instability::energy_at_start;
 use crate::sheet::{ForcePartner, PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, node_contact};
 
 /// Result of the contacts at the end of a step.
@@ -73,10 +73,10 @@ impl IslandContext<'_> {
         let solve = if is_near { self.resolve_contacts(all, ids, parallel) } else { ContactSolve::NotNeeded };
         if solve == ContactSolve::NotNeeded {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
-            if sheet.state.touching.contains(&true) {
-                if instability::finish_energy_check(sheet, touches, self.context, 0.0) {
-                    with_record(sheet, |forces, _| forces.cancel());
-                }
+            if sheet.state.touching.contains(&true)
+                && instability::finish_energy_check(sheet, touches, self.context, 0.0)
+            {
+                with_record(sheet, |forces, _| forces.cancel());
             }
             finish_step(sheet, touches, self.context, last);
         }
