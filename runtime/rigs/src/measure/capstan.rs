@@ -36,7 +36,7 @@ const SPEED: f64 = 0.015;
 pub(crate) fn run(setup: &Setup) -> RigResult {
     let mut scene = setup.scene();
     scene.gravity = DVec3::ZERO;
-    scene.air.factor = 20.0;
+    (scene.air.factor, scene.air.per) = (0.5, 0.05);
     scene.bodies.push(body("cylinder", Shape::Polyhedron(prism()), DVec3::ZERO));
     let thin = Material { young: 1e8, poisson: 0.3, density: 1000.0, thickness: 1e-4, ..Material::default() };
     let height = RADIUS + 0.5 * thin.thickness;

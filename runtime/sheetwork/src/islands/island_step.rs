@@ -12,6 +12,7 @@ use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::event::EventKind;
+use crate::islands::explicit::sheet_step::apply_thickness_limit;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
@@ -29,9 +30,7 @@ fn apply_limits(sheet: &mut Sheet, dt: f64) {
     if let Some(limit) = &sheet.parameters.flexion.limit {
         limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, dt);
     }
-    if let Some(limit) = &sheet.parameters.thickness_limit {
-        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, dt);
-    }
+    apply_thickness_limit(sheet, dt);
 }
 
 impl IslandContext<'_> {

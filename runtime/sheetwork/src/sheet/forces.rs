@@ -168,9 +168,9 @@ impl SheetForces {
         self.node_impulse.add(i as usize, impulse);
     }
 
-    /// Store the velocities before contact of single nodes.
-    pub fn begin_node_contact(&mut self, sheet: &Sheet) {
-        self.v_free.clone_from(&sheet.state.v);
+    /// Store the velocities `v` before contact of single nodes, m/s.
+    pub fn begin_node_contact(&mut self, v: &Vectors) {
+        self.v_free.clone_from(v);
     }
 
     /// Add the impulses of contact of single nodes: the change of their velocities. `partner_of`
@@ -184,14 +184,36 @@ impl SheetForces {
                     continue;
                 }
                 if unknown {
-                    let contacts = self.next.iter().filter(|pair| pair.kind == ForceKind::Contact);
-                    let largest = contacts.max_by(|a, b| a.magnitude.total_cmp(&b.magnitude));
-                    partner = largest.map_or(ForcePartner::None, |pair| pair.partner);
+                    partner = self.main_partner();
                 }
                 self.add((ForceKind::Contact, partner), impulse, sheet.state.x.get(i).cross(impulse));
                 self.add_on_node(i as u32, impulse);
             }
         }
+    }
+
+    /// Add the impulse by which the thickness limit, which does not move nodes in contact, loads
+    /// the partner of the largest contact impulse: the change of momentum since
+    /// [`SheetForces::begin_node_contact`], in equal parts on the nodes in contact.
+    pub fn add_limit(&mut self, sheet: &Sheet) {
+        let change = |i: usize| (sheet.state.v.get(i) - self.v_free.get(i)) * sheet.model.mass[i];
+        let total: DVec3 = (0..sheet.node_count()).map(change).sum();
+        let touching = || (0..sheet.node_count()).filter(|i| sheet.state.touching[*i]);
+        if total == DVec3::ZERO || touching().next().is_none() {
+            return;
+        }
+        let (partner, part) = (self.main_partner(), total / touching().count() as f64);
+        for i in touching() {
+            self.add((ForceKind::Contact, partner), part, sheet.state.x.get(i).cross(part));
+            self.add_on_node(i as u32, part);
+        }
+    }
+
+    /// Partner of the largest contact impulse.
+    fn main_partner(&self) -> ForcePartner {
+        let contacts = self.next.iter().filter(|pair| pair.kind == ForceKind::Contact);
+        let largest = contacts.max_by(|a, b| a.magnitude.total_cmp(&b.magnitude));
+        largest.map_or(ForcePartner::None, |pair| pair.partner)
     }
 
     /// End a step of `dt` (s). The forces of a sleeping sheet are those of its last step; a sheet

@@ -157,7 +157,8 @@ impl IslandContext<'_> {
         if touched {
             workspace.log_stage_impulses(&island, dt);
             self.record_impulses(island.sheets, ids, workspace, detection.work);
-            island.for_each_sheet(|sheet| with_record(sheet, |forces, sheet| forces.begin_node_contact(sheet)));
+            island
+                .for_each_sheet(|sheet| with_record(sheet, |forces, sheet| forces.begin_node_contact(&sheet.state.v)));
             hold_limits_with_contacts(&mut island, workspace, dt);
             let add = |forces: &mut SheetForces, sheet: &mut Sheet| {
                 forces.add_node_contact(sheet, |_| ForcePartner::None);

@@ -94,7 +94,7 @@ fn substep(
         stop_unstable(sheet, touches, context, taken);
         return None;
     }
-    with_record(sheet, |forces, sheet| forces.begin_node_contact(sheet));
+    with_record(sheet, |forces, sheet| forces.begin_node_contact(&sheet.state.v));
     bonding::pull(sheet, taken);
     flexion::begin(sheet);
     if let Some(view) = context.view {
@@ -119,10 +119,21 @@ fn substep(
         forces.add_node_contact(sheet, |i| partner_of(nearest.get(i).filter(|_| sheet.state.touching[i]), context));
     });
     let is_held = sheet.parameters.flexion.limit.is_some() && sheet.work.flexion.is_coupled;
-    if let Some(limit) = sheet.parameters.thickness_limit.as_ref().filter(|_| !is_held) {
-        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, taken);
+    if !is_held {
+        apply_thickness_limit(sheet, taken);
     }
     Some(taken)
+}
+
+/// Apply the thickness limit after a step of `dt` (s).
+pub(crate) fn apply_thickness_limit(sheet: &mut Sheet, dt: f64) {
+    if let Some(limit) = &sheet.parameters.thickness_limit {
+        if let Some(forces) = &mut sheet.work.forces {
+            forces.begin_node_contact(&sheet.state.v);
+        }
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, dt);
+        with_record(sheet, |forces, sheet| forces.add_limit(sheet));
+    }
 }
 
 /// The body of the collider that a node touches.
