@@ -50,8 +50,8 @@ pub struct Run {
     /// Record positions, 60 frames per simulated second.
     #[arg(long)]
     record: Option<PathBuf>,
-    /// Record the forces on the sheets: in the report those of the last step, in this CSV file those
-    /// of the last step of every frame.
+    /// Record the forces on the sheets: in the report those of the last step, in this CSV file
+    /// those of the last step of every frame.
     #[arg(long)]
     forces: Option<PathBuf>,
     /// Write a journal of inputs and checksums of every step, for `sheetwork replay`.

@@ -12,7 +12,8 @@
 //! | strain | f32, mean strain of the edges that meet at the node | 1 |
 //! | temperature | f32 | °C |
 //! | contact | u8, 1 for contact with a body in the last step | 1 |
-//! | contact_force, pin_force | 3 f32 each, mean of the last step; absent unless the game records forces | N |
+//! | contact_force | 3 f32, mean of the last step; absent unless the game records forces | N |
+//! | pin_force | 3 f32 likewise | N |
 //!
 //! Headers contain their own length and may grow at their end. Any other change increments
 //! [`LAYOUT`]. A reader trusts no number in a sample: [`FrameView::new`] checks all of them before

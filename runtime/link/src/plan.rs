@@ -83,7 +83,7 @@ impl FramePlan {
                 && plan.refinement == sheet.model.refinement
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
-                && (plan.headers[0].contact_force != 0) == world.records_forces()
+                && (plan.headers[0].contact_force != 0) == sheet.mean_forces().is_some()
         };
         let n = world.sheets().len().min(MAXIMUM_SHEETS);
         self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
@@ -129,8 +129,8 @@ impl SheetPlan {
             header.positions = take(12 * n, true);
             header.contact = take(n, true);
             header.temperature = take(4 * n, heated);
-            header.contact_force = take(12 * n, world.records_forces());
-            header.pin_force = take(12 * n, world.records_forces());
+            header.contact_force = take(12 * n, sheet.mean_forces().is_some());
+            header.pin_force = take(12 * n, sheet.mean_forces().is_some());
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }

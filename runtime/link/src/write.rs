@@ -78,15 +78,9 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
         *flag = u8::from(*touches);
         contacts += u32::from(*touches);
     }
-    // A game that has just begun to record has no forces yet.
-    for (at, forces) in
-        [(header.contact_force, sheet.mean_contact_forces()), (header.pin_force, sheet.mean_pin_forces())]
-    {
-        let out = if at == 0 { &mut [] } else { slice_mut::<[f32; 3]>(out, at, n) };
-        match forces.filter(|forces| forces.len() == n) {
-            Some(forces) => positions(forces, out),
-            None => out.fill([0.0; 3]),
-        }
+    if let Some((contact, pins)) = sheet.mean_forces().filter(|f| header.contact_force != 0 && f.0.len() == n) {
+        positions(contact, slice_mut::<[f32; 3]>(out, header.contact_force, n));
+        positions(pins, slice_mut::<[f32; 3]>(out, header.pin_force, n));
     }
     positions(&sheet.state.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0

@@ -29,8 +29,9 @@ impl SheetForces {
 
 /// Let the world record forces while any entity asks for them.
 pub(super) fn request(mut world: ResMut<SheetWorld>, asking: Query<(), With<SheetForces>>) {
-    if !asking.is_empty() && !world.records_forces() {
-        world.record_forces(true);
+    if !asking.is_empty() {
+        // Not a change of the world.
+        world.bypass_change_detection().record_forces(true);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Record of the forces on a sheet in a step, kept where [`crate::World::record_forces`] asks for it.
+//! Record of the forces on a sheet in a step, if [`crate::World::record_forces`] is on.
 //!
 //! Every entry is an impulse J (N s) with its moment about the origin of the world (N m s); the
 //! mean force of the step is J/dt. Contact, attachment and bond impulses are those by which the
@@ -282,11 +282,11 @@ impl SheetForces {
         let is_pinned = sheet.pins.fixes_nodes();
         let in_air = field.air > 0.0 || sheet.parameters.drag.is_active(field);
         if !sheet.grabs.is_empty() && (is_pinned || in_air) {
-            let (force, moment) = sheet.grab_force();
+            let (force, moment) = grab_force(sheet);
             self.add((ForceKind::Grab, none), force * dt, moment * dt);
         }
         if in_air && is_pinned {
-            let (force, moment) = sheet.air_force(field, &mut self.v_free);
+            let (force, moment) = air_force(sheet, field, &mut self.v_free);
             self.add((ForceKind::Air, none), force * dt, moment * dt);
         }
         let (rest, moment) = self.rest(sheet);
@@ -344,8 +344,8 @@ impl SheetForces {
     }
 }
 
-/// Call `work` for the pinned nodes with the kind and partner of their pin and their fixed axes (1).
-/// An axis that two pins fix belongs to the first; `claimed` is scratch.
+/// Call `work` for the pinned nodes with kind and partner of their pin and their fixed axes (1). An
+/// axis that two pins fix belongs to the first; `claimed` is scratch.
 fn for_each_pinned(
     sheet: &Sheet,
     claimed: &mut Vectors,
@@ -364,39 +364,33 @@ fn for_each_pinned(
 }
 
 impl Sheet {
-    /// Mean contact force on each node in the last step, N; `None` unless
-    /// [`crate::World::record_forces`] is on.
-    pub fn mean_contact_forces(&self) -> Option<&Vectors> {
-        self.work.forces.as_ref().map(|forces| &forces.contact)
+    /// Mean contact force and mean force of the pins on each node in the last step, N; `None`
+    /// unless [`crate::World::record_forces`] is on.
+    pub fn mean_forces(&self) -> Option<(&Vectors, &Vectors)> {
+        self.work.forces.as_ref().map(|forces| (&forces.contact, &forces.pins))
     }
+}
 
-    /// Mean force of the pins on each node in the last step, N; `None` unless
-    /// [`crate::World::record_forces`] is on.
-    pub fn mean_pin_forces(&self) -> Option<&Vectors> {
-        self.work.forces.as_ref().map(|forces| &forces.pins)
-    }
+/// Force of the grabs (N) and its moment about the origin (N m).
+fn grab_force(sheet: &Sheet) -> (DVec3, DVec3) {
+    let each = sheet.grabs.iter().map(|grab| {
+        let at = grab.point(&sheet.state.x);
+        (at, (grab.target - at) * grab.stiffness)
+    });
+    each.fold((DVec3::ZERO, DVec3::ZERO), |(f, m), (at, force)| (f + force, m + at.cross(force)))
+}
 
-    /// Force of the grabs (N) and its moment about the origin (N m).
-    fn grab_force(&self) -> (DVec3, DVec3) {
-        let each = self.grabs.iter().map(|grab| {
-            let at = grab.point(&self.state.x);
-            (at, (grab.target - at) * grab.stiffness)
-        });
-        each.fold((DVec3::ZERO, DVec3::ZERO), |(f, m), (at, force)| (f + force, m + at.cross(force)))
+/// Force of the air by its law at the present state (N) and its moment about the origin (N m).
+fn air_force(sheet: &mut Sheet, field: &Field, force: &mut Vectors) -> (DVec3, DVec3) {
+    force.clear();
+    let Sheet { state: SheetState { x, v, .. }, parameters, inverse_mass, model, .. } = sheet;
+    if parameters.drag.is_active(field) {
+        parameters.drag.add_forces(field, x, v, force);
     }
-
-    /// Force of the air by its law at the present state (N) and its moment about the origin (N m).
-    fn air_force(&mut self, field: &Field, force: &mut Vectors) -> (DVec3, DVec3) {
-        force.clone_from(&self.state.v);
-        force.clear();
-        if self.parameters.drag.is_active(field) {
-            self.parameters.drag.add_forces(field, &self.state.x, &self.state.v, force);
-        }
-        let mut sum = (DVec3::ZERO, DVec3::ZERO);
-        for i in (0..self.node_count()).filter(|i| self.inverse_mass[*i] > 0.0) {
-            let f = force.get(i) - self.state.v.get(i) * (field.air * self.model.mass[i]);
-            sum = (sum.0 + f, sum.1 + self.state.x.get(i).cross(f));
-        }
-        sum
+    let mut sum = (DVec3::ZERO, DVec3::ZERO);
+    for i in (0..x.len()).filter(|i| inverse_mass[*i] > 0.0) {
+        let f = force.get(i) - v.get(i) * (field.air * model.mass[i]);
+        sum = (sum.0 + f, sum.1 + x.get(i).cross(f));
     }
+    sum
 }

@@ -51,16 +51,11 @@ impl World {
     /// Record the forces of every step from the next one on, or stop. Default: off. Results do not
     /// depend on it.
     pub fn record_forces(&mut self, records: bool) {
-        self.records_forces = records;
-        self.forces.clear();
         if !records {
+            self.forces.clear();
             self.sheets.iter_mut().for_each(|sheet| sheet.work.forces = None);
         }
-    }
-
-    /// Whether forces are recorded.
-    pub fn records_forces(&self) -> bool {
-        self.records_forces
+        self.records_forces = records;
     }
 
     /// Forces of the last step, sheet by sheet; empty unless [`World::record_forces`] is on. Those
