@@ -1,4 +1,4 @@
-//! Recorded forces: balance of momentum of sheets and bodies, sums over nodes, no effect on results.
+//! Recorded forces: balance of momentum of sheets and bodies, sums over nodes, same results.
 
 use sheetwork::glam::DVec3;
 use sheetwork::scene::Scene;
@@ -28,9 +28,9 @@ fn ball_momentum(world: &World) -> DVec3 {
     world.body_state("ball").map_or(DVec3::ZERO, |ball| ball.momentum())
 }
 
-/// Largest errors over `steps` steps, relative to the contact and attachment forces: of the momentum
-/// of the sheets that no force explains, of the balance with the ball, and of the sum over nodes.
-/// Also the number of steps with contact.
+/// Largest errors over `steps` steps, relative to the contact and attachment forces: of the
+/// momentum of the sheets that no force explains, of the balance with the ball, and of the sum over
+/// nodes. Also the number of steps with contact.
 fn errors(name: &str, mut world: World, steps: usize) -> ([f64; 3], u32) {
     let (mut worst, mut touched) = ([0.0_f64; 3], 0);
     for step in 0..steps {

@@ -1,7 +1,7 @@
 //! Log of the impulses of contact in a step, for the record of forces ([`crate::sheet::forces`]).
 //!
 //! A contact with the force p (N) of the velocity solve changes the velocities of its two sides in
-//! a stage of weight h (s) by the impulse h p. Impulses of a substep that is rolled back are removed.
+//! a stage of weight h (s) by the impulse h p. A substep that is rolled back loses its impulses.
 
 use glam::DVec3;
 
