@@ -3,7 +3,8 @@
 //!
 //! Exit status: 0 success; 1 a sheet became unstable or a limit was exceeded; 2 invalid input.
 
-pub(crate) mod generate;
+pub(crate) mod force_table;
+mod generate;
 pub(crate) mod link;
 pub(crate) mod list;
 pub(crate) mod material;

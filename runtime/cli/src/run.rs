@@ -13,6 +13,7 @@ use sheetwork::world::recording::RecordingWriter;
 use sheetwork::{InputError, Report, World, check_range};
 
 use crate::apply_overrides;
+use crate::force_table::ForceTable;
 use sheetwork_rigs::drawn_surface::{DrawnSurface, drawn_surfaces};
 use sheetwork_rigs::output::{check_writable, print_json, print_line};
 use sheetwork_rigs::quantities::{self, time};
@@ -49,6 +50,10 @@ pub struct Run {
     /// Record positions, 60 frames per simulated second.
     #[arg(long)]
     record: Option<PathBuf>,
+    /// Record the forces on the sheets: in the report those of the last step, in this CSV file
+    /// those of the last step of every frame.
+    #[arg(long)]
+    forces: Option<PathBuf>,
     /// Write a journal of inputs and checksums of every step, for `sheetwork replay`.
     #[arg(long)]
     journal: Option<PathBuf>,
@@ -77,7 +82,10 @@ impl Run {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let scene = self.scene()?;
         // Before the run, so that an invalid path fails at once.
-        [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| check_writable(file))?;
+        [&self.report, &self.record, &self.forces, &self.journal]
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| check_writable(file))?;
         let mut world = World::new(&scene)?;
         if self.threads == 0 || self.threads > 1024 {
             return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
@@ -86,6 +94,7 @@ impl Run {
         world.set_threads(self.threads)?;
         world.set_sleep(!self.no_sleep);
         world.set_penetration_check(self.check_penetration);
+        world.record_forces(self.forces.is_some());
         let report = self.step(&mut world)?;
         let surfaces = if self.surfaces { drawn_surfaces(&world) } else { Vec::new() };
         let mut tree = serde_json::to_value(&report).map_err(|e| InputError::new("report", e.to_string()))?;
@@ -133,6 +142,7 @@ impl Run {
             .map(|f| RecordingWriter::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
             .transpose()?;
         let mut journal = self.journal.as_ref().map(|f| JournalWriter::create(f, world, self.key_every)).transpose()?;
+        let mut forces = self.forces.as_deref().map(ForceTable::create).transpose()?;
         let mut changes = self.changes(duration)?;
         let bar = self.bar(steps);
         let mut penetration = Vec::new();
@@ -141,6 +151,7 @@ impl Run {
         loop {
             world.update_max_penetration(&mut penetration);
             recorder.as_mut().map_or(Ok(()), |recorder| recorder.frame(world))?;
+            forces.as_mut().map_or(Ok(()), |forces| forces.frame(world))?;
             if done >= steps || (world.unstable().is_some() && world.is_resting()) {
                 break;
             }
@@ -170,6 +181,7 @@ impl Run {
         }
         bar.finish_and_clear();
         recorder.map_or(Ok(0), |recorder| recorder.finish())?;
+        forces.map_or(Ok(()), ForceTable::finish)?;
         journal.map_or(Ok(()), |journal| journal.finish())?;
         Ok(world.report(cpu, &penetration))
     }

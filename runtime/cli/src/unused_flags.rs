@@ -9,7 +9,7 @@ use sheetwork_rigs::measure::TABLE;
 const CASE_FLAGS: &[(&str, &[&str])] = &[
     ("angle", &["edge-landing", "fold", "incline"]),
     ("height", &["bounce", "drop-box", "edge-landing"]),
-    ("speed", &["impact", "slide"]),
+    ("speed", &["impact", "pull", "slide"]),
     ("throw", &["card-house"]),
     ("rate", &["spin"]),
     ("boundary", &["disc", "frequency", "hole"]),
@@ -22,7 +22,7 @@ const CASE_FLAGS: &[(&str, &[&str])] = &[
     ("sheets", &["stack"]),
     ("corner", &["edge-landing"]),
     ("edge_of_body", &["edge-landing"]),
-    ("on_sheet", &["impact", "incline", "slide"]),
+    ("on_sheet", &["impact", "incline", "pull", "slide"]),
     ("refine", &["edge-landing"]),
     ("threads", &["card-house", "card-pack", "stack"]),
     ("polygon", &["view-factor"]),

@@ -12,6 +12,8 @@
 //! | strain | f32, mean strain of the edges that meet at the node | 1 |
 //! | temperature | f32 | °C |
 //! | contact | u8, 1 for contact with a body in the last step | 1 |
+//! | contact_force | 3 f32, mean of the last step; absent unless the game records forces | N |
+//! | pin_force | 3 f32 likewise | N |
 //!
 //! Headers contain their own length and may grow at their end. Any other change increments
 //! [`LAYOUT`]. A reader trusts no number in a sample: [`FrameView::new`] checks all of them before
@@ -100,6 +102,10 @@ pub struct SheetHeader {
     pub temperature: u64,
     /// Offset of the contact flags.
     pub contact: u64,
+    /// Offset of the contact forces.
+    pub contact_force: u64,
+    /// Offset of the forces of the pins.
+    pub pin_force: u64,
 }
 
 /// Fills a fixed field with a name, truncated at a character boundary.
@@ -243,6 +249,16 @@ impl<'a> SheetView<'a> {
         self.array(self.header.contact).unwrap_or_default()
     }
 
+    /// Contact force on each node, N; empty unless the game records forces.
+    pub fn contact_force(&self) -> &'a [[f32; 3]] {
+        self.array(self.header.contact_force).unwrap_or_default()
+    }
+
+    /// Force of the pins on each node, N; empty unless the game records forces.
+    pub fn pin_force(&self) -> &'a [[f32; 3]] {
+        self.array(self.header.pin_force).unwrap_or_default()
+    }
+
     fn check(&self) -> Result<(), String> {
         let h = &self.header;
         let fit = [
@@ -251,6 +267,8 @@ impl<'a> SheetView<'a> {
             ("strain", h.strain == 0 || self.array::<f32>(h.strain).is_some()),
             ("temperature", h.temperature == 0 || self.array::<f32>(h.temperature).is_some()),
             ("contact", h.contact == 0 || self.array::<u8>(h.contact).is_some()),
+            ("contact forces", h.contact_force == 0 || self.array::<[f32; 3]>(h.contact_force).is_some()),
+            ("pin forces", h.pin_force == 0 || self.array::<[f32; 3]>(h.pin_force).is_some()),
         ];
         match fit.iter().find(|f| !f.1) {
             Some((name, _)) => Err(format!("its {name} lie outside the sample")),

@@ -83,6 +83,7 @@ impl FramePlan {
                 && plan.refinement == sheet.model.refinement
                 && plan.structure == sheet.model.structure
                 && plan.name == sheet.name
+                && (plan.headers[0].contact_force != 0) == sheet.mean_forces().is_some()
         };
         let n = world.sheets().len().min(MAXIMUM_SHEETS);
         self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
@@ -128,6 +129,8 @@ impl SheetPlan {
             header.positions = take(12 * n, true);
             header.contact = take(n, true);
             header.temperature = take(4 * n, heated);
+            header.contact_force = take(12 * n, sheet.mean_forces().is_some());
+            header.pin_force = take(12 * n, sheet.mean_forces().is_some());
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }
@@ -185,6 +188,8 @@ fn header(sheet: &Sheet) -> SheetHeader {
         strain: 0,
         temperature: 0,
         contact: 0,
+        contact_force: 0,
+        pin_force: 0,
     }
 }
 

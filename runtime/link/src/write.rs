@@ -78,6 +78,10 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
         *flag = u8::from(*touches);
         contacts += u32::from(*touches);
     }
+    if let Some((contact, pins)) = sheet.mean_forces().filter(|f| header.contact_force != 0 && f.0.len() == n) {
+        positions(contact, slice_mut::<[f32; 3]>(out, header.contact_force, n));
+        positions(pins, slice_mut::<[f32; 3]>(out, header.pin_force, n));
+    }
     positions(&sheet.state.x, slice_mut::<[f32; 3]>(out, header.positions, n));
     if header.temperature != 0
         && let Some(temperature) = sheet.temperatures()
@@ -94,7 +98,7 @@ fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8])
     contacts
 }
 
-/// Writes the positions in single precision.
+/// Writes vectors in single precision.
 #[multiversion(targets("x86_64+avx2", "x86_64+avx"))]
 fn positions(from: &Vectors, to: &mut [[f32; 3]]) {
     let n = to.len();

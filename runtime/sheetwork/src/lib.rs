@@ -78,9 +78,9 @@ pub use crate::math::Vectors;
 pub use crate::mesh::structure::StructureKind;
 pub use crate::profiler::{Phase, StepObserver};
 pub use crate::rigid::{BodyState, RigidView};
-pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
+pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Status};
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
-    BodyId, BodyReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
-    World, journal, recording,
+    BodyId, BodyReport, ForceEntry, ForceReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport,
+    Snapshot, TemperatureReport, World, journal, recording,
 };

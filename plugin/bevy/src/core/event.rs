@@ -25,6 +25,8 @@ pub struct SheetEvent {
     pub opening: Option<FractureOpening>,
     /// Evidence of an instability and the recovery policy applied, for such events.
     pub alarm: Option<InstabilityReport>,
+    /// Contact impulse of the step of a first contact, N s, if the world records forces.
+    pub impulse: Option<f64>,
 }
 
 /// Send the events recorded since the last run.
@@ -52,6 +54,7 @@ pub(super) fn send(
             body_entity: body.map(|(entity, _)| entity),
             opening: event.opening,
             alarm: event.alarm,
+            impulse: event.impulse_n_s,
         });
     }
 }

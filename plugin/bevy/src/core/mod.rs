@@ -8,6 +8,7 @@ mod body;
 mod clock;
 mod detail;
 mod event;
+mod forces;
 mod heat_gun;
 pub(crate) mod heater;
 pub(crate) mod motion;
@@ -27,6 +28,7 @@ pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
 pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
+pub use forces::SheetForces;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterHandle, SheetHeater};
 pub use motion::{BodyMotion, SheetMotion};
@@ -78,6 +80,7 @@ impl Plugin for SheetworkCorePlugin {
                 // Bodies first: sheets may be attached to them.
                 (
                     clock::begin_tick,
+                    forces::request,
                     sync::sync_bodies,
                     sync::sync_sheets,
                     sync::move_bodies,
@@ -88,7 +91,9 @@ impl Plugin for SheetworkCorePlugin {
                     .chain()
                     .in_set(SheetworkSet::Sync),
                 step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
-                (step::write_sheets, step::write_bodies, event::send).chain().in_set(SheetworkSet::Writeback),
+                (step::write_sheets, step::write_bodies, forces::write, event::send)
+                    .chain()
+                    .in_set(SheetworkSet::Writeback),
             ),
         );
         // Once a frame as well, so that entities spawned in this frame are displayed in it.

@@ -446,7 +446,7 @@ def _received(port):
 def _kept(frame):
     """Copies the frame's arrays, so that it outlives its sample in shared memory."""
     for sheet in frame.sheets:
-        for name in ("positions", "normals", "strain", "temperature", "contact"):
+        for name in ("positions", "normals", "strain", "temperature", "contact", "contact_force", "pin_force"):
             array = getattr(sheet, name)
             if array is not None:
                 setattr(sheet, name, array.copy())

@@ -44,6 +44,8 @@ SHEET = np.dtype(
         ("strain", "<u8"),
         ("temperature", "<u8"),
         ("contact", "<u8"),
+        ("contact_force", "<u8"),
+        ("pin_force", "<u8"),
     ]
 )
 
@@ -116,6 +118,10 @@ class Sheet:
         self.temperature = _array(data, int(header["temperature"]), n, "<f4", 1)
         #: n, 1 for a node in contact with a body in the last step.
         self.contact = _array(data, int(header["contact"]), n, "u1", 1)
+        #: n x 3, N, mean contact force and mean force of the pins in the last step; None unless the
+        #: game records forces.
+        self.contact_force = _array(data, int(header["contact_force"]), n, "<f4", 3)
+        self.pin_force = _array(data, int(header["pin_force"]), n, "<f4", 3)
         #: m x 3, node indices of the triangles of closed cells; None in a frame requested
         #: without.
         self.triangles = None

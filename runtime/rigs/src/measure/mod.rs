@@ -6,6 +6,7 @@
 pub(crate) mod bounce;
 pub(crate) mod buckling;
 pub(crate) mod cantilever;
+pub(crate) mod capstan;
 pub(crate) mod cards;
 pub(crate) mod conduction;
 pub(crate) mod contact_observer;
@@ -31,6 +32,7 @@ pub(crate) mod incline;
 pub mod kicks;
 pub mod oscillator;
 pub(crate) mod pedestal;
+pub(crate) mod pull;
 pub(crate) mod radiate;
 pub(crate) mod random_sequence;
 pub(crate) mod release;
@@ -92,6 +94,7 @@ pub const TABLE: &[RigCase] = &[
         "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
         cantilever::run,
     ),
+    contact_rig("capstan", "tensions of a strip that slips over a cylinder: --friction MU", capstan::run),
     contact_rig(
         "card-house",
         "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
@@ -150,6 +153,7 @@ pub const TABLE: &[RigCase] = &[
     contact_rig("incline", "stick or slide on an incline: --angle DEG --friction MU", incline::run),
     rig("oscillator", "order and stability limit of an engine: --engine NAME", oscillator::run),
     rig("pedestal", "droop of a square clamped on its central patch: --side M --patch M", pedestal::run),
+    contact_rig("pull", "drag of a sheet under a box over a floor: --speed M_S --friction MU", pull::run),
     rig(
         "radiate",
         "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",

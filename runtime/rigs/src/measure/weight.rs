@@ -11,11 +11,12 @@ use glam::DVec3;
 use serde_json::json;
 
 use crate::measure::contact_observer::ContactObserver;
+use crate::measure::pull::force_of;
 use crate::measure::{RigOutcome, RigResult, Runner, Setup, body, plane};
 use sheetwork::math::Vectors;
 use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
 use sheetwork::sheet::{Sheet, accelerations};
-use sheetwork::{InputError, World, check_range};
+use sheetwork::{ForceKind, InputError, World, check_range};
 
 /// Time before the force measurement, for the sheet to come to rest, and its duration, s.
 const SETTLING_TIME: f64 = 5.0;
@@ -30,7 +31,7 @@ pub(crate) fn run(setup: &Setup) -> RigResult {
     // A box above an attached edge would load the pins directly.
     check_range("box", setup.box_side, 1e-3, MAXIMUM_BOX_RATIO * setup.length, "m")?;
     let gravity = setup.required_gravity()?;
-    let floor = on_the_floor(setup)?;
+    let (floor, recorded) = on_the_floor(setup)?;
     let mut runner = Runner::new(bridge(setup)?);
     let mut watch = ContactObserver::new(&runner.world);
     let start = heights(&runner.world);
@@ -58,6 +59,7 @@ pub(crate) fn run(setup: &Setup) -> RigResult {
         "box_mass_kg": BOX_MASS,
         "support_force_ratio": furthest,
         "floor_force_ratio": floor,
+        "recorded_floor_force_ratio": recorded,
         "box_force_ratio": boxed,
         "held_edges_force_ratio": held,
         "sag_m": start - heights(&runner.world),
@@ -66,8 +68,8 @@ pub(crate) fn run(setup: &Setup) -> RigResult {
     Ok(RigOutcome { settled, ..runner.contact_outcome(&watch, scale, own) })
 }
 
-/// Force of the floor on a resting sheet, over its weight.
-fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
+/// Force of the floor on a resting sheet, over its weight: by balance of momentum, and as recorded.
+fn on_the_floor(setup: &Setup) -> Result<(f64, f64), InputError> {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::Y * setup.contact_offset()?;
@@ -75,9 +77,16 @@ fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
     runner.run(0.5, |_| true);
     let momentum = |world: &World| world.sheets().first().map_or(0.0, |s| s.momentum().y);
     let (time, before) = (runner.world.time(), momentum(&runner.world));
-    runner.run(MEASUREMENT_TIME, |_| true);
+    runner.world.record_forces(true);
+    let (mut recorded, mut steps) = (0.0, 0.0);
+    runner.run(MEASUREMENT_TIME, |world| {
+        recorded += force_of(world, |kind, _| kind == ForceKind::Contact).y;
+        steps += 1.0;
+        true
+    });
     let weight = runner.world.sheets().first().map_or(0.0, |s| s.total_mass() * setup.gravity);
-    Ok(1.0 + (momentum(&runner.world) - before) / (weight * (runner.world.time() - time)))
+    let balance = 1.0 + (momentum(&runner.world) - before) / (weight * (runner.world.time() - time));
+    Ok((balance, recorded / (weight * steps)))
 }
 
 /// A sheet fixed at two edges with a box on its middle.

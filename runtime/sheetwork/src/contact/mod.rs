@@ -68,6 +68,7 @@ pub(crate) mod counters;
 pub(crate) mod detected_contacts;
 pub(crate) mod explicit_bonds;
 pub(crate) mod gap;
+pub(crate) mod impulse_log;
 pub(crate) mod island_view;
 pub mod node;
 pub(crate) mod outer_iteration;

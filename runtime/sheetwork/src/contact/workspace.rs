@@ -14,6 +14,7 @@ use crate::contact::contact_cache::{CachedForces, ContactCache};
 use crate::contact::counters::ContactCounters;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::ContactGaps;
+use crate::contact::impulse_log::ImpulseLog;
 use crate::contact::settings::ContactSettings;
 use crate::contact::solve_policy::SolvePolicy;
 use crate::contact::solver::augmented_lagrangian::{AugmentedLagrangian, IslandTangent};
@@ -102,6 +103,8 @@ pub(crate) struct ContactWorkspace {
     /// Contacts that were closed at the end of any stage of the step: sheet of the island, node,
     /// collider. A contact that rebounds within the step is open again at its end.
     pub closed_in_step: Vec<[u32; 3]>,
+    /// Impulses of the step, if forces are recorded.
+    pub impulses: ImpulseLog,
 }
 
 impl ContactWorkspace {
@@ -124,6 +127,7 @@ impl ContactWorkspace {
         self.saved_caches[1].copy_from(&self.other_stage_cache);
         self.saved_solver_bodies.clear();
         self.saved_solver_bodies.extend_from_slice(solver_bodies);
+        self.impulses.begin_substep();
     }
 
     /// Exchange `solver_bodies` with the saved solver bodies.
@@ -187,6 +191,7 @@ impl ContactWorkspace {
     /// Restore the contact caches and solver bodies that were saved.
     pub fn restore_saved(&mut self, solver_bodies: &mut Vec<SolverBody>) {
         self.stage = 0;
+        self.impulses.roll_back();
         self.cache.copy_from(&self.saved_caches[0]);
         self.other_stage_cache.copy_from(&self.saved_caches[1]);
         solver_bodies.clear();

@@ -77,6 +77,9 @@ pub struct Event {
     /// Data of an instability event and its recovery action.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarm: Option<InstabilityReport>,
+    /// Contact impulse of the step of a first contact, N s; `None` unless forces are recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impulse_n_s: Option<f64>,
 }
 
 /// Recovery action for an unstable sheet.
@@ -169,6 +172,7 @@ impl Event {
             opening: None,
             grid: None,
             alarm: None,
+            impulse_n_s: None,
         }
     }
 }

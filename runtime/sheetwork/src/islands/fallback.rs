@@ -58,9 +58,10 @@ impl IslandSolve<'_, '_, '_> {
         match fallback {
             Fallback::MoveOrFreeze => self.move_or_freeze(substep),
             Fallback::MoveRigidly => {
-                if self.move_rigidly(substep) {
-                    self.record_fallback();
+                if !self.move_rigidly(substep) {
+                    return;
                 }
+                self.record_fallback();
             }
             Fallback::Restart => {
                 self.roll_back();
@@ -84,6 +85,7 @@ impl IslandSolve<'_, '_, '_> {
                 self.view.sheet_mut(sheet).work.stage.has_diverged = true;
             }
         }
+        self.record_fallback_impulses(substep);
     }
 
     /// Solve the substep by the barrier method, in shorter parts where a moving body does not

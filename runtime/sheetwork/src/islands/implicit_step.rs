@@ -245,6 +245,9 @@ impl IslandSolve<'_, '_, '_> {
             let jump = (touched && response.is_touched()).then_some(&response.jump);
             stage::finish_stage(sheet, substep.field, k, substep.dt, jump);
         });
+        if touched {
+            self.workspace.log_stage_impulses(self.view, h);
+        }
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
             return self.bisect_or(Fallback::FreezeThenStop);
         }
@@ -345,7 +348,10 @@ impl IslandSolve<'_, '_, '_> {
         let verdict = match &before {
             Some(before) if met || is_single => {
                 let flags = (self.workspace.policy.is_shortest_substep, met, has_no_fixed_body);
-                before.check_and_scale(self.view, &substep.field, flags, &mut self.progress.energy_error)
+                self.workspace.impulses.add_momenta(self.view, -1.0);
+                let verdict = before.check_and_scale(self.view, &substep.field, flags, &mut self.progress.energy_error);
+                self.workspace.impulses.add_momenta(self.view, 1.0);
+                verdict
             }
             _ => EnergyVerdict::Accept,
         };

@@ -12,6 +12,7 @@ use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::event::EventKind;
+use crate::islands::explicit::sheet_step::apply_thickness_limit;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
@@ -29,9 +30,7 @@ fn apply_limits(sheet: &mut Sheet, dt: f64) {
     if let Some(limit) = &sheet.parameters.flexion.limit {
         limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, dt);
     }
-    if let Some(limit) = &sheet.parameters.thickness_limit {
-        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, dt);
-    }
+    apply_thickness_limit(sheet, dt);
 }
 
 /// Whether a sheet moves so fast within itself that it may meet itself in a step of `dt` (s).
@@ -68,6 +67,7 @@ impl IslandContext<'_> {
             &mut **state.get_or_insert_default();
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(context.profiler);
+        workspace.impulses.begin_step(sheets.iter().any(|sheet| sheet.work.forces.is_some()));
         let (around, reach) = self.extent(sheets);
         let mut island =
             IslandView { sheets, contacts, solver_bodies, parallel, body_penetration: 0.0, stacked_bodies: 0 };
@@ -110,6 +110,7 @@ impl IslandContext<'_> {
         let IslandView { sheets, solver_bodies, .. } = island;
         self.record_contacts(sheets, workspace, work);
         workspace.closed_in_step.clear();
+        self.record_impulses(sheets, ids, workspace, work);
         sheets.iter_mut().for_each(bonds::clear_node_contacts);
         update_bonds(sheets, Some((workspace, work.bodies())), self.surroundings);
         sheets.iter_mut().for_each(bonds::remove_bond_forces);

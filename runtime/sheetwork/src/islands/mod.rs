@@ -20,6 +20,7 @@ pub(crate) mod energy_budget;
 pub mod event;
 pub(crate) mod explicit;
 pub(crate) mod fallback;
+pub(crate) mod force_record;
 pub(crate) mod implicit_step;
 pub(crate) mod instability;
 pub(crate) mod island_builder;

@@ -23,6 +23,7 @@ pub(crate) mod damped_modes;
 pub(crate) mod delivered_stiffness;
 pub(crate) mod energy;
 pub(crate) mod equilibrium;
+pub(crate) mod forces;
 pub(crate) mod fracture;
 pub(crate) mod generation;
 pub(crate) mod grab;
@@ -63,6 +64,7 @@ pub use crate::sheet::cells::SheetCells;
 pub use crate::sheet::delivered_stiffness::DeliveredStiffness;
 pub use crate::sheet::energy::Energy;
 pub use crate::sheet::equilibrium::Equilibrium;
+pub use crate::sheet::forces::{ForceKind, ForcePartner};
 pub use crate::sheet::fracture::FractureOpening;
 pub(crate) use crate::sheet::instability::{
     KineticElasticEnergy, PRESCRIBED_MOTION_ENERGY_FACTOR, RECOVERY_INTEGRATOR, RecoveryPolicy, RecoveryState,
@@ -145,6 +147,8 @@ pub(crate) struct StepWorkspace {
     pub touched_colliders: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
     /// Number of entries of `touched_colliders` that touch at the end of the step.
     pub touched_at_end: usize,
+    /// Record of the forces; `None` unless they are recorded.
+    pub forces: Option<Box<forces::SheetForces>>,
 }
 
 impl Sheet {

@@ -233,6 +233,17 @@ impl Pins {
             .chain(self.kinematic_attachments().map(|(_, mass, _)| mass))
     }
 
+    /// Fixed and prescribed nodes with their pin (nodes fixed along some axes come last) or, as an
+    /// error, the body that they are attached to, and their fixed axes (1).
+    pub(crate) fn prescribed(&self) -> impl Iterator<Item = (Result<usize, usize>, u32, DVec3)> + '_ {
+        let groups = self.groups.iter().enumerate();
+        let pinned = groups.flat_map(|(k, g)| g.masses.iter().map(move |i| (Ok(k), *i, DVec3::ONE)));
+        let attached = self.kinematic_attachments().map(|(hold, i, _)| (Err(hold.index), i, DVec3::ONE));
+        let last = Ok(self.groups.len());
+        let fixed = self.fixed_axes.iter().map(move |r| (last, r.mass, r.replaced(DVec3::ZERO, DVec3::ONE)));
+        pinned.chain(attached).chain(fixed)
+    }
+
     /// Nodes fixed along some axes, and those axes.
     pub fn fixed_axes(&self) -> impl Iterator<Item = (u32, [bool; 3])> + '_ {
         self.fixed_axes.iter().map(|r| (r.mass, r.held))

@@ -378,6 +378,11 @@ pub(crate) fn saved_positions(sheet: &Sheet) -> &Vectors {
     &sheet.work.stage.saved_positions
 }
 
+/// Momentum of the saved state, kg m/s.
+pub(crate) fn saved_momentum(sheet: &Sheet) -> DVec3 {
+    sheet.work.stage.saved_velocities.iter().zip(&sheet.model.mass).map(|(v, m)| v * *m).sum()
+}
+
 /// Restore the saved state.
 pub(crate) fn restore_state(sheet: &mut Sheet) {
     stage_trace::update_trace(sheet, |trace, _| trace.truncate_to_saved());

@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod failure_events;
+pub(crate) mod forces;
 pub(crate) mod ids;
 pub mod journal;
 pub(crate) mod lod;
@@ -30,6 +31,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::penetration::{PenetratedObject, Penetration};
@@ -84,6 +86,9 @@ pub struct World {
     penetration_check: Option<Box<penetration::PenetrationCheck>>,
     pool: Option<Arc<Pool>>,
     islands: IslandManager,
+    records_forces: bool,
+    /// Forces of the last step.
+    forces: Vec<ForceEntry>,
     /// Thermal model; `None` without heat.
     heat: Option<Box<ThermalModel>>,
     /// Levels of detail; `None` when no sheet has levels.
@@ -191,6 +196,8 @@ impl World {
             penetration_check: None,
             pool: None,
             islands: IslandManager::default(),
+            records_forces: false,
+            forces: Vec::new(),
             heat,
             lod,
             refine_work: scene.sheets.iter().any(|s| s.refine.is_some()).then(Box::default),
@@ -211,9 +218,10 @@ impl World {
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
+        let records_forces = self.records_forces;
         let profiler = std::mem::take(&mut self.profiler);
         let penetration_check = self.penetration_check.take().map(|_| Box::default());
-        *self = Self { sleep, buckling, penetration_check, pool, profiler, ..fresh };
+        *self = Self { sleep, buckling, penetration_check, pool, profiler, records_forces, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }

@@ -8,7 +8,7 @@ use crate::collision::narrow_phase::DetectionCounters;
 use crate::contact::ContactCounters;
 use crate::islands::event::Event;
 use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status, inter_layer};
-use crate::world::World;
+use crate::world::{ForceReport, World};
 
 /// Results of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,6 +33,9 @@ pub struct Report {
     pub bodies: Vec<BodyReport>,
     /// Events of the run.
     pub events: Vec<Event>,
+    /// Forces of the last step; empty unless [`World::record_forces`] is on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub forces: Vec<ForceReport>,
 }
 
 /// Results of a sheet at the end of a run.
@@ -210,6 +213,7 @@ impl World {
             sheets: sheets.collect(),
             bodies: bodies.collect(),
             events,
+            forces: self.force_reports(),
         }
     }
 

@@ -108,6 +108,7 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        self.begin_forces();
         let context = StepContext {
             field: self.field(),
             time: self.time,
@@ -129,6 +130,7 @@ impl World {
             Some(pool) if many => pool.install(|| work(true)),
             _ => work(false),
         }
+        self.finish_forces(dt);
         // Sheets may become unstable outside the solution of their island.
         let is_unstable = |log: &&ContactLog| log.events.iter().any(|event| event.1 == EventKind::Unstable);
         let unstable = self.contact_logs.iter().filter(is_unstable).count() as u32;
@@ -150,7 +152,9 @@ impl World {
                 let alarm = if kind.has_alarm() { alarms.next() } else { None };
                 let place_m = alarm.map(|a| a.place_m);
                 let event = Event::new(time_s, kind, &self.sheets[index].name, body);
-                self.events.push(Event { alarm, place_m, ..event });
+                let first = collider.filter(|_| kind == EventKind::FirstContact);
+                let impulse_n_s = first.and_then(|c| self.contact_impulse(index, c, event.body.as_deref()));
+                self.events.push(Event { alarm, place_m, impulse_n_s, ..event });
             }
         }
     }

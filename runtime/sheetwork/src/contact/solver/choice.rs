@@ -122,6 +122,7 @@ impl ContactWorkspace {
     /// weight `h` (s). The velocity jumps are left in the contact arrays of the sheets and in the
     /// solver bodies. Returns whether the solution is accepted.
     pub fn solve_velocities(&mut self, island: &mut IslandView, h: f64) -> bool {
+        self.impulses.set_stage_forces(std::iter::empty());
         if self.position_solver == PositionSolver::Lattice {
             self.solve_velocities_on_nodes(island, h);
             return true;

@@ -321,6 +321,7 @@ impl ContactWorkspace {
         let done = sweeps.sweep(island, &self.detected.contacts, NodeQuantity::Velocity, h);
         self.counters.sweeps += u64::from(done);
         let contacts = &self.detected.contacts;
+        self.impulses.set_stage_forces(sweeps.active.iter().map(|swept| (swept.contact, swept.frame * swept.force)));
         self.cache.replace(|old, new| {
             // In the order of the contacts; an open one has no velocity force.
             let mut closed = sweeps.active.iter().peekable();

@@ -165,6 +165,7 @@ impl ContactWorkspace {
         self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
         pgs.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
         let contacts = &self.detected.contacts;
+        self.impulses.set_stage_forces(pgs.forces().map(|(c, velocity)| (c as u32, velocity)));
         self.cache.replace(|old, new| {
             new.extend(pgs.forces().map(|(c, velocity)| {
                 let key = contacts[c].key;

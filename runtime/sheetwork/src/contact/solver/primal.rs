@@ -157,6 +157,8 @@ impl ContactWorkspace {
     /// Store the forces of the velocity solve in the contact cache.
     pub(crate) fn cache_velocity_forces(&mut self, primal: &AugmentedLagrangian) {
         let (contacts, chosen) = (&self.detected.contacts, &self.working_set);
+        let forces = primal.constraints.iter().zip(&primal.force).map(|(row, p)| row.frame * *p);
+        self.impulses.set_stage_forces(chosen.iter().copied().zip(forces));
         self.cache.replace(|old, new| {
             for (k, i) in chosen.iter().enumerate() {
                 let (key, velocity) = (contacts[*i as usize].key, primal.constraints[k].frame * primal.force[k]);

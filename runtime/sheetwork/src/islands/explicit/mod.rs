@@ -28,8 +28,9 @@ use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
+use crate::sheet::forces::{SheetForces, with_record};
 use crate::sheet::instability::energy_at_start;
-use crate::sheet::{PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, node_contact};
+use crate::sheet::{ForcePartner, PRESCRIBED_MOTION_ENERGY_FACTOR, Sheet, Status, attachment, node_contact};
 
 /// Result of the contacts at the end of a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -72,8 +73,10 @@ impl IslandContext<'_> {
         let solve = if is_near { self.resolve_contacts(all, ids, parallel) } else { ContactSolve::NotNeeded };
         if solve == ContactSolve::NotNeeded {
             let (sheet, touches) = (&mut all.sheets[0], &mut all.touches[0]);
-            if sheet.state.touching.contains(&true) {
-                instability::finish_energy_check(sheet, touches, self.context, 0.0);
+            if sheet.state.touching.contains(&true)
+                && instability::finish_energy_check(sheet, touches, self.context, 0.0)
+            {
+                with_record(sheet, |forces, _| forces.cancel());
             }
             finish_step(sheet, touches, self.context, last);
         }
@@ -126,6 +129,7 @@ impl IslandContext<'_> {
             &mut **state.get_or_insert_default();
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(self.context.profiler);
+        workspace.impulses.begin_step(sheets.iter().any(|sheet| sheet.work.forces.is_some()));
         let mut island =
             IslandView { sheets, contacts, solver_bodies, parallel, body_penetration: 0.0, stacked_bodies: 0 };
         let mut detection = IslandDetection {
@@ -151,7 +155,15 @@ impl IslandContext<'_> {
             node_contact::apply_contact(sheet, (touched && response.is_touched()).then_some(&response.jump));
         });
         if touched {
+            workspace.log_stage_impulses(&island, dt);
+            self.record_impulses(island.sheets, ids, workspace, detection.work);
+            island
+                .for_each_sheet(|sheet| with_record(sheet, |forces, sheet| forces.begin_node_contact(&sheet.state.v)));
             hold_limits_with_contacts(&mut island, workspace, dt);
+            let add = |forces: &mut SheetForces, sheet: &mut Sheet| {
+                forces.add_node_contact(sheet, |_| ForcePartner::None);
+            };
+            island.for_each_sheet(|sheet| with_record(sheet, add));
         }
         let brought = energy_of_surroundings(&island);
         let IslandView { sheets, solver_bodies, .. } = island;
@@ -160,7 +172,11 @@ impl IslandContext<'_> {
         if !lone {
             for (sheet, touches) in sheets.iter_mut().zip(touches.iter_mut()) {
                 if touched || sheet.state.touching.contains(&true) {
-                    put_back |= instability::finish_energy_check(sheet, touches, self.context, brought);
+                    let is_put_back = instability::finish_energy_check(sheet, touches, self.context, brought);
+                    put_back |= is_put_back;
+                    if is_put_back {
+                        with_record(sheet, |forces, _| forces.cancel());
+                    }
                 }
             }
         }

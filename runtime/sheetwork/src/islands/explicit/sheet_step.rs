@@ -6,6 +6,8 @@
 //!     → contact with dynamic bodies and sharp edges ([`crate::islands::explicit`])
 //!     → place kinematic nodes → sleep test
 
+use rapier3d::prelude::ColliderHandle;
+
 use crate::contact::SheetContact;
 use crate::contact::node::bonding;
 use crate::contact::node::detection::resolve_node_contact;
@@ -17,7 +19,8 @@ use crate::islands::settings::{InstabilitySettings, StepSettings};
 use crate::islands::unstable::{is_unstable, stop_unstable};
 use crate::islands::{StepContext, instability};
 use crate::profiler::Phase;
-use crate::sheet::{Sheet, accelerations, node_contact};
+use crate::sheet::forces::with_record;
+use crate::sheet::{ForcePartner, Sheet, accelerations, node_contact};
 
 const SETTINGS: InstabilitySettings = StepSettings::DEFAULT.instability;
 
@@ -91,6 +94,7 @@ fn substep(
         stop_unstable(sheet, touches, context, taken);
         return None;
     }
+    with_record(sheet, |forces, sheet| forces.begin_node_contact(&sheet.state.v));
     bonding::pull(sheet, taken);
     flexion::begin(sheet);
     if let Some(view) = context.view {
@@ -110,9 +114,34 @@ fn substep(
         bonding::release_unmet(sheet);
         flexion::hold_limit(sheet, &mut contact.clearance, None, (taken, 0.0), &mut |_| {});
     }
+    with_record(sheet, |forces, sheet| {
+        let nearest = &contact.clearance.nearest_face;
+        forces.add_node_contact(sheet, |i| partner_of(nearest.get(i).filter(|_| sheet.state.touching[i]), context));
+    });
     let is_held = sheet.parameters.flexion.limit.is_some() && sheet.work.flexion.is_coupled;
-    if let Some(limit) = sheet.parameters.thickness_limit.as_ref().filter(|_| !is_held) {
-        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, taken);
+    if !is_held {
+        apply_thickness_limit(sheet, taken);
     }
     Some(taken)
+}
+
+/// Apply the thickness limit after a step of `dt` (s).
+pub(crate) fn apply_thickness_limit(sheet: &mut Sheet, dt: f64) {
+    if let Some(limit) = &sheet.parameters.thickness_limit {
+        if let Some(forces) = &mut sheet.work.forces {
+            forces.begin_node_contact(&sheet.state.v);
+        }
+        limit.apply(&sheet.state.x, &mut sheet.state.v, &sheet.inverse_mass, &sheet.state.touching, dt);
+        with_record(sheet, |forces, sheet| forces.add_limit(sheet));
+    }
+}
+
+/// The body of the collider that a node touches.
+fn partner_of(nearest: Option<&(ColliderHandle, u32)>, context: &StepContext) -> ForcePartner {
+    let (Some(view), Some((collider, _))) = (context.view, nearest) else { return ForcePartner::None };
+    match view.body_of(*collider) {
+        Some(body) => ForcePartner::Body(body),
+        None if view.colliders.contains(*collider) => ForcePartner::Collider(*collider),
+        None => ForcePartner::None,
+    }
 }
