@@ -16,6 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::error::InputError;
 use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::material::law::ElementLaw;
+use crate::material::loss_factor::ARMS;
 use crate::scene::load::read_ron;
 use crate::scene::validate;
 
@@ -37,6 +38,8 @@ pub struct Material {
     pub thickness: f64,
     /// Damping ratio of the slowest bending motion of a sheet; 0 to 10.
     pub damping_ratio: f64,
+    /// Loss factor η = E''/E', equal at all frequencies, 0 to 0.3; `None` for `damping_ratio`.
+    pub loss_factor: Option<f64>,
     /// Yield stress, Pa, 1 to 1e11; `None` for an elastic material.
     pub yield_stress: Option<f64>,
     /// Hardening modulus dσ/dε_p, growth of the yield stress with plastic strain, Pa; 0 to 1e12.
@@ -144,6 +147,7 @@ const fn row(
         density,
         thickness,
         damping_ratio,
+        loss_factor: None,
         yield_stress,
         hardening: 0.0,
         burgers: match glass_transition {
@@ -181,6 +185,11 @@ impl Material {
         }
     }
 
+    /// Damping ratio of a sheet's slowest bending motion, η/2 with a loss factor η.
+    pub fn damping(&self) -> f64 {
+        self.loss_factor.map_or(self.damping_ratio, |eta| 0.5 * eta)
+    }
+
     /// Plate stiffness D = E t³ / (12 (1-ν²)) along the length, N m.
     pub fn plate_stiffness(&self) -> f64 {
         self.target().bending[0][0]
@@ -201,7 +210,7 @@ impl Material {
     pub fn law(&self, length: f64, damping_ratio: f64) -> ElementLaw {
         let StiffnessTarget { membrane, bending } = self.target();
         let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
-        ElementLaw { membrane, bending, retardation: 2.0 * damping_ratio / slowest }
+        ElementLaw { membrane, bending, retardation: 2.0 * damping_ratio / slowest, arms: [0.0; ARMS] }
     }
 }
 
