@@ -19,11 +19,9 @@ pub struct ElementLaw {
 
 impl ElementLaw {
     /// The law with the flat loss factor `eta` (0 to 0.3) as its only damping, and the present
-    /// stiffnesses at 1 Hz.
+    /// stiffnesses at rest.
     #[must_use]
     pub fn with_loss_factor(self, eta: f64) -> Self {
-        let (arms, relaxed) = fit_arms(eta);
-        let scaled = |stiffness: [[f64; 3]; 3]| stiffness.map(|row| row.map(|c| c * relaxed));
-        Self { membrane: scaled(self.membrane), bending: scaled(self.bending), retardation: 0.0, arms }
+        Self { retardation: 0.0, arms: fit_arms(eta), ..self }
     }
 }

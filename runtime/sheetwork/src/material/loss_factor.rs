@@ -6,8 +6,8 @@
 //! E' = E∞ (1 + Σ g_i x²/(1 + x²)),  E'' = E∞ Σ g_i x/(1 + x²).
 //!
 //! The weights are the least squares of (E'' - η E')/E', with E' growing as ω^(2η/π), from 0.3 Hz
-//! to 3 kHz; η then has a ripple of 5 % (7 % at η = 0.1, 14 % at 0.3). A material's moduli are those at 1 Hz: a sheet at rest
-//! has E∞, which is 1.6 % less at η = 0.01 and 16 % less at η = 0.1.
+//! to 3 kHz; η then has a ripple of 5 % (7 % at 0.3 Hz), 10 % at η = 0.3. A material's moduli are E∞,
+//! those at rest, by which a droop is measured; E' at 1 Hz is 1.6 % more at η = 0.01, 19 % at 0.1.
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,8 +29,8 @@ fn arm_modulus(i: usize, omega: f64) -> (f64, f64) {
     (x * x / (1.0 + x * x), x / (1.0 + x * x))
 }
 
-/// Weights g_i of the arms for the loss factor `eta`, 0 to 0.3, and E∞/E'(1 Hz).
-pub fn fit_arms(eta: f64) -> ([f64; ARMS], f64) {
+/// Weights g_i of the arms for the loss factor `eta`, 0 to 0.3.
+pub fn fit_arms(eta: f64) -> [f64; ARMS] {
     let mut normal = SMatrix::<f64, ARMS, ARMS>::zeros();
     let mut right = SVector::<f64, ARMS>::zeros();
     for k in 0..=4 * FIT_POINTS {
@@ -43,9 +43,7 @@ pub fn fit_arms(eta: f64) -> ([f64; ARMS], f64) {
         normal += row * row.transpose();
         right += row * (eta * scale);
     }
-    let weights: [f64; ARMS] = normal.lu().solve(&right).unwrap_or_default().into();
-    let storage: f64 = (0..ARMS).map(|i| weights[i] * arm_modulus(i, TAU).0).sum();
-    (weights, 1.0 / (1.0 + storage))
+    normal.lu().solve(&right).unwrap_or_default().into()
 }
 
 #[cfg(test)]
@@ -54,9 +52,9 @@ mod tests {
 
     #[test]
     fn the_loss_factor_is_flat_over_four_decades() {
-        for (eta, ripple) in [(5e-4, 0.05), (0.01, 0.05), (0.03, 0.06), (0.1, 0.08), (MAX_LOSS_FACTOR, 0.14)] {
-            let (weights, relaxed) = fit_arms(eta);
-            assert!(weights.iter().all(|g| *g > 0.0) && relaxed < 1.0, "{eta}: {weights:?}");
+        for (eta, ripple) in [(5e-4, 0.08), (0.01, 0.08), (0.03, 0.08), (0.1, 0.06), (MAX_LOSS_FACTOR, 0.11)] {
+            let weights = fit_arms(eta);
+            assert!(weights.iter().all(|g| *g > 0.0), "{eta}: {weights:?}");
             for k in 0..=80 {
                 let omega = TAU * 0.3 * 10.0_f64.powf(0.05 * f64::from(k));
                 let sum = |part: fn((f64, f64)) -> f64| -> f64 {

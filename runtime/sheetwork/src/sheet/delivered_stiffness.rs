@@ -44,8 +44,8 @@ impl Sheet {
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
         let structure = self.parameters.springs.delivered_fraction?;
         let (q, grid) = resolved(self);
-        // With a loss factor the stiffness at 1 Hz.
-        let d = self.material().target().bending;
+        let law = self.law();
+        let d = law.bending;
         let areal = self.material().areal_mass();
         let omega = q * q * (structure * grid * d[0][0] / areal).sqrt();
         let moves = self.max_speed() > SLEEP.speed;
@@ -70,7 +70,7 @@ impl Sheet {
             grid,
             step,
             wave_number_rad_m: q,
-            material_damping_ratio: 0.5 * (self.law().retardation * omega + self.loss_factor()),
+            material_damping_ratio: 0.5 * (law.retardation * omega + self.loss_factor()),
             numerical_damping_ratio: numerical,
         })
     }

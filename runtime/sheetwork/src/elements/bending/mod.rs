@@ -361,6 +361,7 @@ impl Element for Bending {
             self.curl[i] = curl;
             let group = &mut self.groups[i];
             let change = softness / group.softness;
+            (0..3).for_each(|a| self.arms.scale(3 * i + a, 1.0 / change));
             group.softness = softness;
             group.stiffness.iter_mut().flatten().for_each(|s| *s *= change);
             let pairs = group.pairs.0 as usize..group.pairs.1 as usize;

@@ -391,6 +391,7 @@ impl Element for CellMembrane {
                 }
                 let before = w.softness.0[l];
                 for k in 0..5 {
+                    self.arms.scale((5 * index + k) * LANES + l, before / after);
                     w.rest[k].0[l] = rest_strain_after_softening(e[k].0[l], w.rest[k].0[l], before, after);
                 }
                 w.softness.0[l] = after;

@@ -320,6 +320,9 @@ impl Element for EdgeMembrane {
             for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
                 *rest = rest_strain_after_softening(strain.at(x), *rest, before, after);
             }
+            for (edge, _) in t.edges.iter().zip(t.owns).filter(|(_, owns)| *owns) {
+                self.arms.scale(*edge as usize, before / after);
+            }
             t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
             w.softness = after;
         }
