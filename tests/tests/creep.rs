@@ -39,7 +39,8 @@ fn creep_follows_burgers_compliance_on_every_structure() {
 #[test]
 fn dynamic_creep_equals_quasi_static_creep_up_to_inertia() {
     let thermal = Thermal { seconds: Some(4.0), ..Thermal::default() };
-    let setup = Setup { grid: (11, 7), thermal, dynamic: true, damping_ratio: 0.1, ..Setup::default() };
+    // Kelvin-Voigt damping: arms of a loss factor would add to the compliance at 4 s.
+    let setup = Setup { grid: (11, 7), thermal, dynamic: true, damping_ratio: 0.2, ..Setup::default() };
     let found = measured("creep", &setup);
     println!("dynamic creep: {} {}", found["compliance_error"], found["largest_error"]);
     assert!(number(&found, "compliance_error").abs() < 5e-3, "{found}");

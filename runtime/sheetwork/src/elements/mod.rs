@@ -2,7 +2,8 @@
 //! thickness.
 //!
 //! An [`Element`] holds all elements of one kind in a sheet. It stores an energy E(x) of the
-//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇).
+//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇). A
+//! flat loss factor adds Maxwell arms with implicit integrators: see [`loss_factor`].
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
 //! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
@@ -25,6 +26,7 @@ pub mod flexion_limit;
 pub mod fracture;
 pub mod grab_spring;
 pub mod grid_membrane;
+pub mod loss_factor;
 pub mod mixed_spring;
 pub mod remap;
 pub mod spring;
@@ -185,6 +187,16 @@ pub trait Element: std::any::Any + Send + Sync {
 
     /// Rest curvatures as angles per length, 1/m; `None` for an element without rest curvature.
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
+        None
+    }
+
+    /// Maxwell arms of a flat loss factor; `None` for an element without.
+    fn arms(&self) -> Option<&loss_factor::ArmStrains> {
+        None
+    }
+
+    /// As [`Element::arms`], for changes.
+    fn arms_mut(&mut self) -> Option<&mut loss_factor::ArmStrains> {
         None
     }
 

@@ -60,13 +60,14 @@ impl StagedIntegrator for BackwardEuler {
 
     fn finish(
         &mut self,
-        _problem: &mut dyn ImplicitProblem,
+        problem: &mut dyn ImplicitProblem,
         _k: usize,
         dt: f64,
         solution: &Vectors,
         jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
+        problem.finish_stage(solution);
         v.set_rate(solution, &self.w, dt);
         x.copy_from(solution);
         if let Some(jump) = jump {

@@ -101,6 +101,7 @@ impl StagedIntegrator for Bdf2 {
         jump: Option<&ContactJump>,
         (x, v): (&mut Vectors, &mut Vectors),
     ) {
+        problem.finish_stage(solution);
         self.x_old.copy_from(x);
         self.x_previous.copy_from(x);
         self.v_old.copy_from(v);

@@ -112,6 +112,7 @@ impl StagedIntegrator for TrBdf2 {
         let stage = StageProblem { per_time: 1.0 / h, y: &self.y, w: x };
         let solved = solve(problem, &stage, &self.x_start, &mut end, &mut self.work);
         problem.finish_stage(&end);
+        problem.undo_arms();
         self.a.set_rate(&end, &self.y, h * h);
         problem.zero_prescribed(&mut self.a);
         solved.solves

@@ -1,6 +1,7 @@
-//! Materials: homogenisation and calibration of lattices, and the report of the stiffness that a
-//! structure delivers.
+//! Materials: homogenisation and calibration of lattices, loss factors, and the report of the
+//! stiffness that a structure delivers.
 
 pub mod calibration;
 pub mod elastica;
 pub mod law;
+pub mod loss_factor;

@@ -185,6 +185,7 @@ pub fn material(field: &str, m: &Material) -> ValidationResult {
     Id::MaterialExpansion.check(&at("expansion"), m.expansion)?;
     softening(&at("softening"), &m.softening)?;
     Id::MaterialDampingRatio.check(&at("damping_ratio"), m.damping_ratio)?;
+    Id::MaterialLossFactor.check_option(&at("loss_factor"), m.loss_factor)?;
     Id::MaterialYieldStress.check_option(&at("yield_stress"), m.yield_stress)?;
     Id::MaterialHardening.check(&at("hardening"), m.hardening)?;
     if let Some(b) = &m.burgers {

@@ -119,7 +119,7 @@ fn empty_sheet(scene: &Scene, spec: &SheetSpec, material: Material) -> Sheet {
             applied: Vectors::default(),
             friction: spec.friction.unwrap_or(scene.contact.friction),
             restitution: spec.restitution.unwrap_or(scene.contact.restitution),
-            damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
+            damping_ratio: spec.damping_ratio.unwrap_or(material.damping()),
             springs: SpringParameters::default(),
             drag: AirDrag::default(),
             flexion: Flexion::default(),

@@ -45,8 +45,9 @@ impl Sheet {
         let structure = self.parameters.springs.delivered_fraction?;
         let (q, grid) = resolved(self);
         let law = self.law();
+        let d = law.bending;
         let areal = self.material().areal_mass();
-        let omega = q * q * (structure * grid * law.bending[0][0] / areal).sqrt();
+        let omega = q * q * (structure * grid * d[0][0] / areal).sqrt();
         let moves = self.max_speed() > SLEEP.speed;
         let (mut step, mut numerical) = (1.0, 0.0);
         if let Some(amplification) = self.engine().info().amplification {
@@ -60,7 +61,6 @@ impl Sheet {
             }
         }
         // The modulus of an orthotropic sheet is that of bending along the length.
-        let d = &law.bending;
         let plate = d[0][0] - d[0][1] * d[0][1] / d[1][1];
         let asked = 12.0 * plate / self.material().thickness.powi(3);
         Some(DeliveredStiffness {
@@ -70,7 +70,7 @@ impl Sheet {
             grid,
             step,
             wave_number_rad_m: q,
-            material_damping_ratio: 0.5 * law.retardation * omega,
+            material_damping_ratio: 0.5 * (law.retardation * omega + self.loss_factor()),
             numerical_damping_ratio: numerical,
         })
     }

@@ -66,6 +66,7 @@ fn iterate_to_equilibrium(sheet: &mut Sheet, field: Field, tolerance: f64) -> Eq
     sheet.system = Some(system);
     sheet.state.x.copy_from(&x);
     sheet.state.v.clear();
+    sheet.elements.iter_mut().filter_map(|e| e.arms_mut()).for_each(|arms| arms.relax());
     sheet.engine.restart();
     found
 }

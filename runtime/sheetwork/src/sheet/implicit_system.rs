@@ -374,6 +374,10 @@ impl ImplicitProblem for ImplicitSheet<'_> {
         self.elements_and_springs().for_each(|e| e.finish_stage(x));
     }
 
+    fn undo_arms(&mut self) {
+        self.elements.iter_mut().filter_map(|e| e.arms_mut()).for_each(|arms| arms.undo_stage());
+    }
+
     fn reset_rates(&mut self) {
         self.elements_and_springs().for_each(|e| e.reset_rates());
     }

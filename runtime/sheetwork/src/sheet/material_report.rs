@@ -111,7 +111,7 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
         poisson,
         density_kg_m3: material.density,
         thickness_m: material.thickness,
-        damping_ratio: material.damping_ratio,
+        damping_ratio: material.damping(),
         yield_stress_pa: material.yield_stress,
         glass_transition_c: material.glass_transition,
         orthotropic: material.orthotropic.is_some(),

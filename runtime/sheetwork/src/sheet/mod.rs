@@ -88,7 +88,9 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::error::{InputError, reject_if};
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
+use crate::material::loss_factor::MAX_LOSS_FACTOR;
 use crate::mesh::spring_class::SpringClass;
+use crate::mesh::structure::StructureKind;
 use crate::scene::{Adhesion, IntegratorKind, Material};
 pub(crate) use crate::sheet::implicit_system::ImplicitSystem;
 use crate::sheet::layer_stack::{LayerImpact, LayerStack};
@@ -205,9 +207,21 @@ impl Sheet {
         Ok(())
     }
 
-    /// Present membrane stiffness, bending stiffness and retardation time.
+    /// Flat loss factor η; 0 for lattices, explicit integrators and damping ratios above 0.15,
+    /// whose damping is that of a Kelvin-Voigt solid.
+    pub fn loss_factor(&self) -> f64 {
+        let eta = 2.0 * self.parameters.damping_ratio;
+        let is_shell = self.model.structure == StructureKind::Shell;
+        if eta <= MAX_LOSS_FACTOR && is_shell && instability::chosen_engine(self).info().implicit { eta } else { 0.0 }
+    }
+
+    /// Present membrane stiffness, bending stiffness and damping.
     pub fn law(&self) -> ElementLaw {
-        self.parameters.material.law(self.model.length, self.parameters.damping_ratio)
+        let (material, eta) = (&self.parameters.material, self.loss_factor());
+        if eta > 0.0 {
+            return material.law(self.model.length, 0.0).with_loss_factor(eta);
+        }
+        material.law(self.model.length, self.parameters.damping_ratio)
     }
 
     /// Linear solver of an implicit integrator: name, block rows of the matrix, blocks of the
@@ -307,7 +321,11 @@ impl Sheet {
         if let Some(guard) = &mut self.recovery {
             (guard.state, guard.tolerance) = (RecoveryState::default(), tolerance);
         }
+        let eta = self.loss_factor();
         self.change_engine(kind, tolerance);
+        if self.loss_factor() != eta {
+            self.refresh();
+        }
         if self.parameters.max_step.is_finite() {
             remap::update_max_step(self);
         }

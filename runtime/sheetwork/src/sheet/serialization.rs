@@ -147,6 +147,7 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
         serialise_changes(sheet, to);
     }
     sheet.recovery.iter().for_each(|guard| guard.state.serialise(to));
+    serialise_arms(sheet, to);
     serialise_history(sheet, to);
     to.flags(touching);
     to.flag(sheet.work.stage.has_diverged);
@@ -177,6 +178,7 @@ pub(crate) fn deserialise_state(
         let state = RecoveryState::deserialise(from)?;
         instability::restore_recovery_state(sheet, Some(state));
     }
+    deserialise_arms(sheet, from)?;
     deserialise_history(sheet, from)?;
     deserialise_touching(sheet, from)?;
     sheet.work.stage.has_diverged = from.flag()?;
@@ -265,6 +267,25 @@ pub(super) fn deserialise_changes(sheet: &mut Sheet, from: &mut StateReader) -> 
         system.refresh(&sheet.springs);
     }
     Ok(())
+}
+
+fn arm_values(sheet: &Sheet) -> u64 {
+    own_elements(sheet).iter().filter_map(|e| e.arms()).map(|arms| arms.len() as u64).sum()
+}
+
+/// Serialise the strains of the arms of a flat loss factor.
+pub(super) fn serialise_arms(sheet: &Sheet, to: &mut StateWriter) {
+    to.count(arm_values(sheet));
+    own_elements(sheet).iter().filter_map(|e| e.arms()).for_each(|arms| arms.serialise(to));
+}
+
+/// Deserialise the values that [`serialise_arms`] writes.
+pub(super) fn deserialise_arms(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
+    let own = sheet.elements.len() - sheet.grabs.len();
+    if from.count()? != arm_values(sheet) {
+        return Err(CorruptState);
+    }
+    sheet.elements[..own].iter_mut().filter_map(|e| e.arms_mut()).try_for_each(|arms| arms.deserialise(from))
 }
 
 /// Serialise the history of an implicit integrator; empty before its first step and after a

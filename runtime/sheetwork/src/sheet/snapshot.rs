@@ -36,6 +36,7 @@ pub(crate) fn to_state(sheet: &Sheet) -> SavedSheetState {
     }
     to.option(sheet.recovery.as_ref(), |guard, to| guard.state.serialise(to));
     to.option(sheet.state.adhesion.as_ref(), |bonds, to| bonds.serialise(to));
+    serialization::serialise_arms(sheet, &mut to);
     SavedSheetState {
         nodes: sheet.node_count(),
         springs: sheet.springs.len(),
@@ -86,6 +87,10 @@ pub(crate) fn restore(sheet: &mut Sheet, state: &SavedSheetState) -> ReadResult 
     }
     let recovery = if from.flag()? { Some(RecoveryState::deserialise(&mut from)?) } else { None };
     serialization::deserialise_adhesion(sheet, &mut from)?;
+    if serialization::deserialise_arms(sheet, &mut from).is_err() {
+        // The damping has changed since.
+        sheet.elements.iter_mut().filter_map(|e| e.arms_mut()).for_each(|arms| arms.relax());
+    }
     sheet.state.touching.fill(false);
     sheet.state.flexion_impulses.clear();
     sheet.work.stage.has_diverged = false;

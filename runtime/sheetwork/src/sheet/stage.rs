@@ -370,7 +370,7 @@ pub(crate) fn save_state(sheet: &mut Sheet) {
     stage.saved_history.clear();
     let kept = &mut stage.saved_history;
     engine.visit_history(&mut |numbers| kept.extend_from_slice(numbers));
-    for_each_element(&mut sheet.system, &mut sheet.elements, |e| e.visit_history(&mut |n| kept.extend_from_slice(n)));
+    for_each_element(&mut sheet.system, &mut sheet.elements, |e| visit_history(e, &mut |n| kept.extend_from_slice(n)));
 }
 
 /// Saved positions, m.
@@ -398,7 +398,12 @@ pub(crate) fn restore_state(sheet: &mut Sheet) {
         rest = others;
     };
     engine.visit_history(&mut take);
-    for_each_element(&mut sheet.system, &mut sheet.elements, |e| e.visit_history(&mut take));
+    for_each_element(&mut sheet.system, &mut sheet.elements, |e| visit_history(e, &mut take));
+}
+
+fn visit_history(element: &mut dyn crate::elements::Element, visit: &mut dyn FnMut(&mut [f64])) {
+    element.visit_history(visit);
+    element.arms_mut().into_iter().for_each(|arms| arms.visit(visit));
 }
 
 fn for_each_element(

@@ -31,6 +31,7 @@ use crate::elements::bending::rest::RestCurvature;
 use crate::elements::creep::InelasticElement;
 use crate::elements::curvature::{CurvatureGroup, dot};
 use crate::elements::fracture::OpenCells;
+use crate::elements::loss_factor::ArmStrains;
 use crate::elements::remap::Remap;
 use crate::elements::staggered::ClosedPart;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_strain_after_softening};
@@ -91,6 +92,8 @@ pub struct Bending {
     /// Rest curvature along the normal; `None` for a sheet without initial curvature, plasticity
     /// and creep.
     rest_curvature: Option<Box<RestCurvature>>,
+    /// Arms of a flat loss factor, on the scalar curvatures of each group.
+    arms: ArmStrains,
     /// Each group without open cells; empty before the first cell opens.
     whole: Vec<ClosedPart>,
 }
@@ -314,6 +317,10 @@ impl Element for Bending {
 
     fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
+        self.arms.set_law(law, 3 * self.groups.len());
+        if !self.arms.is_empty() {
+            self.reset_rates();
+        }
         for (group, source) in self.groups.iter_mut().zip(&self.source) {
             let soft = source.area * group.softness;
             group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * soft));
@@ -354,6 +361,7 @@ impl Element for Bending {
             self.curl[i] = curl;
             let group = &mut self.groups[i];
             let change = softness / group.softness;
+            (0..3).for_each(|a| self.arms.scale(3 * i + a, 1.0 / change));
             group.softness = softness;
             group.stiffness.iter_mut().flatten().for_each(|s| *s *= change);
             let pairs = group.pairs.0 as usize..group.pairs.1 as usize;
@@ -383,9 +391,10 @@ impl Element for Bending {
 
     fn energy(&self, x: &Vectors) -> f64 {
         if let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_elastic()) {
-            return self.rest_energy(x, rests);
+            return self.rest_energy(x, rests) + self.arm_energy();
         }
-        if self.rest.is_empty() { self.stored_energy::<false>(x) } else { self.stored_energy::<true>(x) }
+        let stored = if self.rest.is_empty() { self.stored_energy::<false>(x) } else { self.stored_energy::<true>(x) };
+        stored + self.arm_energy()
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
@@ -398,7 +407,7 @@ impl Element for Bending {
     }
 
     fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
-        self.viscous = self.retardation * per_time;
+        self.viscous = self.retardation * per_time + self.arms.begin_stage(per_time, anchors, follow);
         self.per_time = per_time;
         if self.viscous == 0.0 {
             return;
@@ -412,6 +421,7 @@ impl Element for Bending {
                     sum[a] += anchor.weight * k[a];
                 }
             }
+            self.arms.shift(3 * i, &mut sum);
             self.groups[i].anchor = sum;
         }
     }
@@ -423,8 +433,12 @@ impl Element for Bending {
         for i in 0..self.groups.len() {
             let g = &self.groups[i];
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            let rate = [0, 1, 2].map(|a| (k[a] - g.anchor[a]) * self.per_time);
-            self.groups[i].rate = rate;
+            let mut change = [0, 1, 2].map(|a| k[a] - g.anchor[a]);
+            if self.arms.is_empty() {
+                self.groups[i].rate = change.map(|c| c * self.per_time);
+            } else {
+                self.arms.finish(3 * i, &mut change);
+            }
         }
     }
 
@@ -532,8 +546,17 @@ impl Element for Bending {
         self.rest_curvature.is_some().then(|| self.stress_free_angles())
     }
 
+    fn arms(&self) -> Option<&ArmStrains> {
+        Some(&self.arms)
+    }
+
+    fn arms_mut(&mut self) -> Option<&mut ArmStrains> {
+        Some(&mut self.arms)
+    }
+
     fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.transfer_arms(old, carry);
             self.transfer_rest_curvature(old, carry);
         }
     }

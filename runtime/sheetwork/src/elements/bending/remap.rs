@@ -55,6 +55,23 @@ impl Bending {
         }
     }
 
+    /// Takes the arms of a flat loss factor of `old`.
+    pub(crate) fn transfer_arms(&mut self, old: &Self, carry: &Remap) {
+        if old.arms.is_empty() || self.arms.is_empty() {
+            return;
+        }
+        for a in 0..3 {
+            let known = old.source.iter().enumerate().filter(|(_, s)| !s.rows[a].is_empty());
+            let each = known.map(|(i, s)| (s.home, old.arms.strains(3 * i + a).map(|arm| arm / s.gain[a])));
+            let places = carry.gather(a == 2, each);
+            for (i, s) in self.source.iter().enumerate().filter(|(_, s)| !s.rows[a].is_empty()) {
+                if let Some(held) = carry.interpolate(&places, s.home, a == 2) {
+                    self.arms.set_strains(3 * i + a, held.map(|arm| arm * s.gain[a]));
+                }
+            }
+        }
+    }
+
     /// Takes the state of `old`.
     pub(crate) fn transfer_rest_curvature(&mut self, old: &Self, carry: &Remap) {
         if old.rest_curvature.is_none() && old.rest.is_empty() {

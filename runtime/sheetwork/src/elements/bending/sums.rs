@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use crate::elements::bending::{Bending, Pair, along, axes, normal, normal_and_rate, times, times_scalar};
+use crate::elements::curvature::dot;
 use crate::math::Vectors;
 
 impl Bending {
@@ -37,6 +38,15 @@ impl Bending {
         each.sum()
     }
 
+    /// Energy of the arms of a flat loss factor, J.
+    pub(crate) fn arm_energy(&self) -> f64 {
+        let one = |i: usize, strain: &dyn Fn(usize) -> f64| {
+            let s = [strain(3 * i), strain(3 * i + 1), strain(3 * i + 2)];
+            0.5 * dot(&s, &times_scalar(&self.groups[i].stiffness, &s))
+        };
+        self.arms.energy(|strain| (0..self.groups.len()).map(|i| one(i, strain)).sum())
+    }
+
     /// Adds the forces (N) at `x` (m), with damping at velocities `v` (m/s).
     pub(crate) fn forces<const REST: bool>(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         for (i, g) in self.groups.iter().enumerate() {
@@ -49,6 +59,11 @@ impl Bending {
                 for a in 0..3 {
                     k[a] += n * (rate[a] * self.retardation);
                 }
+            }
+            if !self.arms.is_empty() {
+                let (n, mut held) = (normal(g, x), [0.0; 3]);
+                self.arms.add_strain(3 * i, &mut held);
+                (0..3).for_each(|a| k[a] += n * held[a]);
             }
             self.less_rest::<REST>(i, &mut k, x);
             self.add_moments(g, &times(&g.stiffness, &k), -1.0, force);

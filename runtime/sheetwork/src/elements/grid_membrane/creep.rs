@@ -105,6 +105,7 @@ impl CellMembrane {
                 let kept = (part.softness.0[l] / after).min(1.0);
                 for k in 0..5 {
                     let grown = expansion(w, k, l);
+                    self.arms.scale((5 * index + k) * LANES + l, kept);
                     part.strains[k][l].scale_stress(e[k].0[l] - grown, kept, share);
                     w.rest[k].0[l] = grown + part.strains[k][l].stress_free();
                 }

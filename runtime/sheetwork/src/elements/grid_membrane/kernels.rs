@@ -4,7 +4,7 @@
 use multiversion::multiversion;
 
 use crate::elements::grid_membrane::{
-    Anchor, CellGeometry, Geometric, Pack, Packet, PacketRestState, Vectors, half_dot,
+    Anchor, ArmStrains, CellGeometry, Geometric, LANES, Pack, Packet, PacketRestState, Vectors, half_dot,
 };
 
 pub(crate) fn energy<const WARM: bool>(
@@ -16,6 +16,19 @@ pub(crate) fn energy<const WARM: bool>(
     let each = packets.iter().enumerate().map(|(i, p)| {
         let e = cell.strains(&cell.edges(x, p.first));
         cell.stored_energy::<WARM>(e, warmed, i, p.count)
+    });
+    each.sum()
+}
+
+pub(crate) fn arm_energy<const WARM: bool>(
+    cell: &CellGeometry,
+    packets: &[Packet],
+    warmed: &[PacketRestState],
+    strain: &dyn Fn(usize) -> f64,
+) -> f64 {
+    let each = packets.iter().enumerate().map(|(i, p)| {
+        let e = std::array::from_fn(|k| Pack(std::array::from_fn(|l| strain((5 * i + k) * LANES + l))));
+        half_dot(&cell.softened::<WARM>(&e, warmed, i), &e, p.count)
     });
     each.sum()
 }
@@ -36,7 +49,7 @@ pub(crate) fn settle<const WARM: bool>(
 pub(crate) fn add_forces<const WARM: bool>(
     cell: &CellGeometry,
     packets: &[Packet],
-    warmed: &[PacketRestState],
+    (warmed, arms): (&[PacketRestState], &ArmStrains),
     x: &Vectors,
     v: &Vectors,
     force: &mut Vectors,
@@ -50,13 +63,16 @@ pub(crate) fn add_forces<const WARM: bool>(
                 e[k] = e[k] + rate[k] * cell.retardation;
             }
         }
+        for (k, e) in e.iter_mut().enumerate() {
+            arms.add_strain((5 * i + k) * LANES, &mut e.0);
+        }
         cell.add_gradient(&d, &cell.stress_of::<WARM>(e, warmed, i), -1.0, (p.first, p.count), force);
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-pub(crate) fn begin(cell: &CellGeometry, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
-    for p in packets {
+pub(crate) fn begin(cell: &CellGeometry, packets: &mut [Packet], arms: &ArmStrains, anchors: &[Anchor], follow: f64) {
+    for (i, p) in packets.iter_mut().enumerate() {
         for k in 0..5 {
             p.anchor[k] = p.rate[k] * follow;
         }
@@ -65,6 +81,9 @@ pub(crate) fn begin(cell: &CellGeometry, packets: &mut [Packet], anchors: &[Anch
             for k in 0..5 {
                 p.anchor[k] = p.anchor[k] + e[k] * anchor.weight;
             }
+        }
+        for k in 0..5 {
+            arms.shift((5 * i + k) * LANES, &mut p.anchor[k].0);
         }
     }
 }

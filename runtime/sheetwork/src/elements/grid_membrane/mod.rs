@@ -31,8 +31,9 @@ use crate::elements::creep::InelasticElement;
 use crate::elements::fracture::OpenCells;
 use crate::elements::grid_membrane::creep::CellCreep;
 use crate::elements::grid_membrane::kernels::{
-    add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle,
+    add_forces, add_gradient, add_tangent, arm_energy, begin, energy, potential, predict, settle,
 };
+use crate::elements::loss_factor::ArmStrains;
 use crate::elements::remap::Remap;
 use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, ThermalFields, rest_strain_after_softening};
 use crate::material::law::ElementLaw;
@@ -102,6 +103,8 @@ pub struct CellMembrane {
     rest_state: Vec<PacketRestState>,
     /// Creep state; `None` without creep.
     creep: Option<Box<CellCreep>>,
+    /// Arms of a flat loss factor: strains by packet, then by lane.
+    arms: ArmStrains,
     /// For each cell of a packet, `Some` with the remaining stiffness (fraction of the law's) that
     /// an open cell would have if closed; empty without open cells.
     open: Vec<[Option<f64>; LANES]>,
@@ -358,6 +361,10 @@ impl Element for CellMembrane {
         let a = &law.membrane;
         self.cell.c = [0.5 * a[0][0] * area, 0.5 * a[1][1] * area, 0.25 * a[0][1] * area, a[2][2] * area];
         self.cell.retardation = law.retardation;
+        self.arms.set_law(law, 5 * LANES * self.packets.len());
+        if !self.arms.is_empty() {
+            self.reset_rates();
+        }
     }
 
     fn apply_temperature(&mut self, x: &Vectors, warmth: &ThermalFields) {
@@ -384,6 +391,7 @@ impl Element for CellMembrane {
                 }
                 let before = w.softness.0[l];
                 for k in 0..5 {
+                    self.arms.scale((5 * index + k) * LANES + l, before / after);
                     w.rest[k].0[l] = rest_strain_after_softening(e[k].0[l], w.rest[k].0[l], before, after);
                 }
                 w.softness.0[l] = after;
@@ -392,31 +400,35 @@ impl Element for CellMembrane {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(energy) = self.creep_energy(x) {
-            return energy;
-        }
-        kernel!(energy, self, &self.cell, &self.packets, &self.rest_state, x)
+        let stored = self.creep_energy(x);
+        stored.unwrap_or_else(|| kernel!(energy, self, &self.cell, &self.packets, &self.rest_state, x))
+            + self.arms.energy(|strain| kernel!(arm_energy, self, &self.cell, &self.packets, &self.rest_state, strain))
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        kernel!(add_forces, self, &self.cell, &self.packets, &self.rest_state, x, v, force);
+        kernel!(add_forces, self, &self.cell, &self.packets, (&self.rest_state, &self.arms), x, v, force);
     }
 
     fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
-        self.cell.viscous = self.cell.retardation * per_time;
+        self.cell.viscous = self.cell.retardation * per_time + self.arms.begin_stage(per_time, anchors, follow);
         self.cell.per_time = per_time;
         if self.cell.viscous > 0.0 {
-            begin(&self.cell, &mut self.packets, anchors, follow);
+            begin(&self.cell, &mut self.packets, &self.arms, anchors, follow);
         }
     }
 
     fn finish_stage(&mut self, x: &Vectors) {
         if self.cell.viscous > 0.0 {
             let cell = self.cell;
-            for p in &mut self.packets {
+            for (i, p) in self.packets.iter_mut().enumerate() {
                 let e = cell.strains(&cell.edges(x, p.first));
                 for k in 0..5 {
-                    p.rate[k] = (e[k] - p.anchor[k]) * cell.per_time;
+                    let mut change = e[k] - p.anchor[k];
+                    if self.arms.is_empty() {
+                        p.rate[k] = change * cell.per_time;
+                    } else {
+                        self.arms.finish((5 * i + k) * LANES, &mut change.0);
+                    }
                 }
             }
         }
@@ -522,8 +534,17 @@ impl Element for CellMembrane {
         }
     }
 
+    fn arms(&self) -> Option<&ArmStrains> {
+        Some(&self.arms)
+    }
+
+    fn arms_mut(&mut self) -> Option<&mut ArmStrains> {
+        Some(&mut self.arms)
+    }
+
     fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.transfer_arms(old, carry);
             self.transfer_strains(old, carry);
         }
     }

@@ -1,9 +1,11 @@
-//! Remapping of the membrane state of a grid to another grid: thermal rest strain and creep.
+//! Remapping of the membrane state of a grid to another grid: thermal rest strain, creep and
+//! the arms of a flat loss factor.
 //! Thermal expansion follows from the temperatures.
 
 use crate::elements::creep::CreepStrain;
-use crate::elements::grid_membrane::{CellMembrane, PacketRestState};
+use crate::elements::grid_membrane::{CellMembrane, LANES, PacketRestState};
 use crate::elements::remap::Remap;
+use crate::material::loss_factor::ARMS;
 
 /// State per cell: rest strain and two creep arms for each of the four edges and the shear.
 const STATE_COMPONENTS: usize = 15;
@@ -14,6 +16,29 @@ impl CellMembrane {
         for (index, p) in self.packets.iter().enumerate() {
             for l in 0..p.count {
                 visit(index, l, (p.first + l) as u32);
+            }
+        }
+    }
+
+    /// Takes the arms of a flat loss factor of `old`.
+    pub(crate) fn transfer_arms(&mut self, old: &Self, carry: &Remap) {
+        if old.arms.is_empty() || self.arms.is_empty() {
+            return;
+        }
+        let component = |index: usize, k: usize, l: usize| (5 * index + k) * LANES + l;
+        let mut cells = Vec::new();
+        old.for_each_cell(|index, l, home| {
+            let held: [[f64; ARMS]; 5] = std::array::from_fn(|k| old.arms.strains(component(index, k, l)));
+            cells.push((home, std::array::from_fn::<_, { 5 * ARMS }, _>(|n| held[n / ARMS][n % ARMS])));
+        });
+        let places = carry.gather(true, cells.into_iter());
+        let mut all = Vec::new();
+        self.for_each_cell(|index, l, home| {
+            all.extend(carry.interpolate(&places, home, true).map(|held| (index, l, held)));
+        });
+        for (index, l, held) in all {
+            for (k, arms) in held.as_chunks::<ARMS>().0.iter().enumerate() {
+                self.arms.set_strains(component(index, k, l), *arms);
             }
         }
     }

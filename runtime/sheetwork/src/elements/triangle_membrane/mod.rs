@@ -28,6 +28,7 @@ use glam::DVec3;
 use crate::elements::creep::InelasticElement;
 use crate::elements::curvature::{CurvatureGroup, apply as product, dot};
 use crate::elements::fracture::OpenCells;
+use crate::elements::loss_factor::ArmStrains;
 use crate::elements::remap::Remap;
 use crate::elements::triangle_membrane::creep::EdgeCreep;
 use crate::elements::triangle_membrane::edge_strain::{EdgeStrain, Sources, sources};
@@ -102,6 +103,8 @@ pub struct EdgeMembrane {
     gradients: Vec<[DVec3; 3]>,
     /// Creep state; `None` without creep.
     creep: Option<Box<EdgeCreep>>,
+    /// Arms of a flat loss factor, on the strains of the edges.
+    arms: ArmStrains,
     /// Open triangles; `None` while all are closed.
     opening: Option<Box<Opening>>,
     /// Bending stiffness of the law, N m.
@@ -168,6 +171,18 @@ impl EdgeMembrane {
             0.5 * dot(&e, &product(&t.stiffness, &e))
         };
         self.triangles.iter().map(one).sum()
+    }
+
+    /// Energy without that of the arms, J.
+    fn elastic_energy(&self, x: &Vectors) -> f64 {
+        if let Some(creeping) = self.creep.as_ref().filter(|c| !c.is_running()) {
+            return self.creep_energy(creeping, x);
+        }
+        let one = |(k, t): (usize, &MembraneTriangle)| {
+            let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
+            0.5 * dot(&e, &product(&t.stiffness, &e))
+        };
+        self.triangles.iter().enumerate().map(one).sum()
     }
 
     /// The strains `e` of triangle `k` minus its rest strains.
@@ -260,6 +275,10 @@ impl Element for EdgeMembrane {
 
     fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
+        self.arms.set_law(law, self.strains.len());
+        if !self.arms.is_empty() {
+            self.reset_rates();
+        }
         self.bending = law.bending;
         let is_open = |k: usize| self.opening.as_ref().is_some_and(|o| o.open[k]);
         for (k, t) in self.triangles.iter_mut().enumerate() {
@@ -301,6 +320,9 @@ impl Element for EdgeMembrane {
             for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
                 *rest = rest_strain_after_softening(strain.at(x), *rest, before, after);
             }
+            for (edge, _) in t.edges.iter().zip(t.owns).filter(|(_, owns)| *owns) {
+                self.arms.scale(*edge as usize, before / after);
+            }
             t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
             w.softness = after;
         }
@@ -308,14 +330,7 @@ impl Element for EdgeMembrane {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(creeping) = self.creep.as_ref().filter(|c| !c.is_running()) {
-            return self.creep_energy(creeping, x);
-        }
-        let one = |(k, t): (usize, &MembraneTriangle)| {
-            let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
-            0.5 * dot(&e, &product(&t.stiffness, &e))
-        };
-        self.triangles.iter().enumerate().map(one).sum()
+        self.elastic_energy(x) + self.arms.energy(|strain| self.stored_energy(strain))
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
@@ -323,7 +338,9 @@ impl Element for EdgeMembrane {
             let strain = t.edges.map(|e| {
                 let strain = &self.strains[e as usize];
                 let rate = if self.retardation > 0.0 { self.retardation * strain.rate(x, v) } else { 0.0 };
-                strain.at(x) + rate
+                let mut sum = [strain.at(x) + rate];
+                self.arms.add_strain(e as usize, &mut sum);
+                sum[0]
             });
             let strain = self.less_rest(k, strain);
             for (e, stress) in t.edges.iter().zip(product(&t.stiffness, &strain)) {
@@ -333,7 +350,7 @@ impl Element for EdgeMembrane {
     }
 
     fn begin_stage(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
-        self.viscous = self.retardation * per_time;
+        self.viscous = self.retardation * per_time + self.arms.begin_stage(per_time, anchors, follow);
         self.per_time = per_time;
         if self.viscous == 0.0 {
             return;
@@ -341,13 +358,20 @@ impl Element for EdgeMembrane {
         for ((sum, rate), strain) in self.anchor.iter_mut().zip(&self.rate).zip(&self.strains) {
             *sum = follow * rate + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
         }
+        self.arms.shift(0, &mut self.anchor);
     }
 
     fn finish_stage(&mut self, x: &Vectors) {
-        if self.viscous > 0.0 {
-            for ((rate, anchor), strain) in self.rate.iter_mut().zip(&self.anchor).zip(&self.strains) {
-                *rate = (strain.at(x) - anchor) * self.per_time;
-            }
+        if self.viscous == 0.0 {
+            return;
+        }
+        for ((change, anchor), strain) in self.work.iter_mut().zip(&self.anchor).zip(&self.strains) {
+            *change = strain.at(x) - anchor;
+        }
+        if self.arms.is_empty() {
+            self.rate.iter_mut().zip(&self.work).for_each(|(rate, change)| *rate = change * self.per_time);
+        } else {
+            self.arms.finish(0, &mut self.work);
         }
     }
 
@@ -397,7 +421,7 @@ impl Element for EdgeMembrane {
         } else {
             0.0
         };
-        self.energy(x) + viscous
+        self.elastic_energy(x) + viscous
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
@@ -446,8 +470,17 @@ impl Element for EdgeMembrane {
         }
     }
 
+    fn arms(&self) -> Option<&ArmStrains> {
+        Some(&self.arms)
+    }
+
+    fn arms_mut(&mut self) -> Option<&mut ArmStrains> {
+        Some(&mut self.arms)
+    }
+
     fn transfer_state(&mut self, old: &(dyn Element + 'static), carry: &Remap) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.transfer_arms(old, carry);
             self.transfer_strains(old, carry);
         }
     }

@@ -7,7 +7,8 @@
 
 use crate::elements::creep::CreepStrain;
 use crate::elements::remap::Remap;
-use crate::elements::triangle_membrane::{EdgeMembrane, TriangleRestState, dot, product};
+use crate::elements::triangle_membrane::{EdgeMembrane, MembraneTriangle, TriangleRestState, dot, product};
+use crate::material::loss_factor::ARMS;
 use crate::math::Vectors;
 
 /// Three tensors per triangle: rest strain, and the strains of two creep arms.
@@ -27,6 +28,32 @@ impl EdgeMembrane {
         };
         let tensors = of_edges.map(|e| product(&t.from_edges, &e));
         std::array::from_fn(|n| tensors[n / 3][n % 3])
+    }
+
+    /// Takes the arms of a flat loss factor of `old`, as tensors of the triangles.
+    pub(crate) fn transfer_arms(&mut self, old: &Self, carry: &Remap) {
+        if old.arms.is_empty() || self.arms.is_empty() {
+            return;
+        }
+        let held = |t: &MembraneTriangle| -> [f64; 3 * ARMS] {
+            let edges = t.edges.map(|e| old.arms.strains(e as usize));
+            let tensors: [_; ARMS] = std::array::from_fn(|i| product(&t.from_edges, &edges.map(|arms| arms[i])));
+            std::array::from_fn(|n| tensors[n / 3][n % 3])
+        };
+        let places = carry.gather(false, old.triangles.iter().enumerate().map(|(k, t)| (k as u32, held(t))));
+        let mut sums = vec![([0.0; ARMS], 0.0); self.strains.len()];
+        for (k, t) in self.triangles.iter().enumerate() {
+            let Some(held) = carry.interpolate(&places, k as u32, false) else { continue };
+            for e in t.edges.map(|e| e as usize) {
+                let (sum, area) = &mut sums[e];
+                *area += t.area;
+                let tensors = held.as_chunks::<3>().0;
+                sum.iter_mut().zip(tensors).for_each(|(s, held)| *s += t.area * dot(&self.directions[e].0, held));
+            }
+        }
+        for (e, (sum, area)) in sums.into_iter().enumerate().filter(|(_, (_, area))| *area > 0.0) {
+            self.arms.set_strains(e, sum.map(|s| s / area));
+        }
     }
 
     /// Takes the state of `old`.

@@ -43,6 +43,9 @@ pub trait ImplicitProblem {
     /// Ends a stage at `x` (m) and stores its strain rates.
     fn finish_stage(&mut self, x: &Vectors);
 
+    /// Undoes the effect of a trial stage on the arms of a flat loss factor.
+    fn undo_arms(&mut self) {}
+
     /// Sets the stored strain rates to zero.
     fn reset_rates(&mut self);
 

@@ -249,6 +249,8 @@ parameters! {
     SofteningFraction: number("sheets.*.material.softening.*.1", "of young", (1e-9, 1e3)).required(),
     /// Damping ratio of the slowest bending mode, of a material.
     MaterialDampingRatio: number("sheets.*.material.damping_ratio", "of critical", (0.0, 10.0)),
+    /// Flat loss factor.
+    MaterialLossFactor: number("sheets.*.material.loss_factor", "", (0.0, 0.3)).kind(Optional),
     /// Yield stress.
     MaterialYieldStress: number("sheets.*.material.yield_stress", "Pa", (1.0, 1e11)).kind(Optional),
     /// Linear hardening modulus.
