@@ -139,9 +139,11 @@ fn colour_of(kind: EventKind) -> Color32 {
         }
         EventKind::AtRest | EventKind::Woke | EventKind::Recovered => Color32::from_rgb(140, 200, 120),
         EventKind::Unstable | EventKind::Torn => Color32::from_rgb(240, 80, 70),
-        EventKind::Buckled | EventKind::Contained | EventKind::GivenUp | EventKind::Crossing | EventKind::Penetration => {
-            Color32::from_rgb(240, 190, 70)
-        }
+        EventKind::Buckled
+        | EventKind::Contained
+        | EventKind::GivenUp
+        | EventKind::Crossing
+        | EventKind::Penetration => Color32::from_rgb(240, 190, 70),
     }
 }
 

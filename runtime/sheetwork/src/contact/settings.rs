@@ -80,6 +80,8 @@ settings! {
         pub range: f64 = 0.1,
         /// Stiffness of the barrier as a multiple of that of its vertices in the stage.
         pub stiffness: f64 = 300.0,
+        /// Stiffness of an attachment as a multiple of that of node and body in the stage.
+        pub attachment: f64 = 1e4,
         /// Margin of the search as a fraction of the half thickness: rounding.
         pub search_margin: f64 = 1e-3,
         /// Accepted penetration of a solution of the contact solver, in half thicknesses: a tenth

@@ -93,7 +93,7 @@ impl IslandSolve<'_, '_, '_> {
         }
         self.begin_substep(&substep);
         if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
-            self.apply_fallback(Fallback::SkipContact, &substep);
+            self.apply_fallback(Fallback::Barrier, &substep);
             return self.end_substep();
         }
         if substep.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
@@ -103,7 +103,7 @@ impl IslandSolve<'_, '_, '_> {
             let is_shortest = self.is_shortest(&substep);
             let mut outcome = self.solve_stages(&substep);
             if outcome == StageOutcome::Accepted && self.passes_through() {
-                outcome = StageOutcome::Fallback(Fallback::MoveOrFreeze);
+                outcome = StageOutcome::Fallback(Fallback::Barrier);
             }
             match outcome {
                 StageOutcome::Accepted => return self.end_substep(),
@@ -167,7 +167,7 @@ impl IslandSolve<'_, '_, '_> {
         match if is_affordable { self.solve_stages(substep) } else { StageOutcome::Bisect } {
             StageOutcome::Accepted => {}
             StageOutcome::Fallback(fallback) => self.apply_fallback(fallback, substep),
-            StageOutcome::Bisect => self.apply_fallback(Fallback::Restart, substep),
+            StageOutcome::Bisect => self.apply_fallback(Fallback::Barrier, substep),
         }
     }
 
@@ -249,7 +249,7 @@ impl IslandSolve<'_, '_, '_> {
             self.workspace.log_stage_impulses(self.view, h);
         }
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
-            return self.bisect_or(Fallback::FreezeThenStop);
+            return self.bisect_or(Fallback::Barrier);
         }
         self.detection.end_stage(self.view);
         *at += length;
@@ -311,7 +311,7 @@ impl IslandSolve<'_, '_, '_> {
             return StageOutcome::Bisect;
         }
         if self.view.sheets.iter().any(|sheet| sheet.work.stage.has_failed) {
-            return self.bisect_or(Fallback::FreezeThenStop);
+            return self.bisect_or(Fallback::Barrier);
         }
         StageOutcome::Accepted
     }
@@ -359,13 +359,12 @@ impl IslandSolve<'_, '_, '_> {
         let is_inside = before.is_some() && penetration > FALLBACK.penetration;
         match verdict {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
-            EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),
-            EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::MoveOrFreeze),
+            EnergyVerdict::Diverged | EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::Barrier),
             EnergyVerdict::Accept if crossed || is_inside && !has_dynamic_body => {
-                StageOutcome::Fallback(Fallback::MoveOrFreeze)
+                StageOutcome::Fallback(Fallback::Barrier)
             }
             EnergyVerdict::Accept if is_inside && has_no_fixed_body && is_single => {
-                StageOutcome::Fallback(Fallback::MoveRigidly)
+                StageOutcome::Fallback(Fallback::Barrier)
             }
             EnergyVerdict::Accept => StageOutcome::Accepted,
         }

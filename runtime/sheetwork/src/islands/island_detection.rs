@@ -12,7 +12,7 @@ use crate::collision::narrow_phase::{
 };
 use crate::contact::IslandView;
 use crate::contact::adhesion::on_bodies;
-use crate::contact::barrier::BarrierCollider;
+use crate::contact::barrier::{BarrierAttachment, BarrierCollider};
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
@@ -289,6 +289,19 @@ impl IslandDetection<'_> {
                 frame: &of.frame,
             })
         })
+    }
+
+    /// Nodes attached to dynamic bodies: sheet, node, body of the island and point in its frame (m).
+    pub fn barrier_attachments(&self, island: &IslandView) -> Vec<BarrierAttachment> {
+        let mut all = Vec::new();
+        for (sheet, of) in (0..).zip(island.sheets.iter()) {
+            for (node, index, local) in of.pins.dynamic_attachments() {
+                if let Ok(body) = self.work.bodies.binary_search(&(index as u32)) {
+                    all.push(BarrierAttachment { sheet, node, body: body as u32, local });
+                }
+            }
+        }
+        all
     }
 
     /// Friction coefficient of a pair; `None` where it has no contact.

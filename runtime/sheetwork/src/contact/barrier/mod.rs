@@ -35,7 +35,7 @@ use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::sheet::{Field, Sheet, stage};
 
-pub(crate) use crate::contact::barrier::surfaces::BarrierCollider;
+pub(crate) use crate::contact::barrier::surfaces::{BarrierAttachment, BarrierCollider};
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
 
@@ -83,10 +83,11 @@ impl BarrierSolver {
         &mut self,
         island: &mut IslandView,
         colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        attachments: &[BarrierAttachment],
         friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
         (field, h): (Field, f64),
     ) -> BarrierReport {
-        self.begin(island, colliders);
+        self.begin(island, colliders, attachments);
         self.squeeze(island, friction, (field, h));
         let moves = self.prescribed.iter().any(|d| *d != DVec3::ZERO);
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
@@ -117,10 +118,12 @@ impl BarrierSolver {
         &mut self,
         island: &IslandView,
         colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        attachments: &[BarrierAttachment],
         friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
         saved: &[SolverBody],
     ) -> bool {
         self.surfaces.build(island, colliders);
+        self.surfaces.attach(attachments);
         let Surfaces { owners, x, start, .. } = &mut self.surfaces;
         x.clear();
         self.step.clear();
@@ -149,7 +152,7 @@ impl BarrierSolver {
         let crosses = |stencil: &Stencil| {
             let start = self.corners(stencil);
             let end = [0, 1, 2, 3].map(|i| start[i] + self.step[stencil.vertices[i] as usize]);
-            self.gives(island, stencil) && stencil.crosses(start, end, half)
+            self.gives(island, stencil) && !self.surfaces.is_attached(stencil) && stencil.crosses(start, end, half)
         };
         let found = swept.iter().any(crosses);
         self.swept = swept;
@@ -185,6 +188,7 @@ impl BarrierSolver {
             self.step.push(by);
         }
         start.clone_from(x);
+        self.surfaces.attached.clear();
         self.surfaces.squeezed.clear();
         let mut swept = std::mem::take(&mut self.swept);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut swept);
@@ -211,8 +215,14 @@ impl BarrierSolver {
         offsets.fold(f64::INFINITY, f64::min)
     }
 
-    fn begin<'a>(&mut self, island: &mut IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>>) {
+    fn begin<'a>(
+        &mut self,
+        island: &mut IslandView,
+        colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        attachments: &[BarrierAttachment],
+    ) {
         self.surfaces.build(island, colliders);
+        self.surfaces.attach(attachments);
         self.targets.clear();
         island.sheets.iter_mut().for_each(|sheet| {
             let stage = &mut sheet.work.stage;
@@ -283,7 +293,7 @@ impl BarrierSolver {
         self.step.fill(DVec3::ZERO);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut self.active);
         let mut active = std::mem::take(&mut self.active);
-        active.retain(|stencil| self.stiffness(stencil).is_some());
+        active.retain(|stencil| self.applies(stencil));
         self.active = active;
     }
 
@@ -329,6 +339,16 @@ impl BarrierSolver {
         (sum > 0.0).then(|| SETTINGS.stiffness / sum)
     }
 
+    /// Whether a stencil has a barrier: contact can move it, and it is not attached.
+    fn applies(&self, stencil: &Stencil) -> bool {
+        self.stiffness(stencil).is_some() && !self.surfaces.is_attached(stencil)
+    }
+
+    /// Stiffness of an attachment, N/m.
+    fn attachment_stiffness(&self, [node, point]: [u32; 2]) -> f64 {
+        SETTINGS.attachment / (self.compliance[node as usize] + self.compliance[point as usize]).max(f64::MIN_POSITIVE)
+    }
+
     fn corners(&self, stencil: &Stencil) -> [DVec3; 4] {
         stencil.vertices.map(|i| self.surfaces.x[i as usize])
     }
@@ -366,6 +386,10 @@ impl BarrierSolver {
                 sum += stencil.barrier(stencil.closest(self.corners(stencil)).distance, stiffness)[0];
             }
         }
+        for pair in &self.surfaces.attached {
+            let apart = self.surfaces.x[pair[0] as usize].distance_squared(self.surfaces.x[pair[1] as usize]);
+            sum += 0.5 * self.attachment_stiffness(*pair) * apart;
+        }
         sum + self.friction.iter().map(|friction| friction.value(self.slip(friction))).sum::<f64>()
     }
 
@@ -383,7 +407,7 @@ impl BarrierSolver {
         let largest = self.step.iter().map(|d| d.length_squared()).fold(0.0, f64::max).sqrt();
         let mut swept = std::mem::take(&mut self.swept);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut swept);
-        swept.retain(|stencil| self.stiffness(stencil).is_some());
+        swept.retain(|stencil| self.applies(stencil));
         self.swept = swept;
         let mut part = 1.0_f64;
         for stencil in &self.swept {

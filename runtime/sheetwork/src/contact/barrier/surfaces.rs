@@ -94,6 +94,16 @@ pub(crate) struct BarrierCollider<'a> {
     pub frame: &'a RigidFrame,
 }
 
+/// A node attached to a point of a dynamic body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BarrierAttachment {
+    pub sheet: u32,
+    pub node: u32,
+    /// Body of the island, and point in its frame, m.
+    pub body: u32,
+    pub local: DVec3,
+}
+
 /// A node that is compressed between two bodies.
 pub(super) struct Squeeze {
     pub vertex: u32,
@@ -110,6 +120,8 @@ pub(super) struct Surfaces {
     /// Position of each vertex at the start of the substep and at the present iterate, m.
     pub start: Vec<DVec3>,
     pub x: Vec<DVec3>,
+    /// Vertices of node and point of the attachments.
+    pub attached: Vec<[u32; 2]>,
     /// Compressed nodes, ascending.
     pub squeezed: Vec<Squeeze>,
     objects: Vec<Object>,
@@ -175,6 +187,27 @@ impl Surfaces {
             }
         }
         object
+    }
+
+    /// Add the points of attachments, after [`Surfaces::build`].
+    pub fn attach(&mut self, attachments: &[BarrierAttachment]) {
+        self.attached.clear();
+        for of in attachments {
+            let point = self.owners.len() as u32;
+            self.owners.push(Owner::Body { body: of.body, local: of.local });
+            self.attached.push([self.vertex(of.sheet, of.node) as u32, point]);
+        }
+    }
+
+    /// Whether a vertex of a stencil is attached to the body of another.
+    pub fn is_attached(&self, stencil: &Stencil) -> bool {
+        let body = |i: u32| match self.owners[i as usize] {
+            Owner::Body { body, .. } => Some(body),
+            Owner::Node { .. } => None,
+        };
+        self.attached.iter().any(|[node, point]| {
+            stencil.vertices.contains(node) && stencil.vertices.iter().any(|i| body(*i) == body(*point))
+        })
     }
 
     /// Vertex of a node.

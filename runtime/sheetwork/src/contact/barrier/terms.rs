@@ -48,6 +48,13 @@ impl BarrierSolver {
                 terms.push(self.term(island, (stencil.vertices, closest.weights), n * first, outer(n, n) * second));
             }
         }
+        for pair in &self.surfaces.attached {
+            let apart = self.surfaces.x[pair[0] as usize] - self.surfaces.x[pair[1] as usize];
+            let stiffness = self.attachment_stiffness(*pair);
+            let vertices = [pair[0], pair[1], pair[0], pair[0]];
+            let weights = [1.0, -1.0, 0.0, 0.0];
+            terms.push(self.term(island, (vertices, weights), apart * stiffness, DMat3::IDENTITY * stiffness));
+        }
         for friction in &self.friction {
             let (gradient, stiffness) = friction.derivatives(self.slip(friction));
             terms.push(self.term(island, (friction.vertices, friction.weights), gradient, stiffness));
