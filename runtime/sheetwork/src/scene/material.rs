@@ -217,8 +217,8 @@ impl Material {
 /// Library: name, one-line description, constants.
 ///
 /// Loss factors at room temperature: steel 2e-4 to 6e-4, aluminium 1e-4 to 1e-3 (L. Cremer, M.
-/// Heckl, *Structure-Borne Sound*, 1988; thin foil at the upper end); rigid polymers 0.04 GPa/E to twice
-/// that, elastomers 0.05 to 0.15, plasticised PVC 0.3 and more, and wood fibres 0.02 to 0.05 for
+/// Heckl, *Structure-Borne Sound*, 1988; thin foil at the upper end); rigid polymers 0.04 GPa/E to
+/// twice that, elastomers 0.05 to 0.15, plasticised PVC 0.3 and more, and wood fibres 0.02 to 0.05 for
 /// paper and card (M. F. Ashby, *Materials Selection in Mechanical Design*, chart of loss
 /// coefficient against modulus). Yield stresses are tensile, for paper and card the end of
 /// proportionality. Expansions and fracture strains (elongations at break) are those of the class.
