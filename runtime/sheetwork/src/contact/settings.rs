@@ -101,6 +101,9 @@ settings! {
         pub maximum_compression: f64 = 20.0,
         /// Fraction of a gap that a step keeps.
         pub kept_gap: f64 = 0.1,
+        /// Cosine between the normals of a rectangle and their mean above which it does not meet
+        /// itself.
+        pub graph_cosine: f64 = 0.3,
         /// Maximum number of advancements of continuous collision detection for one stencil.
         pub maximum_advancements: u32 = 64,
         /// Maximum number of Newton steps: the work budget of a substep.

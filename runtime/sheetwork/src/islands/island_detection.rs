@@ -278,16 +278,11 @@ impl IslandDetection<'_> {
     }
 
     /// Colliders near the island, for the barrier method.
-    pub fn barrier_colliders(&self) -> impl Iterator<Item = BarrierCollider<'_>> {
+    pub fn barrier_colliders(&self) -> impl Iterator<Item = BarrierCollider<'_>> + Clone {
         let all = self.work.parts.iter().zip(&self.work.of_part).enumerate();
-        all.flat_map(|(part, (index, body))| {
+        all.map(|(part, (index, body))| {
             let of = &self.surroundings.colliders[*index as usize];
-            of.features.solids().iter().map(move |(_, solid)| BarrierCollider {
-                part: part as u32,
-                body: *body,
-                solid,
-                frame: &of.frame,
-            })
+            BarrierCollider { part: part as u32, body: *body, features: &of.features, frame: &of.frame }
         })
     }
 

@@ -82,7 +82,7 @@ impl BarrierSolver {
     pub fn solve<'a>(
         &mut self,
         island: &mut IslandView,
-        colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
         attachments: &[BarrierAttachment],
         friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
         (field, h): (Field, f64),
@@ -117,11 +117,14 @@ impl BarrierSolver {
     pub fn passes_through<'a>(
         &mut self,
         island: &IslandView,
-        colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
         attachments: &[BarrierAttachment],
         friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
         saved: &[SolverBody],
     ) -> bool {
+        if self.is_slow(island, saved) {
+            return false;
+        }
         self.surfaces.build(island, colliders);
         self.surfaces.attach(attachments);
         let Surfaces { owners, x, start, .. } = &mut self.surfaces;
@@ -143,10 +146,6 @@ impl BarrierSolver {
         }
         start.clone_from(x);
         let half = self.thinnest(island);
-        let slow = SETTINGS.slow_displacement * half;
-        if self.step.iter().all(|d| d.length_squared() < slow * slow) {
-            return false;
-        }
         let mut swept = std::mem::take(&mut self.swept);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut swept);
         let crosses = |stencil: &Stencil| {
@@ -159,12 +158,26 @@ impl BarrierSolver {
         found
     }
 
+    /// Whether nothing has moved further than a fraction of the thickness since the saved state.
+    fn is_slow(&self, island: &IslandView, saved: &[SolverBody]) -> bool {
+        let slow = SETTINGS.slow_displacement * self.thinnest(island);
+        let rests = |sheet: &Sheet| {
+            let before = stage::saved_positions(sheet).iter();
+            before.zip(sheet.state.x.iter()).all(|(a, b)| a.distance_squared(b) < slow * slow)
+        };
+        let stays = |(body, saved): (&SolverBody, &SolverBody)| {
+            let (shift, turn) = displacement(&saved.start, &body.start);
+            shift.length() < slow && turn.length() < SETTINGS.slow_displacement * SETTINGS.slow_displacement
+        };
+        island.sheets.iter().all(rests) && island.solver_bodies.iter().zip(saved).all(stays)
+    }
+
     /// Fraction of a substep of `h` (s) after which a body with prescribed motion first meets a
     /// sheet in free flight.
     pub fn first_impact<'a>(
         &mut self,
         island: &IslandView,
-        colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
         friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
         h: f64,
     ) -> f64 {
@@ -218,7 +231,7 @@ impl BarrierSolver {
     fn begin<'a>(
         &mut self,
         island: &mut IslandView,
-        colliders: impl Iterator<Item = BarrierCollider<'a>>,
+        colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
         attachments: &[BarrierAttachment],
     ) {
         self.surfaces.build(island, colliders);

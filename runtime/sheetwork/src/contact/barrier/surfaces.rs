@@ -4,9 +4,11 @@
 //! Vertices are numbered through: the nodes of all sheets, then the vertices of the bodies. Boxes
 //! around features that move by a displacement are swept along x, object against object.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
-use crate::collision::features::ColliderPart;
+use crate::collision::features::{ColliderFeatures, ColliderPart};
 use crate::collision::narrow_phase::ContactPair;
 use crate::contact::IslandView;
 use crate::contact::barrier::stencil::{Features, Stencil};
@@ -48,7 +50,7 @@ impl Boxes {
             self.wide = self.wide.max(high.x - low.x + 2.0 * room);
             self.sorted.push((low - room, high + room, *feature));
         }
-        self.sorted.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
+        self.sorted.sort_unstable_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.2.cmp(&b.2)));
     }
 
     /// Call `visit` for each pair of features whose boxes overlap.
@@ -80,18 +82,37 @@ struct Object {
     radius: f64,
     /// Point and point along the normal of a half space.
     plane: Option<[u32; 2]>,
+    /// Corners of the box around its moving features, m.
+    low: DVec3,
+    high: DVec3,
+    /// Whether another object is near.
+    is_met: bool,
     boxes: [Boxes; 3],
 }
 
-/// A convex or concave part of a collider.
+/// A collider near the island.
+#[derive(Clone)]
 pub(crate) struct BarrierCollider<'a> {
     /// Part of the detection.
     pub part: u32,
     /// Body of the island.
     pub body: u32,
-    pub solid: &'a ColliderPart,
+    pub features: &'a Arc<ColliderFeatures>,
     /// Frame of the collider in that of its body.
     pub frame: &'a RigidFrame,
+}
+
+impl Object {
+    fn is_near(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && self.high.cmpge(other.low).all()
+    }
+}
+
+/// Number of nodes, and revision and checksum of the surface, of a sheet.
+fn key_of(island: &IslandView, local: usize) -> (usize, u64, u32) {
+    let surface = island.contacts[local].surface.as_ref();
+    let (revision, checksum) = surface.map_or((0, 0), |surface| (surface.revision(), surface.checksum()));
+    (island.sheets[local].node_count(), revision, checksum)
 }
 
 /// A node attached to a point of a dynamic body.
@@ -127,13 +148,25 @@ pub(super) struct Surfaces {
     objects: Vec<Object>,
     /// First vertex of each sheet.
     first: Vec<u32>,
+    /// Sheets and colliders whose features these are.
+    sheets: Vec<(usize, u64, u32)>,
+    colliders: Vec<(u32, u32, Arc<ColliderFeatures>, RigidFrame)>,
 }
 
 impl Surfaces {
     /// Collect the sheets of `island` and the `colliders`, each with its body of the island and its
     /// frame in it.
-    pub fn build<'a>(&mut self, island: &IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>>) {
+    pub fn build<'a>(&mut self, island: &IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone) {
+        if self.is_built(island, colliders.clone()) {
+            self.owners.truncate(self.owners.len() - self.attached.len());
+            self.attached.clear();
+            return;
+        }
+        self.sheets.clear();
+        self.sheets.extend((0..island.sheets.len()).map(|local| key_of(island, local)));
+        self.colliders.clear();
         self.owners.clear();
+        self.attached.clear();
         self.objects.clear();
         self.first.clear();
         for (local, sheet) in (0..island.sheets.len() as u32).zip(island.sheets.iter()) {
@@ -158,10 +191,30 @@ impl Surfaces {
             }
             self.objects.push(object);
         }
-        for BarrierCollider { part, body, solid, frame } in colliders {
-            let object = self.body_object(body, solid, frame);
-            self.objects.push(Object { part, ..object });
+        for BarrierCollider { part, body, features, frame } in colliders {
+            for (_, solid) in features.solids() {
+                let object = self.body_object(body, solid, frame);
+                self.objects.push(Object { part, ..object });
+            }
+            self.colliders.push((part, body, features.clone(), *frame));
         }
+    }
+
+    /// Whether the features are those of these sheets and colliders.
+    fn is_built<'a>(&self, island: &IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>>) -> bool {
+        let mut known = self.colliders.iter();
+        let is_known = |c: BarrierCollider| {
+            known.next().is_some_and(|(part, body, features, frame)| {
+                (c.part, c.body) == (*part, *body) && Arc::ptr_eq(c.features, features) && c.frame == frame
+            })
+        };
+        let same = self
+            .sheets
+            .iter()
+            .enumerate()
+            .all(|(local, made)| local < island.sheets.len() && key_of(island, local) == *made);
+        let all = colliders.map(is_known).fold(0, |count, known| if known { count + 1 } else { usize::MAX / 2 });
+        same && self.sheets.len() == island.sheets.len() && all == self.colliders.len()
     }
 
     fn body_object(&mut self, body: u32, solid: &ColliderPart, frame: &RigidFrame) -> Object {
@@ -191,7 +244,6 @@ impl Surfaces {
 
     /// Add the points of attachments, after [`Surfaces::build`].
     pub fn attach(&mut self, attachments: &[BarrierAttachment]) {
-        self.attached.clear();
         for of in attachments {
             let point = self.owners.len() as u32;
             self.owners.push(Owner::Body { body: of.body, local: of.local });
@@ -226,7 +278,8 @@ impl Surfaces {
     ) {
         found.clear();
         let mut objects = std::mem::take(&mut self.objects);
-        for object in &mut objects {
+        self.mark_met(island, &mut objects, d);
+        for object in objects.iter_mut().filter(|object| object.is_met) {
             let room = object.half * (1.0 + SETTINGS.search_margin);
             let [points, edges, triangles] = &mut object.boxes;
             points.rebuild(&object.points, (&self.x, d), room + object.radius);
@@ -234,10 +287,10 @@ impl Surfaces {
             triangles.rebuild(&object.triangles, (&self.x, d), room);
         }
         for (i, a) in objects.iter().enumerate() {
-            for b in &objects[i..] {
-                let Some(sheet) = a.sheet else { continue };
-                let layered = |s: u32| island.contacts[s as usize].surface.as_ref().is_some_and(|s| s.is_multilayer());
-                if b.sheet == a.sheet && layered(sheet) {
+            let Some(sheet) = a.sheet else { continue };
+            for (j, b) in objects.iter().enumerate().skip(i) {
+                let misses = if i == j { self.stays_apart(island, sheet, d) } else { !a.is_near(b) };
+                if misses {
                     continue;
                 }
                 let pair = b.sheet.map_or(ContactPair::SheetBody(sheet, b.part), |b| ContactPair::Sheets(sheet, b));
@@ -262,6 +315,53 @@ impl Surfaces {
             stencil.offset *= part;
             stencil.stiffness = force / (Stencil::half_range_force() * SETTINGS.range * stencil.offset);
         }
+    }
+
+    /// Compute the boxes of the objects, and which of them are near another or may meet themselves.
+    fn mark_met(&self, island: &IslandView, objects: &mut [Object], d: &[DVec3]) {
+        for object in objects.iter_mut() {
+            let room = object.half * (1.0 + SETTINGS.search_margin) + object.radius;
+            (object.low, object.high, object.is_met) = (DVec3::INFINITY, DVec3::NEG_INFINITY, false);
+            let corners = object.points.iter().chain(&object.edges).flatten();
+            for i in corners.map(|i| *i as usize) {
+                object.low = object.low.min(self.x[i] - room).min(self.x[i] + d[i] - room);
+                object.high = object.high.max(self.x[i] + room).max(self.x[i] + d[i] + room);
+            }
+            if object.plane.is_some() {
+                (object.low, object.high) = (DVec3::NEG_INFINITY, DVec3::INFINITY);
+            }
+        }
+        for i in 0..objects.len() {
+            let Some(sheet) = objects[i].sheet else { continue };
+            objects[i].is_met |= !self.stays_apart(island, sheet, d);
+            for j in i + 1..objects.len() {
+                if objects[i].is_near(&objects[j]) && objects[j].plane.is_none() {
+                    (objects[i].is_met, objects[j].is_met) = (true, true);
+                }
+            }
+        }
+    }
+
+    /// Whether a sheet has no contact with itself: it has layers, or it is a rectangle that stays a
+    /// height graph over the plane of its mean normal.
+    fn stays_apart(&self, island: &IslandView, sheet: u32, d: &[DVec3]) -> bool {
+        let Some(surface) = &island.contacts[sheet as usize].surface else { return true };
+        if !surface.is_rectangle() {
+            return surface.is_multilayer();
+        }
+        [0.0, 1.0].into_iter().all(|part| {
+            let at = |i: u32| {
+                let i = self.vertex(sheet, i);
+                self.x[i] + d[i] * part
+            };
+            let normal = |nodes: [u32; 3]| {
+                let [a, b, c] = nodes.map(at);
+                (b - a).cross(c - a)
+            };
+            let mean = surface.triangles().iter().map(|t| normal(t.nodes)).sum::<DVec3>().normalize_or_zero();
+            let graph = |n: DVec3| n.dot(mean) > SETTINGS.graph_cosine * n.length();
+            surface.triangles().iter().all(|t| graph(normal(t.nodes)))
+        })
     }
 
     /// Stencils between a sheet `a` and an object `b`.
