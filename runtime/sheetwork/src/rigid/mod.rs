@@ -294,6 +294,22 @@ impl RigidWorld {
         self.owners.body_of(collider).and_then(|b| self.bodies.get(b)).map(|b| b.name.as_str())
     }
 
+    /// First time (s) between `from` and `to` at which the velocity of a body on its path changes by
+    /// more than `speed` (m/s).
+    pub(crate) fn first_jolt(&self, (from, to): (f64, f64), speed: f64) -> Option<f64> {
+        let jolts = self.bodies.iter().flat_map(|body| {
+            let path = &body.path;
+            let velocity = |k: usize| match (path.get(k), path.get(k + 1)) {
+                (Some(a), Some(b)) => (b.offset - a.offset) / (b.time - a.time),
+                _ => DVec3::ZERO,
+            };
+            let before = move |k: usize| k.checked_sub(1).map_or(DVec3::ZERO, velocity);
+            let inside = path.iter().enumerate().filter(move |(_, key)| key.time > from && key.time < to);
+            inside.filter(move |(k, _)| velocity(*k).distance(before(*k)) > speed).map(|(_, key)| key.time)
+        });
+        jolts.min_by(f64::total_cmp)
+    }
+
     /// Whether any body is kinematic, by a path or a program.
     pub fn has_kinematic(&self) -> bool {
         self.has_kinematic

@@ -3,11 +3,14 @@
 use crate::islands::StepContext;
 use crate::islands::contact_log::ContactLog;
 use crate::islands::event::{Event, EventKind};
+use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
 use crate::sheet::{Field, Status, air_parameters, attachment};
 use crate::world::World;
+
+const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
 
 impl World {
     /// Take one step of [`World::dt`] with the world's own bodies. The report says whether every
@@ -36,8 +39,26 @@ impl World {
         Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
     }
 
-    /// Take one step of `dt` (s) with the world's own bodies: the phases in their order.
+    /// Take one step of `dt` (s) with the world's own bodies. It is split where the velocity of a
+    /// body on its path changes by so much that a sheet that it strikes would notice.
     fn step_by(&mut self, dt: f64) {
+        let end = self.time + dt;
+        let Some(at) = self.first_jolt(dt) else { return self.step_part(dt) };
+        self.step_part(at - self.time);
+        self.step_part(end - self.time);
+    }
+
+    /// First time in a step of `dt` (s) at which a body on its path changes its displacement in the
+    /// step by more than a fraction of the smallest sheet.
+    fn first_jolt(&self, dt: f64) -> Option<f64> {
+        let rigid = self.rigid.as_ref()?;
+        let size = self.sheets.iter().map(|sheet| sheet.model.initial_diagonal).fold(f64::INFINITY, f64::min);
+        let margin = SETTINGS.impact_fraction * dt;
+        rigid.first_jolt((self.time + margin, self.time + dt - margin), SETTINGS.impact_displacement * size / dt)
+    }
+
+    /// Take one step of `dt` (s): the phases in their order.
+    fn step_part(&mut self, dt: f64) {
         self.release_due_pins(dt);
         // The bodies are taken out for the step: the view borrows them while the sheets change.
         let mut rigid = self.rigid.take();

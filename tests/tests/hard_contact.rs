@@ -1,0 +1,124 @@
+//! Situations in which the contact solver alone fails: nothing passes through anything, by the check
+//! of every pair of triangles after each step, and led bodies have their way.
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::islands::event::EventKind;
+use sheetwork::scene::Scene;
+
+const MATERIAL: &str = "(young: 3e9, poisson: 0.3, density: 900, thickness: 1e-4, damping_ratio: 0.02)";
+
+/// World of a scene after `seconds`, checked for penetration after each step.
+fn run(scene: &str, seconds: f64) -> World {
+    let scene = Scene::parse(scene).expect("a scene");
+    let mut world = World::new(&scene).expect("starts apart");
+    world.set_penetration_check(true);
+    world.advance(seconds);
+    let report = world.report(0.0, &[]);
+    assert_eq!(report.status, "ok", "{:?}", world.events());
+    assert!(world.events().iter().all(|e| !matches!(e.kind, EventKind::Penetration | EventKind::Crossing)));
+    world
+}
+
+fn centre(world: &World) -> DVec3 {
+    world.sheets()[0].centre_of_mass()
+}
+
+#[test]
+fn a_block_on_the_floor_pushes_paper_of_every_thickness() {
+    for thickness in [5e-5, 1e-4, 2e-4, 4e-4] {
+        let material = MATERIAL.replace("1e-4", &thickness.to_string());
+        let scene = format!(
+            r#"(engine: "tr-bdf2", dt: 0.01, contact: (friction: 0.3, restitution: 0),
+                sheets: [(name: "paper", structure: "shell", grid: (6, 1, 5), size: (0.1, 0.08), material: {material},
+                    placement: (position: (0, {}, 0)))],
+                bodies: [(name: "floor", shape: HalfSpace), (name: "block", shape: Box((0.02, 0.03, 0.2)),
+                    placement: (position: (-0.062, 0.015, 0)), path: [(time: 0), (time: 1, offset: (0.03, 0, 0))])])"#,
+            0.5 * thickness
+        );
+        // The face of the block ends 28 mm beyond the edge of the paper.
+        let moved = centre(&run(&scene, 1.0)).x;
+        assert!((moved - 0.028).abs() < 2e-4, "{thickness} m: {moved} m");
+    }
+}
+
+#[test]
+fn pads_that_close_below_the_thickness_hold_a_sheet() {
+    for gap in [2.8e-4, 2e-4, 1e-4] {
+        let closing = 0.5 * (6e-4 - gap);
+        let pad = |name: &str, sign: f64| {
+            format!(
+                "(name: \"{name}\", shape: Box((0.01, 0.02, 0.02)), placement: (position: ({}, 0.06, 0)), \
+                 path: [(time: 0), (time: 0.1, offset: ({}, 0, 0))])",
+                sign * 0.0053,
+                -sign * closing
+            )
+        };
+        let scene = format!(
+            r#"(engine: "tr-bdf2", dt: 0.016666666666666666, contact: (friction: 0.5, restitution: 0),
+                sheets: [(name: "card", structure: "shell", grid: (8, 1, 5), size: (0.14, 0.08),
+                    material: (young: 3e9, poisson: 0.3, density: 1000, thickness: 3e-4, damping_ratio: 0.02),
+                    placement: (rotation: (0, 0, 90)), pins: [(region: Left, until: 0.2)])],
+                bodies: [{}, {}])"#,
+            pad("left", -1.0),
+            pad("right", 1.0)
+        );
+        let fallen = centre(&run(&scene, 0.8)).y;
+        assert!(fallen > -1e-3, "gap of {gap} m: at {fallen} m");
+    }
+}
+
+#[test]
+fn a_shaken_box_keeps_what_is_in_it() {
+    // A box of 0.12 m that moves by 50 mm to and fro in 0.2 s.
+    let path: Vec<String> = (0..=5)
+        .map(|k| format!("(time: {}, offset: ({}, 0, 0))", 0.1 * f64::from(k), if k % 2 == 1 { 0.05 } else { 0.0 }))
+        .collect();
+    let wall = |size: [f64; 3], at: [f64; 3]| {
+        let name = format!("wall {at:?}").replace(['[', ']', ',', '.'], "");
+        format!(
+            "(name: \"{name}\", shape: Box(({}, {}, {})), placement: (position: ({}, {}, {})), path: [{}]),",
+            size[0],
+            size[1],
+            size[2],
+            at[0],
+            at[1],
+            at[2],
+            path.join(", ")
+        )
+    };
+    let mut walls = String::new();
+    for side in [-0.065, 0.065] {
+        walls += &wall([0.01, 0.14, 0.14], [side, 0.0, 0.0]);
+        walls += &wall([0.14, 0.01, 0.14], [0.0, side, 0.0]);
+        walls += &wall([0.14, 0.14, 0.01], [0.0, 0.0, side]);
+    }
+    let scene = format!(
+        r#"(engine: "tr-bdf2", dt: 0.008333333333333333, contact: (friction: 0.3, restitution: 0.1),
+            sheets: [(name: "paper", structure: "shell", grid: (9, 1, 8), size: (0.11, 0.1), material: "paper",
+                placement: (position: (0, -0.03, 0)))], bodies: [{walls}])"#
+    );
+    let world = run(&scene, 0.5);
+    assert!(centre(&world).distance(DVec3::X * 0.05) < 0.06, "{}", centre(&world));
+}
+
+#[test]
+fn a_strip_whose_ends_clap_at_40_metres_a_second_does_not_pass_through_itself() {
+    let scene = r#"(engine: "tr-bdf2", dt: 0.016666666666666666, gravity: (0, 0, 0), contact: (friction: 0.2, restitution: 0),
+        sheets: [(name: "strip", structure: "shell", grid: (41, 1, 3), size: (0.4, 0.02), material: "pet",
+            pins: [(region: Rect((0.45, 0.55), (0, 1)))],
+            velocities: [(region: Rect((0, 0.25), (0, 1)), value: (0, -40, 0)),
+                (region: Rect((0.75, 1), (0, 1)), value: (0, -40, 0))])])"#;
+    run(scene, 0.1);
+}
+
+#[test]
+fn a_film_of_a_millimetre_lies_on_a_ball() {
+    let scene = r#"(engine: "tr-bdf2", dt: 0.001, contact: (friction: 0.4, restitution: 0),
+        sheets: [(name: "film", structure: "shell", grid: (11, 1, 11), size: (0.001, 0.001),
+            material: (young: 4.5e9, poisson: 0.38, density: 1395, thickness: 2e-6, damping_ratio: 0.02),
+            placement: (position: (0.00001, 0.0004, 0)))],
+        bodies: [(name: "ball", shape: Ball(0.0002))])"#;
+    let world = run(scene, 0.04);
+    assert!(centre(&world).y > 1e-4, "{}", centre(&world));
+}
