@@ -207,12 +207,13 @@ impl Sheet {
         Ok(())
     }
 
-    /// Flat loss factor η; 0 for lattices, explicit integrators and damping ratios above 0.15,
-    /// whose damping is that of a Kelvin-Voigt solid.
+    /// Flat loss factor η; 0 for lattices, explicit integrators and damping ratios above 0.15, whose
+    /// damping is that of a Kelvin-Voigt solid.
     pub fn loss_factor(&self) -> f64 {
         let eta = 2.0 * self.parameters.damping_ratio;
+        let is_flat = self.parameters.material.loss_factor.is_some() && eta <= MAX_LOSS_FACTOR;
         let is_shell = self.model.structure == StructureKind::Shell;
-        if eta <= MAX_LOSS_FACTOR && is_shell && instability::chosen_engine(self).info().implicit { eta } else { 0.0 }
+        if is_flat && is_shell && instability::chosen_engine(self).info().implicit { eta } else { 0.0 }
     }
 
     /// Present membrane stiffness, bending stiffness and damping.
