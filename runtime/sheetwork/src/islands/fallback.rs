@@ -64,17 +64,18 @@ impl IslandSolve<'_, '_, '_> {
         self.view.for_each_sheet(|sheet| stage::finish_euler(sheet, substep.field, substep.dt));
         barrier.finish(self.view, &friction, substep.dt);
         self.workspace.barrier = Some(barrier);
-        if self.view.sheets.iter().any(is_unstable) {
-            self.roll_back();
-            return false;
-        }
-        if !report.arrived && depth > 0 {
+        let fails = self.view.sheets.iter().any(is_unstable);
+        if (fails || !report.arrived) && depth > 0 {
             self.roll_back();
             let half = Substep { dt: 0.5 * substep.dt, bisections: substep.bisections + 1, ..*substep };
             let first = self.solve_with_barrier(&half, depth - 1);
             let half = Substep { time: half.time + half.dt, done: half.done + half.dt, ..half };
             self.begin_substep(&half);
             return self.solve_with_barrier(&half, depth - 1) && first;
+        }
+        if fails {
+            self.roll_back();
+            return false;
         }
         if let Some(before) = before {
             let flags = (true, true, is_free(self.view, self.workspace));
@@ -84,6 +85,12 @@ impl IslandSolve<'_, '_, '_> {
             }
         }
         true
+    }
+
+    /// Whether the substep goes to the barrier method at once: a led body moves among the sheets.
+    /// The contact solver may leave nodes behind the faces of such a body.
+    pub fn is_led(&self) -> bool {
+        self.view.solver_bodies.iter().any(|body| !body.is_dynamic() && body.start.is_moving())
     }
 
     /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;

@@ -92,7 +92,8 @@ impl IslandSolve<'_, '_, '_> {
             return;
         }
         self.begin_substep(&substep);
-        if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
+        let spent = substep.bisections > 0 && self.workspace.is_work_budget_spent();
+        if spent || self.is_led() {
             self.apply_fallback(Fallback::Barrier, &substep);
             return self.end_substep();
         }

@@ -73,6 +73,8 @@ pub(crate) struct BarrierSolver {
     /// States of the bodies at the iterate.
     bodies: Vec<BodyState>,
     right: Vec<f64>,
+    /// Displacement beyond which a step is not a part of the motion, m.
+    reach: f64,
 }
 
 impl BarrierSolver {
@@ -90,6 +92,9 @@ impl BarrierSolver {
         self.begin(island, colliders, attachments);
         self.squeeze(island, friction, (field, h));
         let moves = self.prescribed.iter().any(|d| *d != DVec3::ZERO);
+        let led = self.prescribed.iter().map(|d| d.length()).fold(0.0, f64::max);
+        let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
+        self.reach = SETTINGS.reach * (led + (fast + field.gravity.length() * h) * h + self.thinnest(island));
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
         let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves };
         while report.iterations < SETTINGS.maximum_iterations && !report.converged {
@@ -447,8 +452,9 @@ impl BarrierSolver {
             }
             part *= 0.5;
         }
-        // A body that moves goes on where no part of the step lowers the potential.
-        let part = if moves { first } else { 0.0 };
+        // A body that moves goes on where no part of the step lowers the potential, unless the step
+        // is far larger than the motion.
+        let part = if moves && first * largest <= self.reach { first } else { 0.0 };
         *remaining *= 1.0 - part;
         self.move_by(island, (&starts, &bodies, &start), part, 1.0 - *remaining);
         (part, largest)

@@ -36,8 +36,10 @@ pub(super) struct Stencil {
     pub radius: f64,
     /// Sum of the half thicknesses, m.
     pub offset: f64,
-    /// Distance at which the barrier is infinite, m.
+    /// Distance at which the barrier is infinite, m; negative where the features start too near.
     pub limit: f64,
+    /// Distance above which a step stays, m.
+    pub floor: f64,
     pub friction: f64,
     /// Stiffness of the barrier, N/m; 0 for that of its vertices.
     pub stiffness: f64,
@@ -80,7 +82,8 @@ impl Stencil {
         };
         let between: DVec3 = x.iter().zip(weights).map(|(x, w)| *x * w).sum();
         let distance = between.length();
-        Closest { distance: distance - self.radius, normal: between / distance.max(f64::MIN_POSITIVE), weights }
+        let normal = between / distance.max(f64::MIN_POSITIVE);
+        Closest { distance: distance - self.radius, normal, weights }
     }
 
     /// Value (J), first (N) and second derivative (N/m) of the barrier of stiffness `k` (N/m) at
@@ -111,7 +114,7 @@ impl Stencil {
         let rounding = 1e-6 * self.offset;
         match self.features {
             Features::PointTriangle if self.radius > 0.0 => {
-                let outer = Self { limit: kept.min(0.5 * before), ..*self };
+                let outer = Self { floor: kept.min(0.5 * before), ..*self };
                 outer.free_fraction(start, [0, 1, 2, 3].map(|i| end[i] - start[i])) < 1.0
             }
             Features::PointTriangle => point_meets_triangle(start, end, rounding).is_some(),
@@ -132,7 +135,7 @@ impl Stencil {
             Features::Edges => length(0).max(length(1)) + length(2).max(length(3)),
             Features::PointPlane => length(0) + length(1),
         };
-        let gap_at = |t: f64| self.closest([0, 1, 2, 3].map(|i| x[i] + d[i] * t)).distance - self.limit;
+        let gap_at = |t: f64| self.closest([0, 1, 2, 3].map(|i| x[i] + d[i] * t)).distance - self.floor;
         let first = gap_at(0.0);
         let kept = SETTINGS.kept_gap * first;
         let (mut t, mut gap) = (0.0, first);
@@ -165,6 +168,7 @@ mod tests {
             radius: 0.0,
             offset: 0.1,
             limit: 0.09,
+            floor: 0.09,
             friction: 0.0,
             stiffness: 0.0,
         };

@@ -387,7 +387,8 @@ impl Surfaces {
             p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
         };
         let mut add = |features, vertices: [u32; 4], radius: f64| {
-            let mut stencil = Stencil { features, vertices, radius, offset, limit: 0.0, friction, stiffness: 0.0 };
+            let mut stencil =
+                Stencil { features, vertices, radius, offset, limit: 0.0, floor: 0.0, friction, stiffness: 0.0 };
             let at = |x: &[DVec3]| vertices.map(|i| x[i as usize]);
             let start = stencil.closest(at(&self.start)).distance;
             // Features of a half space or a ball that start inside the other have no way out.
@@ -397,7 +398,9 @@ impl Surfaces {
             if b.sheet.is_none() && !self.squeezed.is_empty() {
                 self.compress(&mut stencil);
             }
-            stencil.limit = (1.0 - SETTINGS.range) * stencil.offset.min(start);
+            let range = SETTINGS.range * stencil.offset;
+            stencil.limit = (stencil.offset - range).min(start - range);
+            stencil.floor = stencil.limit.max(SETTINGS.kept_gap * start);
             found.push(stencil);
         };
         if let Some([origin, along]) = b.plane {
