@@ -72,6 +72,7 @@ fn a_strip_rings_down_with_the_decrement_of_the_loss_factor() {
         (0.03, 20.0, 0.25 * hz, OUTLINE),
         (0.1, 20.0, 0.25 * hz, GRID),
     ] {
+        let (eta, frequency): (f64, f64) = (eta, frequency);
         // E' grows as f^(2η/π), from 1 + 1.8 η at 1 Hz. In stretching f = √(E/ρ)/4L.
         let stiffened = (1.0 + 0.9 * eta) * frequency.powf(eta / PI);
         let found = decrement(strip(eta, frequency, dt, shape), frequency * stiffened, false);

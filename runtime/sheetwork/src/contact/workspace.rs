@@ -130,6 +130,11 @@ impl ContactWorkspace {
         self.impulses.begin_substep();
     }
 
+    /// Exchange `solver_bodies` with the saved solver bodies.
+    pub fn swap_saved_bodies(&mut self, solver_bodies: &mut Vec<SolverBody>) {
+        std::mem::swap(solver_bodies, &mut self.saved_solver_bodies);
+    }
+
     /// Forget the contacts of the sheet `id`, whose removal lowers higher identifiers by one.
     pub fn remove_sheet(&mut self, id: u32) {
         self.cache.remove_sheet(id);

@@ -92,9 +92,12 @@ impl IslandSolve<'_, '_, '_> {
             return;
         }
         self.begin_substep(&substep);
-        let spent = substep.bisections > 0 && self.workspace.is_work_budget_spent();
-        if spent || self.is_led() {
-            self.apply_fallback(Fallback::Barrier, &substep);
+        if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
+            self.apply_fallback(Fallback::SkipContact, &substep);
+            return self.end_substep();
+        }
+        if self.is_led() {
+            self.apply_fallback(Fallback::MoveOrFreeze, &substep);
             return self.end_substep();
         }
         if substep.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
@@ -102,10 +105,7 @@ impl IslandSolve<'_, '_, '_> {
             *deepest = substep.bisections.max(*deepest);
             let closed = self.workspace.closed_in_step.len();
             let is_shortest = self.is_shortest(&substep);
-            let mut outcome = self.solve_stages(&substep);
-            if outcome == StageOutcome::Accepted && self.passes_through() {
-                outcome = StageOutcome::Fallback(Fallback::Barrier);
-            }
+            let outcome = self.solve_stages(&substep);
             match outcome {
                 StageOutcome::Accepted => return self.end_substep(),
                 StageOutcome::Fallback(fallback) => {
@@ -168,7 +168,7 @@ impl IslandSolve<'_, '_, '_> {
         match if is_affordable { self.solve_stages(substep) } else { StageOutcome::Bisect } {
             StageOutcome::Accepted => {}
             StageOutcome::Fallback(fallback) => self.apply_fallback(fallback, substep),
-            StageOutcome::Bisect => self.apply_fallback(Fallback::Barrier, substep),
+            StageOutcome::Bisect => self.apply_fallback(Fallback::Restart, substep),
         }
     }
 
@@ -250,7 +250,7 @@ impl IslandSolve<'_, '_, '_> {
             self.workspace.log_stage_impulses(self.view, h);
         }
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
-            return self.bisect_or(Fallback::Barrier);
+            return self.bisect_or(Fallback::FreezeThenStop);
         }
         self.detection.end_stage(self.view);
         *at += length;
@@ -312,7 +312,7 @@ impl IslandSolve<'_, '_, '_> {
             return StageOutcome::Bisect;
         }
         if self.view.sheets.iter().any(|sheet| sheet.work.stage.has_failed) {
-            return self.bisect_or(Fallback::Barrier);
+            return self.bisect_or(Fallback::FreezeThenStop);
         }
         StageOutcome::Accepted
     }
@@ -360,12 +360,13 @@ impl IslandSolve<'_, '_, '_> {
         let is_inside = before.is_some() && penetration > FALLBACK.penetration;
         match verdict {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
-            EnergyVerdict::Diverged | EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::Barrier),
+            EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),
+            EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::MoveOrFreeze),
             EnergyVerdict::Accept if crossed || is_inside && !has_dynamic_body => {
-                StageOutcome::Fallback(Fallback::Barrier)
+                StageOutcome::Fallback(Fallback::MoveOrFreeze)
             }
             EnergyVerdict::Accept if is_inside && has_no_fixed_body && is_single => {
-                StageOutcome::Fallback(Fallback::Barrier)
+                StageOutcome::Fallback(Fallback::MoveRigidly)
             }
             EnergyVerdict::Accept => StageOutcome::Accepted,
         }

@@ -17,7 +17,7 @@ settings! {
         pub bisection: BisectionSettings = BisectionSettings::DEFAULT,
         /// Energy budget of a step.
         pub energy: EnergyBudgetSettings = EnergyBudgetSettings::DEFAULT,
-        /// Barrier method in place of a substep.
+        /// Rigid motion, freeze and rollback.
         pub fallback: FallbackSettings = FallbackSettings::DEFAULT,
         /// Detection of instability.
         pub instability: InstabilitySettings = InstabilitySettings::DEFAULT,
@@ -86,7 +86,7 @@ settings! {
         pub resting_speed: f64 = 0.03,
     }
 
-    /// Barrier method in place of a substep that did not converge.
+    /// Rigid motion, freeze and rollback of a step that did not converge.
     pub struct FallbackSettings {
         /// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
         pub penetration: f64 = 3e-4,
@@ -97,7 +97,17 @@ settings! {
         pub impact_fraction: f64 = 0.02,
         /// Maximum number of bisections of a substep of the barrier method in which a body does not
         /// arrive.
-        pub barrier_bisections: u32 = 3,
+        pub barrier_bisections: u32 = 6,
+        /// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island
+        /// slower than [`Self::sleep_speed`] sleeps, since its contacts contradict one another, and
+        /// a faster one is unstable.
+        pub maximum_rollbacks: u32 = 10,
+        /// Speed (m/s) below which an island sleeps after [`Self::maximum_rollbacks`].
+        pub sleep_speed: f64 = 1e-2,
+        /// Lift of a body by contact that a fallback accepts, m.
+        pub lift: f64 = 1e-6,
+        /// Increase of penetration by a rigid motion that counts as rounding, m.
+        pub penetration_rounding: f64 = 1e-9,
     }
 
     /// Detection of instability, and the step limit of sheets with limited strain.

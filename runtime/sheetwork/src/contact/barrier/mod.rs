@@ -30,7 +30,6 @@ use crate::contact::barrier::surfaces::{Owner, Surfaces};
 use crate::contact::barrier::terms::Term;
 use crate::contact::settings::{BarrierSettings, ContactSettings};
 use crate::contact::solver::augmented_lagrangian::{IslandTangent, TangentMatrix};
-use crate::contact::solver_body::SolverBody;
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::sheet::{Field, Sheet, stage};
@@ -114,67 +113,6 @@ impl BarrierSolver {
             }
         }
         report
-    }
-
-    /// Whether features pass through each other, on straight paths, between the saved state of a
-    /// substep (`saved` for the bodies) and the present one. Slow motion, below a fraction of the
-    /// thickness, is passed over.
-    pub fn passes_through<'a>(
-        &mut self,
-        island: &IslandView,
-        colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
-        attachments: &[BarrierAttachment],
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
-        saved: &[SolverBody],
-    ) -> bool {
-        if self.is_slow(island, saved) {
-            return false;
-        }
-        self.surfaces.build(island, colliders);
-        self.surfaces.attach(attachments);
-        let Surfaces { owners, x, start, .. } = &mut self.surfaces;
-        x.clear();
-        self.step.clear();
-        for owner in &*owners {
-            let (from, to) = match *owner {
-                Owner::Node { sheet, node } => {
-                    let sheet = island.sheet(sheet);
-                    (stage::saved_positions(sheet).get(node as usize), sheet.state.x.get(node as usize))
-                }
-                Owner::Body { body, local } => {
-                    let end = &island.solver_bodies[body as usize].start;
-                    (saved.get(body as usize).map_or(end, |s| &s.start).world_point(local), end.world_point(local))
-                }
-            };
-            x.push(from);
-            self.step.push(to - from);
-        }
-        start.clone_from(x);
-        let half = self.thinnest(island);
-        let mut swept = std::mem::take(&mut self.swept);
-        self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut swept);
-        let crosses = |stencil: &Stencil| {
-            let start = self.corners(stencil);
-            let end = [0, 1, 2, 3].map(|i| start[i] + self.step[stencil.vertices[i] as usize]);
-            self.gives(island, stencil) && !self.surfaces.is_attached(stencil) && stencil.crosses(start, end, half)
-        };
-        let found = swept.iter().any(crosses);
-        self.swept = swept;
-        found
-    }
-
-    /// Whether nothing has moved further than a fraction of the thickness since the saved state.
-    fn is_slow(&self, island: &IslandView, saved: &[SolverBody]) -> bool {
-        let slow = SETTINGS.slow_displacement * self.thinnest(island);
-        let rests = |sheet: &Sheet| {
-            let before = stage::saved_positions(sheet).iter();
-            before.zip(sheet.state.x.iter()).all(|(a, b)| a.distance_squared(b) < slow * slow)
-        };
-        let stays = |(body, saved): (&SolverBody, &SolverBody)| {
-            let (shift, turn) = displacement(&saved.start, &body.start);
-            shift.length() < slow && turn.length() < SETTINGS.slow_displacement * SETTINGS.slow_displacement
-        };
-        island.sheets.iter().all(rests) && island.solver_bodies.iter().zip(saved).all(stays)
     }
 
     /// Fraction of a substep of `h` (s) after which a body with prescribed motion first meets a

@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::collision::geometry::{edges_meet, point_meets_triangle, point_triangle, segment_segment};
+use crate::collision::geometry::{point_triangle, segment_segment};
 use crate::contact::settings::{BarrierSettings, ContactSettings};
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
@@ -101,26 +101,6 @@ impl Stencil {
         let value = -k * range * range * less * less * log;
         let first = -k * range * (2.0 * less * log + less * less / s);
         [value, first, -k * (2.0 * log + 4.0 * less / s - (less / s) * (less / s))]
-    }
-
-    /// Whether the features pass through each other on straight paths, or end nearer than they
-    /// began and deeper than [`BarrierSettings::penetration`] half thicknesses (`half`, m).
-    pub fn crosses(&self, start: [DVec3; 4], end: [DVec3; 4], half: f64) -> bool {
-        let (before, after) = (self.closest(start).distance, self.closest(end).distance);
-        let kept = self.offset - SETTINGS.penetration * half;
-        if after < kept && after < before * (1.0 - 1e-3) {
-            return true;
-        }
-        let rounding = 1e-6 * self.offset;
-        match self.features {
-            Features::PointTriangle if self.radius > 0.0 => {
-                let outer = Self { floor: kept.min(0.5 * before), ..*self };
-                outer.free_fraction(start, [0, 1, 2, 3].map(|i| end[i] - start[i])) < 1.0
-            }
-            Features::PointTriangle => point_meets_triangle(start, end, rounding).is_some(),
-            Features::Edges => edges_meet(start, end, rounding).is_some(),
-            Features::PointPlane => false,
-        }
     }
 
     /// Fraction of the displacements `d` (m) from `x` for which the distance stays above its limit,
