@@ -1,5 +1,5 @@
-//! Situations in which the contact solver alone fails: nothing passes through anything, by the check
-//! of every pair of triangles after each step, and led bodies have their way.
+//! Situations in which the contact solver alone fails: nothing passes through anything, by the
+//! check of every pair of triangles after each step, and led bodies have their way.
 
 use glam::DVec3;
 use sheetwork::World;

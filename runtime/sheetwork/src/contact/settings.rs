@@ -103,8 +103,8 @@ settings! {
         pub maximum_advancements: u32 = 64,
         /// Maximum number of Newton steps: the work budget of a substep.
         pub maximum_iterations: u32 = 40,
-        /// Displacement of a Newton step, as a multiple of the free and prescribed motion, up to which
-        /// it is taken for a led body even if it raises the potential.
+        /// Displacement of a Newton step, as a multiple of the free and prescribed motion, up to
+        /// which it is taken for a led body even if it raises the potential.
         pub reach: f64 = 4.0,
         /// Displacement or rotation of a Newton step beyond which it is not a solution, m or rad.
         pub maximum_displacement: f64 = 1e6,

@@ -162,7 +162,7 @@ impl ArmStrains {
         }
     }
 
-    /// Multiplies the strains of component `c` by `kept`: an element that stiffens keeps its stress.
+    /// Multiplies the strains of component `c` by `kept`: a stiffening element keeps its stress.
     pub fn scale(&mut self, c: usize, kept: f64) {
         let count = self.count.max(1);
         self.now.iter_mut().skip(c).step_by(count).filter(|_| kept < 1.0).for_each(|s| *s *= kept);

@@ -2,8 +2,8 @@
 //! thickness.
 //!
 //! An [`Element`] holds all elements of one kind in a sheet. It stores an energy E(x) of the
-//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇). A flat loss
-//! factor adds Maxwell arms to implicit integrators: see [`loss_factor`].
+//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇). A flat
+//! loss factor adds Maxwell arms to implicit integrators: see [`loss_factor`].
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
 //! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇

@@ -53,7 +53,6 @@ impl IslandSolve<'_, '_, '_> {
             && self.is_led()
             && self.solve_with_barrier(substep, SETTINGS.barrier_bisections)
         {
-            self.record_fallback();
             self.clear_failures();
             return self.record_fallback_impulses(substep);
         }
@@ -115,6 +114,10 @@ impl IslandSolve<'_, '_, '_> {
             self.begin_substep(&half);
             return self.solve_with_barrier(&half, depth - 1) && first;
         }
+        self.progress.compressed = u32::from(report.compressed);
+        if !report.converged || !report.arrived {
+            self.record_fallback();
+        }
         if fails {
             self.roll_back();
             return false;
@@ -129,10 +132,11 @@ impl IslandSolve<'_, '_, '_> {
         true
     }
 
-    /// Whether the substep goes to the barrier method at once: a led body moves among the sheets.
-    /// The contact solver may leave nodes behind the faces of such a body.
+    /// Whether the substep goes to the barrier method at once: a led body moves among the sheets,
+    /// or has compressed one. The contact solver may leave nodes behind the faces of such a body.
     pub fn is_led(&self) -> bool {
-        self.view.solver_bodies.iter().any(|body| !body.is_dynamic() && body.start.is_moving())
+        let moves = |body: &SolverBody| !body.is_dynamic() && body.start.is_moving();
+        self.progress.compressed > 0 || self.view.solver_bodies.iter().any(moves)
     }
 
     /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;

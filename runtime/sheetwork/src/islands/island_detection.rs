@@ -286,7 +286,7 @@ impl IslandDetection<'_> {
         })
     }
 
-    /// Nodes attached to dynamic bodies: sheet, node, body of the island and point in its frame (m).
+    /// Nodes attached to dynamic bodies, with body and point.
     pub fn barrier_attachments(&self, island: &IslandView) -> Vec<BarrierAttachment> {
         let mut all = Vec::new();
         for (sheet, of) in (0..).zip(island.sheets.iter()) {

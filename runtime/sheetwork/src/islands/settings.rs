@@ -30,8 +30,8 @@ settings! {
         /// Margin of the broad phase beyond the distance from speeds, m. It exceeds the margin of
         /// detection.
         pub broad_phase_margin: f64 = 1e-3,
-        /// Displacement of a node within its sheet in a step, as a fraction of the sheet's diagonal,
-        /// above which a flat sheet without contact may meet itself.
+        /// Displacement of a node within its sheet in a step, as a fraction of the sheet's
+        /// diagonal, above which a flat sheet without contact may meet itself.
         pub folding_displacement: f64 = 0.25,
         /// Maximum number of iterations in which islands grow by their largest speed.
         pub maximum_growth_iterations: u32 = 4,

@@ -294,8 +294,8 @@ impl RigidWorld {
         self.owners.body_of(collider).and_then(|b| self.bodies.get(b)).map(|b| b.name.as_str())
     }
 
-    /// First time (s) between `from` and `to` at which the velocity of a body on its path changes by
-    /// more than `speed` (m/s).
+    /// First time (s) between `from` and `to` at which the velocity of a body on its path changes
+    /// by more than `speed` (m/s).
     pub(crate) fn first_jolt(&self, (from, to): (f64, f64), speed: f64) -> Option<f64> {
         let jolts = self.bodies.iter().flat_map(|body| {
             let path = &body.path;

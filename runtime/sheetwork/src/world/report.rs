@@ -197,11 +197,6 @@ impl World {
         // stable.
         let mut events = self.events.clone();
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let status = match (self.unstable(), self.deepest_penetration()) {
-            (Some(sheet), _) => describe(&sheet.name, &sheet.state.status),
-            (None, Some(penetration)) => penetration.to_owned(),
-            (None, None) => "ok".to_owned(),
-        };
         Report {
             scene: self.scene.name.clone(),
             engine: self.engine.name(),
@@ -209,11 +204,20 @@ impl World {
             simulated_s: self.time,
             cpu_s,
             steps: self.steps,
-            status,
+            status: self.status(),
             sheets: sheets.collect(),
             bodies: bodies.collect(),
             events,
             forces: self.force_reports(),
+        }
+    }
+
+    /// "ok", or what is wrong.
+    fn status(&self) -> String {
+        match (self.unstable(), self.deepest_penetration()) {
+            (Some(sheet), _) => describe(&sheet.name, &sheet.state.status),
+            (None, Some(penetration)) => penetration.to_owned(),
+            (None, None) => "ok".to_owned(),
         }
     }
 

@@ -47,6 +47,8 @@ pub(crate) struct BarrierReport {
     pub converged: bool,
     /// Whether kinematic bodies and prescribed nodes have reached their end.
     pub arrived: bool,
+    /// Whether a sheet is compressed across its thickness.
+    pub compressed: bool,
 }
 
 /// The method with its arrays.
@@ -95,7 +97,8 @@ impl BarrierSolver {
         let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
         self.reach = SETTINGS.reach * (led + (fast + field.gravity.length() * h) * h + self.thinnest(island));
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
-        let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves };
+        let compressed = !self.surfaces.squeezed.is_empty();
+        let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves, compressed };
         while report.iterations < SETTINGS.maximum_iterations && !report.converged {
             report.iterations += 1;
             let Some(slope) = self.find_step(island, friction, (field, h, remaining)) else { break };

@@ -364,6 +364,25 @@ impl Surfaces {
         })
     }
 
+    /// Stencil of `vertices`, with the sum of the half thicknesses, the friction and whether a body
+    /// takes part; `None` where a half space or a ball begins inside the other, without a way out.
+    fn stencil(
+        &self,
+        (features, vertices, radius): (Features, [u32; 4], f64),
+        (offset, friction, with_body): (f64, f64, bool),
+    ) -> Option<Stencil> {
+        let mut stencil =
+            Stencil { features, vertices, radius, offset, limit: 0.0, floor: 0.0, friction, stiffness: 0.0 };
+        let start = stencil.closest(vertices.map(|i| self.start[i as usize])).distance;
+        if with_body && !self.squeezed.is_empty() {
+            self.compress(&mut stencil);
+        }
+        let range = SETTINGS.range * stencil.offset;
+        stencil.limit = (stencil.offset - range).min(start - range);
+        stencil.floor = stencil.limit.max(SETTINGS.kept_gap * start);
+        (start > 0.0).then_some(stencil)
+    }
+
     /// Stencils between a sheet `a` and an object `b`.
     fn find_between(
         &self,
@@ -386,23 +405,8 @@ impl Surfaces {
             let reach = offset + size(p).max(size(q));
             p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
         };
-        let mut add = |features, vertices: [u32; 4], radius: f64| {
-            let mut stencil =
-                Stencil { features, vertices, radius, offset, limit: 0.0, floor: 0.0, friction, stiffness: 0.0 };
-            let at = |x: &[DVec3]| vertices.map(|i| x[i as usize]);
-            let start = stencil.closest(at(&self.start)).distance;
-            // Features of a half space or a ball that start inside the other have no way out.
-            if start <= 0.0 {
-                return;
-            }
-            if b.sheet.is_none() && !self.squeezed.is_empty() {
-                self.compress(&mut stencil);
-            }
-            let range = SETTINGS.range * stencil.offset;
-            stencil.limit = (stencil.offset - range).min(start - range);
-            stencil.floor = stencil.limit.max(SETTINGS.kept_gap * start);
-            found.push(stencil);
-        };
+        let law = (offset, friction, b.sheet.is_none());
+        let mut add = |features, vertices, radius| found.extend(self.stencil((features, vertices, radius), law));
         if let Some([origin, along]) = b.plane {
             let n = (self.x[along as usize] - self.x[origin as usize]).normalize_or(DVec3::Y);
             for p in &a.points {
