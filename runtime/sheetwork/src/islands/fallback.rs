@@ -1,5 +1,5 @@
 //! Fallbacks of an implicit step: what replaces the stages of a substep whose solution is not
-//! accepted. Islands with a moving led body go to the barrier method at once.
+//! accepted. Islands with a moving led body go to the barrier method first.
 //!
 //! [`IslandSolve::apply_fallback`] is the one place that applies them. Speeds in m/s, lengths in m.
 
@@ -50,7 +50,7 @@ impl IslandSolve<'_, '_, '_> {
     /// Apply `fallback` to the substep `substep`.
     pub fn apply_fallback(&mut self, fallback: Fallback, substep: &Substep) {
         if !matches!(fallback, Fallback::StopBuriedSheet(_))
-            && self.is_led()
+            && self.view.solver_bodies.iter().any(|body| !body.is_dynamic() && body.start.is_moving())
             && self.solve_with_barrier(substep, SETTINGS.barrier_bisections)
         {
             self.clear_failures();
@@ -132,11 +132,10 @@ impl IslandSolve<'_, '_, '_> {
         true
     }
 
-    /// Whether the substep goes to the barrier method at once: a led body moves among the sheets,
-    /// or has compressed one. The contact solver may leave nodes behind the faces of such a body.
-    pub fn is_led(&self) -> bool {
-        let moves = |body: &SolverBody| !body.is_dynamic() && body.start.is_moving();
-        self.progress.compressed > 0 || self.view.solver_bodies.iter().any(moves)
+    /// Whether the substep goes to the barrier method at once: a led body has compressed a sheet, for
+    /// which the contact solver has no solution.
+    pub fn is_compressed(&self) -> bool {
+        self.progress.compressed > 0
     }
 
     /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;

@@ -96,7 +96,7 @@ impl IslandSolve<'_, '_, '_> {
             self.apply_fallback(Fallback::SkipContact, &substep);
             return self.end_substep();
         }
-        if self.is_led() {
+        if self.is_compressed() {
             self.apply_fallback(Fallback::MoveOrFreeze, &substep);
             return self.end_substep();
         }
