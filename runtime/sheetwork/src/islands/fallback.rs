@@ -132,8 +132,8 @@ impl IslandSolve<'_, '_, '_> {
         true
     }
 
-    /// Whether the substep goes to the barrier method at once: a led body has compressed a sheet, for
-    /// which the contact solver has no solution.
+    /// Whether the substep goes to the barrier method at once: a led body has compressed a sheet,
+    /// for which the contact solver has no solution.
     pub fn is_compressed(&self) -> bool {
         self.progress.compressed > 0
     }
