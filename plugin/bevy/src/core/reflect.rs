@@ -171,6 +171,8 @@ pub(super) struct MaterialReflect {
     thickness: f64,
     #[reflect(@range(Id::MaterialDampingRatio))]
     damping_ratio: f64,
+    #[reflect(@range(Id::MaterialLossFactor))]
+    loss_factor: Option<f64>,
     #[reflect(@range(Id::MaterialYieldStress))]
     yield_stress: Option<f64>,
     #[reflect(@range(Id::MaterialHardening))]
