@@ -1,10 +1,11 @@
-//! Strip that slips over a fixed cylinder: T₂ = T₁ exp(μ φ) (Euler 1769, Eytelwein 1808), without
-//! gravity.
+//! Strip that slips over a fixed cylinder: T₂ = T₁ exp(μ φ) (Euler 1769, Eytelwein 1808),
+//! without gravity.
 //!
-//! A constant load T₁ pulls at the left end, 60° below the horizontal. The right end is led to the
-//! other side and pulled at constant speed; T₂ is the recorded force of its pins. The wrap angle φ
-//! follows from the directions of T₁ and T₂. The cylinder is a prism: at each of its edges the
-//! strip slips as on an arc of the same angle. The force of the cylinder balances both tensions.
+//! A constant load T₁ pulls at the left end, 60° below the horizontal. The right end is led to
+//! the other side and pulled at constant speed; T₂ is the recorded force of its pins. The wrap
+//! angle φ follows from the directions of T₁ and T₂. The cylinder is a prism: at each of its
+//! edges the strip slips as on an arc of the same angle. The force of the cylinder balances both
+//! tensions.
 
 use glam::DVec3;
 use serde_json::json;

@@ -110,6 +110,11 @@ settings! {
         pub maximum_displacement: f64 = 1e6,
         /// Maximum number of halvings of a Newton step.
         pub maximum_halvings: u32 = 12,
+        /// Fraction of the predicted fall of the potential that a step must reach (Armijo).
+        pub sufficient_fall: f64 = 1e-4,
+        /// Rise of the potential that the motion of led bodies may cause, as a multiple of their
+        /// work by the force at the end: the mean force of a step is unknown.
+        pub led_work: f64 = 2.0,
         /// Relative rise of the potential that counts as rounding.
         pub rounding: f64 = 1e-12,
         /// Speed of the reference kinetic energy of rounding, m/s.

@@ -6,10 +6,10 @@
 //!
 //! ŝ_i = Σ w_a s_i(a) - (follow/τ_i) s_i,  s_i⁺ = (ε⁺ - ε_w + ŝ_i)/(1 + b_i),
 //!
-//! so σ = C [ε⁺ + Σ g_i/(1 + b_i) (ε⁺ - ε_w + ŝ_i)]. This is the stage of a Kelvin-Voigt solid
-//! with τ/h = V = Σ g_i/(1 + b_i) and the reference strain ε_w - Σ g_i/(1 + b_i) ŝ_i/V. An A-stable
-//! integrator of a dissipative law never raises the energy, that of the arms ½ Σ g_i s_i C s_i
-//! included. Both stages of TR-BDF2 have one V and so one matrix.
+//! so σ = C [ε⁺ + Σ g_i/(1 + b_i) (ε⁺ - ε_w + ŝ_i)]. This is the stage of a Kelvin-Voigt
+//! solid with τ/h = V = Σ g_i/(1 + b_i) and the reference strain ε_w - Σ g_i/(1 + b_i) ŝ_i/V.
+//! An A-stable integrator of a dissipative law never raises the energy, that of the arms ½ Σ g_i
+//! s_i C s_i included. Both stages of TR-BDF2 have one V and so one matrix.
 
 use crate::elements::Anchor;
 use crate::material::law::ElementLaw;

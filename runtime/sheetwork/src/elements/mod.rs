@@ -2,15 +2,15 @@
 //! thickness.
 //!
 //! An [`Element`] holds all elements of one kind in a sheet. It stores an energy E(x) of the
-//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇). A flat
-//! loss factor adds Maxwell arms to implicit integrators: see [`loss_factor`].
+//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇). A
+//! flat loss factor adds Maxwell arms to implicit integrators: see [`loss_factor`].
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
-//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
-//! = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
-//! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
-//! stress σ* in the geometric stiffness is an unknown that [`Element::predict_stress`] takes from
-//! the last linear solution.
+//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way,
+//! ε̇ = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
+//! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton
+//! method: the stress σ* in the geometric stiffness is an unknown that [`Element::predict_stress`]
+//! takes from the last linear solution.
 //!
 //! Source: Magisano, Leonetti, Garcea, "How to improve efficiency and robustness of the Newton
 //! method in geometrically non-linear structural problem discretized via displacement-based finite

@@ -5,10 +5,10 @@
 //!
 //! E' = E∞ (1 + Σ g_i x²/(1 + x²)),  E'' = E∞ Σ g_i x/(1 + x²).
 //!
-//! The weights are the least squares of (E'' - η E')/E', with E' growing as ω^(2η/π), from 0.3 Hz
-//! to 3 kHz; η then has a ripple of 5 % (7 % at 0.3 Hz), 10 % at η = 0.3. A material's moduli are
-//! E∞, those at rest, by which a droop is measured; E' at 1 Hz is 1.6 % more at η = 0.01, 19 % at
-//! 0.1.
+//! The weights are the least squares of (E'' - η E')/E', with E' growing as ω^(2η/π), from 0.3
+//! Hz to 3 kHz; η then has a ripple of 5 % (7 % at 0.3 Hz), 10 % at η = 0.3. A material's moduli
+//! are E∞, those at rest, by which a droop is measured; E' at 1 Hz is 1.6 % more at η = 0.01, 19
+//! % at 0.1.
 
 use std::f64::consts::{PI, TAU};
 

@@ -207,8 +207,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Flat loss factor η; 0 for lattices, explicit integrators and materials with a damping ratio,
-    /// whose damping is that of a Kelvin-Voigt solid.
+    /// Flat loss factor η; 0 for lattices, explicit integrators and materials with a damping
+    /// ratio, whose damping is that of a Kelvin-Voigt solid.
     pub fn loss_factor(&self) -> f64 {
         let eta = 2.0 * self.parameters.damping_ratio;
         let is_flat = self.parameters.material.loss_factor.is_some() && eta <= MAX_LOSS_FACTOR;

@@ -26,7 +26,7 @@ settings! {
 
 const SETTINGS: PenetrationSettings = PenetrationSettings::DEFAULT;
 
-/// What a sheet penetrates.
+/// Object that a sheet penetrates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PenetratedObject {
     /// The body of this index in [`crate::rigid::RigidWorld::bodies`].
@@ -43,7 +43,7 @@ pub enum PenetratedObject {
 pub struct Penetration {
     /// Index of the sheet in [`World::sheets`].
     pub sheet: usize,
-    /// What it penetrates.
+    /// Penetrated object.
     pub with: PenetratedObject,
     /// Depth, m: overlap of the surfaces of the material. Between sheets at most the thickness.
     pub depth: f64,

@@ -1,5 +1,5 @@
-//! Friction of the barrier method: a dissipative potential of the normal forces λ that the solution
-//! without friction has.
+//! Friction of the barrier method: a dissipative potential of the normal forces λ that the
+//! solution without friction has.
 //!
 //! With the tangential displacement u_t since the start of the substep and the width ε (Li et al.,
 //! Incremental Potential Contact, 2020, section 5):

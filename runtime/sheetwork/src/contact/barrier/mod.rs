@@ -386,8 +386,8 @@ impl BarrierSolver {
             self.move_by(island, (&starts, &bodies, &start), part, 1.0 - left);
             let after = self.potential(island, field, h);
             let work = if moves { self.work_of_prescribed(part) } else { 0.0 };
-            let slack = SETTINGS.rounding * (before.abs() + kinetic) + 2.0 * work;
-            if after.is_finite() && after <= before + 1e-4 * part * slope.min(0.0) + slack {
+            let slack = SETTINGS.rounding * (before.abs() + kinetic) + SETTINGS.led_work * work;
+            if after.is_finite() && after <= before + SETTINGS.sufficient_fall * part * slope.min(0.0) + slack {
                 *remaining = left;
                 return (part, largest);
             }

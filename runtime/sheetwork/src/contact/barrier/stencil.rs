@@ -6,8 +6,8 @@
 //!
 //!   s = (d - ξ)/(a - ξ),   b = -k (a - ξ)² (s - 1)² ln s   for 0 < s < 1, otherwise 0.
 //!
-//! d = |Σ w_i p_i| with the weights w of the closest points, which are constant in the derivatives:
-//! ∇d = w_i n and ∇²b = b″ n nᵀ w_i w_j. Lengths in m, energies in J.
+//! d = |Σ w_i p_i| with the weights w of the closest points, which are constant in the
+//! derivatives: ∇d = w_i n and ∇²b = b″ n nᵀ w_i w_j. Lengths in m, energies in J.
 
 use glam::DVec3;
 
@@ -120,7 +120,7 @@ impl Stencil {
         let kept = SETTINGS.kept_gap * first;
         let (mut t, mut gap) = (0.0, first);
         for _ in 0..SETTINGS.maximum_advancements {
-            let step = (if t > 0.0 { 0.9 * gap } else { gap - kept }) / speed;
+            let step = (if t > 0.0 { (1.0 - SETTINGS.kept_gap) * gap } else { gap - kept }) / speed;
             if step <= 0.0 || step.is_nan() {
                 break;
             }

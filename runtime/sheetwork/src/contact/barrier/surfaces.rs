@@ -17,7 +17,7 @@ use crate::math::RigidFrame;
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
 
-/// What a vertex belongs to.
+/// Owner of a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Owner {
     /// Node of a sheet of the island.

@@ -1,8 +1,8 @@
 //! Linear system of a Newton step: terms of the barrier and of friction, and the right side.
 //!
 //! A term acts on the difference u = Σ w_i x_i of two points with the gradient p (N) and the
-//! stiffness A (N/m): Jᵀ A J is added to the tangent, and -Jᵀ (p + A Δ) to the right side, with Δ
-//! (m) the prescribed motion of u.
+//! stiffness A (N/m): Jᵀ A J is added to the tangent, and -Jᵀ (p + A Δ) to the right side,
+//! with Δ (m) the prescribed motion of u.
 
 use glam::{DMat3, DVec3};
 

@@ -1,9 +1,9 @@
 //! Velocities after the barrier method: bodies, and impacts of kinematic bodies.
 //!
 //! One pass over the active stencils. At a stencil the features have the relative velocity u = Σ
-//! w_i v_i and the inverse mass Σ w_i²/m_i. A kinematic body that approaches faster than the sheet
-//! leaves (u·n < 0) gives it its own normal velocity: the mean velocity of the substep is smaller
-//! where they met within it.
+//! w_i v_i and the inverse mass Σ w_i²/m_i. A kinematic body that approaches faster than the
+//! sheet leaves (u·n < 0) gives it its own normal velocity: the mean velocity of the substep is
+//! smaller where they met within it.
 
 use glam::{DMat3, DVec3};
 
