@@ -8,10 +8,9 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::collision::narrow_phase::ContactPair;
 use crate::contact::IslandView;
-use crate::contact::barrier::BarrierSolver;
 use crate::contact::barrier::terms::outer;
+use crate::contact::barrier::{BarrierSolver, PairFriction};
 use crate::contact::settings::{BarrierSettings, ContactSettings};
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
@@ -59,12 +58,7 @@ impl BarrierSolver {
 
     /// Add friction with the present normal forces, in a substep of `h` (s). Returns whether there
     /// is any.
-    pub(super) fn begin_friction(
-        &mut self,
-        island: &IslandView,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
-        h: f64,
-    ) -> bool {
+    pub(super) fn begin_friction(&mut self, island: &IslandView, friction: PairFriction, h: f64) -> bool {
         self.find_active(island, friction);
         let mut found = std::mem::take(&mut self.friction);
         found.clear();

@@ -38,6 +38,9 @@ pub(crate) use crate::contact::barrier::surfaces::{BarrierAttachment, BarrierCol
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
 
+/// Friction coefficient of a pair; `None` where the pair has no contact.
+pub(crate) type PairFriction<'a> = &'a dyn Fn(&IslandView, ContactPair) -> Option<f64>;
+
 /// Result of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BarrierReport {
@@ -87,11 +90,11 @@ impl BarrierSolver {
         island: &mut IslandView,
         colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
         attachments: &[BarrierAttachment],
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
+        friction: PairFriction,
         (field, h): (Field, f64),
     ) -> BarrierReport {
         self.begin(island, colliders, attachments);
-        self.squeeze(island, friction, (field, h));
+        self.squeeze(island, friction, h);
         let moves = self.prescribed.iter().any(|d| *d != DVec3::ZERO);
         let led = self.prescribed.iter().map(|d| d.length()).fold(0.0, f64::max);
         let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
@@ -124,7 +127,7 @@ impl BarrierSolver {
         &mut self,
         island: &IslandView,
         colliders: impl Iterator<Item = BarrierCollider<'a>> + Clone,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
+        friction: PairFriction,
         h: f64,
     ) -> f64 {
         self.surfaces.build(island, colliders);
@@ -216,7 +219,7 @@ impl BarrierSolver {
     fn find_step(
         &mut self,
         island: &mut IslandView,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
+        friction: PairFriction,
         (field, h, remaining): (Field, f64, f64),
     ) -> Option<f64> {
         island.for_each_sheet(|sheet| stage::linearise(sheet, field));
@@ -248,7 +251,7 @@ impl BarrierSolver {
     }
 
     /// Find the stencils at the iterate that contact can move.
-    fn find_active(&mut self, island: &IslandView, friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>) {
+    fn find_active(&mut self, island: &IslandView, friction: PairFriction) {
         self.step.fill(DVec3::ZERO);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut self.active);
         let mut active = std::mem::take(&mut self.active);
@@ -358,7 +361,7 @@ impl BarrierSolver {
     fn take_step(
         &mut self,
         island: &mut IslandView,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
+        friction: PairFriction,
         (field, h): (Field, f64),
         slope: f64,
         remaining: &mut f64,

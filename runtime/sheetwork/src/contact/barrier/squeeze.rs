@@ -8,12 +8,10 @@
 
 use glam::DVec3;
 
-use crate::collision::narrow_phase::ContactPair;
 use crate::contact::IslandView;
-use crate::contact::barrier::BarrierSolver;
 use crate::contact::barrier::surfaces::{Owner, Squeeze};
+use crate::contact::barrier::{BarrierSolver, PairFriction};
 use crate::contact::settings::{BarrierSettings, ContactSettings};
-use crate::sheet::Field;
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
 
@@ -22,12 +20,7 @@ type Side = (u32, DVec3, f64);
 
 impl BarrierSolver {
     /// Find the nodes that are compressed at the end of the substep.
-    pub(super) fn squeeze(
-        &mut self,
-        island: &IslandView,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
-        (_, h): (Field, f64),
-    ) {
+    pub(super) fn squeeze(&mut self, island: &IslandView, friction: PairFriction, h: f64) {
         self.surfaces.squeezed.clear();
         if !island.solver_bodies.iter().any(|body| !body.is_dynamic()) {
             return;

@@ -203,18 +203,14 @@ impl Surfaces {
     /// Whether the features are those of these sheets and colliders.
     fn is_built<'a>(&self, island: &IslandView, colliders: impl Iterator<Item = BarrierCollider<'a>>) -> bool {
         let mut known = self.colliders.iter();
-        let is_known = |c: BarrierCollider| {
+        let mut is_known = |c: BarrierCollider| {
             known.next().is_some_and(|(part, body, features, frame)| {
                 (c.part, c.body) == (*part, *body) && Arc::ptr_eq(c.features, features) && c.frame == frame
             })
         };
-        let same = self
-            .sheets
-            .iter()
-            .enumerate()
-            .all(|(local, made)| local < island.sheets.len() && key_of(island, local) == *made);
-        let all = colliders.map(is_known).fold(0, |count, known| if known { count + 1 } else { usize::MAX / 2 });
-        same && self.sheets.len() == island.sheets.len() && all == self.colliders.len()
+        let sheets = (0..island.sheets.len()).map(|local| key_of(island, local));
+        let mut colliders = colliders;
+        sheets.eq(self.sheets.iter().copied()) && colliders.all(&mut is_known) && known.next().is_none()
     }
 
     fn body_object(&mut self, body: u32, solid: &ColliderPart, frame: &RigidFrame) -> Object {

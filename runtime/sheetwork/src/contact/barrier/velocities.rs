@@ -7,11 +7,10 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::collision::narrow_phase::ContactPair;
 use crate::contact::IslandView;
 use crate::contact::barrier::stencil::Stencil;
 use crate::contact::barrier::surfaces::Owner;
-use crate::contact::barrier::{BarrierSolver, displacement};
+use crate::contact::barrier::{BarrierSolver, PairFriction, displacement};
 use crate::contact::settings::{BarrierSettings, ContactSettings};
 
 const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
@@ -19,12 +18,7 @@ const SETTINGS: BarrierSettings = ContactSettings::DEFAULT.barrier;
 impl BarrierSolver {
     /// Set the states of the bodies after a substep of `h` (s), and apply the impacts of
     /// kinematic bodies to the velocities of the sheets.
-    pub fn finish(
-        &mut self,
-        island: &mut IslandView,
-        friction: &dyn Fn(&IslandView, ContactPair) -> Option<f64>,
-        h: f64,
-    ) {
+    pub fn finish(&mut self, island: &mut IslandView, friction: PairFriction, h: f64) {
         for (solver_body, now) in island.solver_bodies.iter_mut().zip(&self.bodies) {
             let (shift, turn) = displacement(&solver_body.free, now);
             solver_body.start = if solver_body.is_dynamic() {
