@@ -55,6 +55,7 @@ pub struct CollisionSurface {
     rest: Vec<DVec3>,
     border: Vec<bool>,
     offset: f64,
+    half_thickness: f64,
     rectangle: bool,
     is_multilayer: bool,
     /// Whether each node is detached and has no contact; empty if no cell is open.
@@ -70,6 +71,7 @@ impl CollisionSurface {
         let offset = node_contact::contact_offset(sheet);
         let mut skin = Self::new(&outer_triangles(sheet), &sheet.state.x, offset, is_rectangle(sheet));
         skin.is_multilayer = sheet.model.layers.len() > 1;
+        skin.half_thickness = node_contact::half_thickness(sheet);
         skin.update_detached(sheet);
         skin
     }
@@ -81,6 +83,7 @@ impl CollisionSurface {
         let (stack, revision) = (self.is_multilayer, self.revision + 1);
         *self = Self {
             is_multilayer: stack,
+            half_thickness: self.half_thickness,
             revision,
             ..Self::new(&outer_triangles(sheet), &rest, self.offset, is_rectangle(sheet))
         };
@@ -137,6 +140,7 @@ impl CollisionSurface {
             edges,
             border,
             offset,
+            half_thickness: offset,
             rectangle,
             rest,
             is_multilayer: false,
@@ -169,6 +173,12 @@ impl CollisionSurface {
     /// Contact offset: distance from the triangles at which the surface touches, m.
     pub fn contact_offset(&self) -> f64 {
         self.offset
+    }
+
+    /// Half the thickness of the material, to which tolerances of lengths refer, m. It is the
+    /// contact offset of one layer.
+    pub fn half_thickness(&self) -> f64 {
+        self.half_thickness
     }
 
     /// Whether the surface is one rectangle of one layer.

@@ -1,7 +1,8 @@
 //! Settings of collision detection: tolerances and thresholds of surfaces and narrow phase.
 //!
-//! Lengths are in metres where a field does not say that they are relative. Most fractions are of
-//! the contact offset, the distance at which two surfaces touch.
+//! Lengths are multiples of the half thickness of the thinner sheet where a field does not say
+//! otherwise, so that a scene of another size is detected alike. Fractions of the contact offset
+//! are of the distance at which two surfaces touch.
 
 use glam::DVec3;
 
@@ -10,21 +11,21 @@ use crate::units::settings::settings;
 settings! {
     /// Settings of collision detection.
     pub struct DetectionSettings {
-        /// Distance of two features at their time of impact, m: rounding.
-        pub impact_distance_tolerance: f64 = 1e-9,
-        /// Distance (m) by which closest points may be displaced along their features: rounding.
+        /// Distance of two features at their time of impact: rounding.
+        pub impact_distance_tolerance: f64 = 4e-6,
+        /// Distance by which closest points may be displaced along their features: rounding.
         /// Below this height of a point over a triangle its side is taken from the start of the
         /// stage.
-        pub rounding_distance: f64 = 1e-7,
-        /// Distance (m), added to three contact offsets, up to which the closest features at the
-        /// base determine the contact.
-        pub closest_feature_distance: f64 = 5e-4,
-        /// Overlap (m) at the start of a stage above which a pair is rejected: it then lies on
+        pub rounding_distance: f64 = 4e-4,
+        /// Distance, added to three contact offsets, up to which the closest features at the base
+        /// determine the contact.
+        pub closest_feature_distance: f64 = 2.0,
+        /// Overlap at the start of a stage above which a pair is rejected: it then lies on
         /// opposite sides of a thin sheet or body.
-        pub maximum_initial_overlap: f64 = 2e-4,
-        /// Slide (m) from the base above which an edge contact is lost, unless an outer iteration
-        /// has shown that contact holds it.
-        pub maximum_slide: f64 = 3e-3,
+        pub maximum_initial_overlap: f64 = 0.5,
+        /// Slide from the base, as a fraction of an edge of the sheet, above which an edge contact
+        /// is lost, unless an outer iteration has shown that contact holds it.
+        pub maximum_slide: f64 = 0.4,
         /// Surfaces of bodies: faces, edges and corners.
         pub surface: BodySurfaceSettings = BodySurfaceSettings::DEFAULT,
         /// Equivalent constraints.
@@ -84,18 +85,18 @@ settings! {
 
     /// Nodes on faces of bodies: choice of the face near a rim.
     pub struct VertexFaceSettings {
-        /// Distance (m) from a rim within which either adjacent face may be chosen.
-        pub rim_distance: f64 = 5e-5,
-        /// Depth (m) below its plane at which a node may pass a rim and still belong to the face
-        /// parallel to the sheet: the free fall of a resting sheet in a long step.
-        pub rim_passing_depth: f64 = 2e-3,
+        /// Distance from a rim within which either adjacent face may be chosen.
+        pub rim_distance: f64 = 0.2,
+        /// Depth below its plane at which a node may pass a rim and still belong to the face
+        /// parallel to the sheet, in addition to the free fall of a resting sheet in the stage.
+        pub rim_passing_depth: f64 = 4.0,
         /// Cosine below which two faces form a ridge: a node that passes over it is below the
         /// planes of both and crosses neither face.
         pub ridge_cosine: f64 = -0.1,
         /// Cosine above which two faces are joined smoothly.
         pub smooth_cosine: f64 = 0.7,
-        /// Depth (m) up to which a node that cuts across a corner has not passed through the body.
-        pub corner_cut_depth: f64 = 1e-3,
+        /// Depth up to which a node that cuts across a corner has not passed through the body.
+        pub corner_cut_depth: f64 = 4.0,
     }
 
     /// Triangles of a sheet on balls.
@@ -104,8 +105,8 @@ settings! {
         pub maximum_advancement_steps: usize = 40,
         /// Cosine within which the direction at the end counts as that at the base.
         pub same_side_cosine: f64 = 0.8,
-        /// Distance (m) from contact within which the triangle rests on the ball.
-        pub resting_distance: f64 = 2e-5,
+        /// Distance from contact within which the triangle rests on the ball.
+        pub resting_distance: f64 = 0.08,
         /// Relative tolerance of comparisons of distances: rounding.
         pub relative_tolerance: f64 = 1e-9,
         /// Maximum number of triangles visited around a node.

@@ -27,7 +27,7 @@ use crate::contact::settings::{AdhesionSettings, ContactSettings};
 use crate::contact::step_bodies::{StepBodies, StepBody};
 use crate::contact::workspace::ContactWorkspace;
 use crate::scene::Adhesion;
-use crate::sheet::node_contact::solves_node_by_node;
+use crate::sheet::node_contact::{half_thickness, solves_node_by_node};
 use crate::sheet::{Sheet, bonds};
 
 const SETTINGS: AdhesionSettings = ContactSettings::DEFAULT.adhesion;
@@ -107,7 +107,7 @@ fn bond_node_contacts(sheet: &mut Sheet) {
         let i = contact.node;
         let most_stress = strength(sheet, &SheetPoint::node(i), stuck.was_bonded[i as usize]);
         let gap = -sheet.state.x.get(i as usize).dot(contact.towards) - contact.level;
-        let is_open = gap > ContactSettings::DEFAULT.closed_gap_at_end;
+        let is_open = gap > ContactSettings::DEFAULT.closed_gap_at_end * half_thickness(sheet);
         if stuck.is_solved[i as usize] || is_open || most_stress <= 0.0 {
             continue;
         }

@@ -1,7 +1,7 @@
 //! Closed contacts at the end of a stage: the nodes that touch, and the support of a body.
 //!
 //! A contact counts as closed if its gap with the forces of the last solve is below twice
-//! [`ContactSettings::closed_gap`] (m).
+//! [`ContactSettings::closed_gap`].
 
 use glam::DVec3;
 
@@ -22,8 +22,8 @@ impl ContactWorkspace {
 
     /// Call `touched` for every closed contact, with the index of its collider in the island.
     pub fn for_each_closed(&self, mut touched: impl FnMut(&ContactConstraint, u32)) {
-        for ((contact, _), part) in self.measured_contacts().filter(|((_, gap), _)| **gap < SETTINGS.closed_gap_at_end)
-        {
+        let least = SETTINGS.closed_gap_at_end * self.half_thickness;
+        for ((contact, _), part) in self.measured_contacts().filter(|((_, gap), _)| **gap < least) {
             touched(contact, *part);
         }
     }
@@ -54,7 +54,8 @@ impl ContactWorkspace {
             ContactSide::Sheet { .. } => Some(DVec3::ZERO),
         };
         let all = self.detected.contacts[..self.detected.first_attachment].iter().zip(&self.gaps.now);
-        for (contact, _) in all.filter(|(_, gap)| **gap < SETTINGS.closed_gap_at_end) {
+        let least = SETTINGS.closed_gap_at_end * self.half_thickness;
+        for (contact, _) in all.filter(|(_, gap)| **gap < least) {
             let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
                 (true, _) => (contact.normal, &contact.b),
                 (_, true) => (-contact.normal, &contact.a),

@@ -15,7 +15,7 @@ use crate::sheet::stage;
 
 const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 
-/// Penetration tolerance (m) after iteration `round` with `sheets` sheets; `stalled` says whether
+/// Penetration tolerance, in half thicknesses, after iteration `round` with `sheets` sheets; `stalled` says whether
 /// the iteration has stagnated.
 pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) -> f64 {
     if sheets > 1 {
@@ -30,6 +30,7 @@ pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) ->
 /// Whether any node moved far enough in the stage to require another detection.
 pub(crate) fn has_moved(island: &IslandView) -> bool {
     let still = if island.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
+    let still = still * island.half_thickness();
     island.sheets.iter().any(|sheet| stage::has_moved(sheet, still))
 }
 
@@ -123,7 +124,7 @@ mod tests {
 
     #[test]
     fn nodes_count_as_moved_beyond_the_displacement_threshold() {
-        let threshold = SETTINGS.displacement_several;
+        let threshold = SETTINGS.displacement_several * two_sheets(0.0).with(|view, _| view.half_thickness());
         assert!(!two_sheets(0.9 * threshold).with(|view, _| has_moved(view)));
         assert!(two_sheets(1.1 * threshold).with(|view, _| has_moved(view)));
     }

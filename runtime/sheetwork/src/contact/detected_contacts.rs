@@ -91,8 +91,9 @@ impl DetectedContacts {
             }
             ContactSide::Body { body, .. } => !island.solver_bodies[*body as usize].is_dynamic(),
         };
+        let least = -PGS.tolerance * island.half_thickness();
         self.retain(|contact| {
-            !(fixed(&contact.a) && fixed(&contact.b) && gap(island, contact, StagePose::Free) < -PGS.tolerance)
+            !(fixed(&contact.a) && fixed(&contact.b) && gap(island, contact, StagePose::Free) < least)
         });
     }
 
@@ -120,6 +121,7 @@ impl DetectedContacts {
         if island.sheets.len() > 1 {
             return;
         }
+        let residual = SETTINGS.residual_penetration * island.half_thickness();
         let start = |c: &ContactConstraint| gap(island, c, StagePose::Start);
         let held = |c: &ContactConstraint| memory.of(&c.key).is_some_and(|known| known.position != DVec3::ZERO);
         let stands = |body: u32| !island.solver_bodies[body as usize].is_dynamic();
@@ -144,7 +146,7 @@ impl DetectedContacts {
             let overlap = start(contact);
             // The contact with a ball is unique. A node that meets the ball during the stage starts
             // behind the tangent plane at the later contact point, but outside the ball.
-            if overlap >= -SETTINGS.residual_penetration || is_ball_contact(&contact.key) {
+            if overlap >= -residual || is_ball_contact(&contact.key) {
                 continue;
             }
             let holds = |other: &ContactConstraint| {
@@ -155,7 +157,7 @@ impl DetectedContacts {
                         (false, true) => true,
                         _ => apart > overlap,
                     };
-                    is_right && apart + overlap < -SETTINGS.residual_penetration
+                    is_right && apart + overlap < -residual
                 }
             };
             if self.of_sheets().iter().any(holds) {

@@ -51,7 +51,7 @@ fn bonded_side(island: &IslandView, contact: &ContactConstraint) -> Option<(u32,
     }
     let gives = other_body(contact).is_some_and(|body| island.solver_bodies[body as usize].is_dynamic());
     // Twice the gap at the end of the last step: normal and nearest point are new ones.
-    let reach = 2.0 * ContactSettings::DEFAULT.closed_gap_at_end;
+    let reach = 2.0 * ContactSettings::DEFAULT.closed_gap_at_end * island.half_thickness();
     let is_pair = gives || other_sheet(contact).is_some();
     (is_pair && gap(island, contact, StagePose::Start) < reach).then_some((sheet, node, side))
 }

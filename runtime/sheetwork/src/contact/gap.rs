@@ -55,7 +55,7 @@ impl ContactGaps {
     /// Fraction of the stage before contact `i` closes, 0 to 1.
     pub fn open_fraction(&self, i: usize) -> f64 {
         let (start, end) = (self.start[i], self.free[i]);
-        if start > 1e-7 && start > end { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
+        if start > 0.0 && start > end { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 

@@ -4,7 +4,7 @@ use crate::contact::SheetContact;
 use crate::contact::solver::sheet_response::SheetResponse;
 use crate::contact::solver_body::SolverBody;
 use crate::parallel::*;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, node_contact};
 
 /// Sheets and solver bodies of an island, borrowed for a step.
 pub(crate) struct IslandView<'a> {
@@ -60,6 +60,11 @@ impl IslandView<'_> {
     /// With more parts, some contact changes state in almost every iteration.
     pub fn independent_parts(&self) -> usize {
         self.sheets.len() + self.stacked_bodies.saturating_sub(1)
+    }
+
+    /// Half the thickness of the thinnest sheet, to which tolerances of lengths refer, m.
+    pub fn half_thickness(&self) -> f64 {
+        self.sheets.iter().map(node_contact::half_thickness).fold(f64::INFINITY, f64::min)
     }
 
     /// Number of nodes of the island.

@@ -52,23 +52,27 @@ pub(crate) struct ContactMargins {
 }
 
 impl ContactMargins {
-    /// Default margins. Contact displaces a resting sheet by less in a stage at 60 Hz.
-    pub const DEFAULT: Self = Self { bodies: 5e-4, sheets: 5e-4 };
-    /// Margins for several sheets. Sheets in a pile are displaced together, so that their relative
-    /// displacement is smaller.
-    const SEVERAL_SHEETS: Self = Self { bodies: 6e-4, sheets: 2e-4 };
+    /// Margins for features that have reached their place.
+    pub fn resting(island: &IslandView) -> Self {
+        let margin = SETTINGS.margin * island.half_thickness();
+        Self { bodies: margin, sheets: margin }
+    }
 
-    /// Initial margins for `sheets` sheets.
-    pub fn for_sheets(sheets: usize) -> Self {
-        if sheets > 1 { Self::SEVERAL_SHEETS } else { Self::DEFAULT }
+    /// Initial margins of a stage in which contact displaces a resting sheet by `fall` (m). Sheets
+    /// in a pile are displaced together, so that their relative displacement is smaller.
+    fn of_stage(island: &IslandView, fall: f64) -> Self {
+        let Self { bodies, sheets } = Self::resting(island);
+        let between = if island.sheets.len() > 1 { SETTINGS.margin_between_several * sheets } else { sheets };
+        Self { bodies: bodies.max(fall), sheets: between }
     }
 
     /// Widen the margins to cover the displacements `furthest`. Returns false if they already do.
-    fn widen(&mut self, furthest: Self) -> bool {
+    fn widen(&mut self, furthest: Self, half_thickness: f64) -> bool {
         let is_enough = furthest.bodies <= self.bodies && furthest.sheets <= self.sheets;
+        let most = SETTINGS.maximum_margin * half_thickness;
         if !is_enough {
-            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(SETTINGS.maximum_margin));
-            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(SETTINGS.maximum_margin));
+            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(most));
+            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(most));
         }
         !is_enough
     }
@@ -79,19 +83,19 @@ impl ContactMargins {
 fn solve_positions_and_widen(
     island: &mut IslandView,
     workspace: &mut ContactWorkspace,
-    h: f64,
+    (h, initial): (f64, ContactMargins),
     (mode, rough): (DetectionMode, bool),
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> PositionSolve {
     let mut solved = workspace.profile(|workspace| workspace.solve_positions(island, h, rough));
-    let mut margins = ContactMargins::for_sheets(island.sheets.len());
+    let (mut margins, half) = (initial, island.half_thickness());
     for _ in 0..SETTINGS.maximum_widenings {
-        if solved != PositionSolve::Touched || !margins.widen(largest_displacements(island)) {
+        if solved != PositionSolve::Touched || !margins.widen(largest_displacements(island), half) {
             break;
         }
-        let is_far = island.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance;
+        let is_far = island.sheets.len() == 1 && margins.sheets > SETTINGS.displaced_search_distance * half;
         let overlaps = if is_far {
-            detect(island, DetectionMode::ContactMotion, ContactMargins::DEFAULT, &mut workspace.rechecked);
+            detect(island, DetectionMode::ContactMotion, ContactMargins::resting(island), &mut workspace.rechecked);
             workspace.rechecked.remove_opposed(island, &workspace.cache);
             workspace.add_displaced_contacts(island)
         } else {
@@ -134,6 +138,7 @@ pub(crate) fn solve_stage(
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> StageSolve {
     let sheets = island.sheets.len();
+    let margins = ContactMargins::of_stage(island, field.gravity.length() * h * h);
     // A pair that touched in any iteration may touch again; ending without it would let it pass
     // through.
     let mut met = false;
@@ -145,14 +150,14 @@ pub(crate) fn solve_stage(
         if !compute_free_motion(island, field) {
             return StageSolve::Unconverged;
         }
-        detect(island, mode, ContactMargins::for_sheets(sheets), &mut workspace.detected);
+        detect(island, mode, margins, &mut workspace.detected);
         workspace.detected.remove_opposed(island, &workspace.cache);
         if let Some(sheet) = workspace.initially_buried_sheet(island).filter(|_| round == 0) {
             return StageSolve::InitialPenetration(sheet);
         }
         workspace.add_crossed_contacts();
         let rough = round == 0 && workspace.is_impact(island);
-        let touched = match solve_positions_and_widen(island, workspace, h, (mode, rough), &mut detect) {
+        let touched = match solve_positions_and_widen(island, workspace, (h, margins), (mode, rough), &mut detect) {
             PositionSolve::Failed => return StageSolve::Unconverged,
             solved => solved == PositionSolve::Touched,
         };
@@ -165,7 +170,7 @@ pub(crate) fn solve_stage(
         }
         let moved = met && convergence::has_moved(island);
         if moved && sheets > 1 {
-            detect(island, DetectionMode::SheetCrossing, ContactMargins::for_sheets(sheets), &mut workspace.rechecked);
+            detect(island, DetectionMode::SheetCrossing, margins, &mut workspace.rechecked);
             workspace.record_crossed_contacts(island);
         }
         mode = if workspace.has_crossed { DetectionMode::FromStart } else { DetectionMode::FromIterate };
@@ -197,11 +202,11 @@ fn is_free_of_penetration(
     mut detect: impl FnMut(&IslandView, DetectionMode, ContactMargins, &mut DetectedContacts),
 ) -> bool {
     let overlap = workspace.deepest_penetration(island, |island, found| {
-        detect(island, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+        detect(island, DetectionMode::BodyPenetration, ContactMargins::resting(island), found)
     });
     let is_stalled = overlap > SETTINGS.stagnation_ratio * *before;
     *before = overlap;
-    overlap <= convergence::penetration_tolerance(round, island.sheets.len(), is_stalled)
+    overlap <= convergence::penetration_tolerance(round, island.sheets.len(), is_stalled) * island.half_thickness()
 }
 
 /// Result of a stage that ends after iteration `round` because of the limit `rounds`; `None` if it

@@ -16,10 +16,9 @@ impl ContactWorkspace {
     /// penetrate by more than that.
     /// The linearisation of this outer iteration is then far from the solution.
     pub(crate) fn is_impact(&self, island: &IslandView) -> bool {
-        self.detected.contacts.iter().any(|c| {
-            gap(island, c, StagePose::Free) < -SETTINGS.impact_distance
-                && gap(island, c, StagePose::Start) > SETTINGS.impact_distance
-        })
+        let least = SETTINGS.impact_distance * island.half_thickness();
+        let strikes = |c| gap(island, c, StagePose::Free) < -least && gap(island, c, StagePose::Start) > least;
+        self.detected.contacts.iter().any(strikes)
     }
 
     /// Deepest penetration of a node in a body surface at the start of the stage, m.

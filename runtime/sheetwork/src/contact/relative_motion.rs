@@ -48,7 +48,7 @@ impl ContactWorkspace {
         let free = velocity(island, &contact.a, StagePose::Free) - velocity(island, &contact.b, StagePose::Free);
         let mut u = frame.transpose() * free;
         if i < self.detected.first_attachment {
-            if self.gaps.now[i] > SETTINGS.closed_gap {
+            if self.gaps.now[i] > SETTINGS.closed_gap * self.half_thickness {
                 return None;
             }
             let start = velocity(island, &contact.a, StagePose::Start) - velocity(island, &contact.b, StagePose::Start);

@@ -1,6 +1,7 @@
 //! Settings of contact: tolerances, thresholds and iteration limits.
 //!
-//! Lengths are in metres, and forces in newtons, where a field does not say that it is relative.
+//! Lengths are multiples of the half thickness of the thinnest sheet of the island, where a field
+//! does not say otherwise; speeds are in m/s and forces in newtons.
 
 use glam::DVec3;
 
@@ -10,22 +11,22 @@ use crate::units::settings::settings;
 settings! {
     /// Settings of contact, by method.
     pub struct ContactSettings {
-        /// Gap (m) below which a contact is closed after the position solve. Closed contacts take
+        /// Gap below which a contact is closed after the position solve. Closed contacts take
         /// part in the velocity solve.
-        pub closed_gap: f64 = 1e-5,
-        /// Gap (m) below which a contact is closed at the end of a step: that of the position
+        pub closed_gap: f64 = 0.04,
+        /// Gap below which a contact is closed at the end of a step: that of the position
         /// solve, and as much for the motion of the other contacts after it.
-        pub closed_gap_at_end: f64 = 2e-5,
-        /// Penetration (m) that converged contact may leave at the end of a step. A larger one at
+        pub closed_gap_at_end: f64 = 0.08,
+        /// Penetration that converged contact may leave at the end of a step. A larger one at
         /// the start of a stage existed before contact began; a fallback accepts an increase by
         /// this much.
-        pub residual_penetration: f64 = 2e-5,
+        pub residual_penetration: f64 = 0.08,
         /// Cosine between two normals below which two contacts of the same features oppose each
         /// other.
         pub opposed_normal_cosine: f64 = -0.9,
-        /// Impact distance, m. A contact with a gap above it at the start and a penetration above
-        /// it after the free motion is an impact. Gravity alone moves a node by less in a stage.
-        pub impact_distance: f64 = 2e-3,
+        /// Impact distance. A contact with a gap above it at the start and a penetration above it
+        /// after the free motion is an impact.
+        pub impact_distance: f64 = 8.0,
         /// Depth inside a body, as a fraction of the sheet's diagonal, above which a node at the
         /// start of a stage was placed there by an edit of the scene.
         pub buried_depth: f64 = 0.1,
@@ -144,8 +145,8 @@ settings! {
         pub surface_parts: u32 = 5,
         /// Maximum number of sweeps over the contacts of the drawn surface.
         pub surface_sweeps: u32 = 30,
-        /// Correction (m in a step) below which the sweeps end, small against the contact offset.
-        pub surface_tolerance: f64 = 1e-6,
+        /// Correction in a step below which the sweeps end.
+        pub surface_tolerance: f64 = 0.004,
     }
 
     /// Bonds: load that a bond bears before it opens.
@@ -165,22 +166,22 @@ settings! {
 
     /// Convergence of the outer iteration: displacements and penetrations.
     pub struct ConvergenceSettings {
-        /// Displacement (m) of all nodes below which a stage of a single sheet needs no further
+        /// Displacement of all nodes below which a stage of a single sheet needs no further
         /// detection.
-        pub displacement_single: f64 = 2e-5,
-        /// Displacement (m) of all nodes below which a stage of several sheets needs no further
+        pub displacement_single: f64 = 0.08,
+        /// Displacement of all nodes below which a stage of several sheets needs no further
         /// detection. It is smaller because sheets would otherwise creep into each other.
-        pub displacement_several: f64 = 2e-6,
+        pub displacement_several: f64 = 0.008,
         /// Outer iterations with the finer penetration tolerance.
         pub fine_iterations: u32 = 5,
-        /// Penetration tolerance (m) of a single sheet in the first [`Self::fine_iterations`]
+        /// Penetration tolerance of a single sheet in the first [`Self::fine_iterations`]
         /// iterations.
-        pub fine_penetration: f64 = 1e-5,
-        /// Penetration tolerance (m) of a single sheet in later iterations, after stagnation, and
+        pub fine_penetration: f64 = 0.04,
+        /// Penetration tolerance of a single sheet in later iterations, after stagnation, and
         /// after a step that was solved without contact.
-        pub penetration_single: f64 = 6e-5,
-        /// Penetration tolerance (m) with several sheets, of which some are always in motion.
-        pub penetration_several: f64 = 2e-4,
+        pub penetration_single: f64 = 0.2,
+        /// Penetration tolerance with several sheets, of which some are always in motion.
+        pub penetration_several: f64 = 0.8,
         /// Penetration of two sheets, as a fraction of the contact offset, above which they may
         /// exit on the opposite side.
         pub crossed_penetration: f64 = 0.3,
@@ -213,13 +214,17 @@ settings! {
         /// Ratio of the penetration to that of the previous iteration above which the iteration has
         /// stagnated.
         pub stagnation_ratio: f64 = 0.8,
-        /// Maximum search margin, m.
-        pub maximum_margin: f64 = 0.1,
+        /// Search margin.
+        pub margin: f64 = 2.0,
+        /// Search margin between several sheets as a fraction of [`Self::margin`].
+        pub margin_between_several: f64 = 0.4,
+        /// Maximum search margin.
+        pub maximum_margin: f64 = 400.0,
         /// Maximum number of times that the margins are widened in one position solve.
         pub maximum_widenings: u32 = 3,
-        /// Displacement by contact (m) above which a single sheet is searched at its displaced
+        /// Displacement by contact above which a single sheet is searched at its displaced
         /// position, as for a kinematic sheet that is pushed into a body in every step.
-        pub displaced_search_distance: f64 = 5e-3,
+        pub displaced_search_distance: f64 = 20.0,
     }
 
     /// Fixed-point iteration on the friction bound of one contact.
@@ -240,24 +245,24 @@ settings! {
 
     /// Primal solver: initial states, working set and tolerances.
     pub struct PrimalSettings {
-        /// Gap (m) at the start of the stage above which a contact counts as new and starts as
+        /// Gap at the start of the stage above which a contact counts as new and starts as
         /// closed.
-        pub new_contact_gap: f64 = 1e-3,
-        /// Gap (m) after the free motion above which contacts of several sheets are not in the
+        pub new_contact_gap: f64 = 4.0,
+        /// Gap after the free motion above which contacts of several sheets are not in the
         /// working set.
-        pub working_set_gap: f64 = 5e-5,
+        pub working_set_gap: f64 = 0.2,
         /// Gap above which contacts of several sheets are not in the working set, as a fraction of
         /// the deepest penetration.
         pub relative_working_set_gap: f64 = 0.05,
-        /// Maximum of the enlarged margin, m. With a larger one, a second solve costs less than the
+        /// Maximum of the enlarged margin. With a larger one, a second solve costs less than the
         /// additional contacts.
-        pub maximum_enlarged_gap: f64 = 1e-4,
+        pub maximum_enlarged_gap: f64 = 0.4,
         /// Gap tolerance of a single sheet as a fraction of the deepest penetration.
         pub gap_tolerance_single: f64 = 5e-5,
         /// Gap tolerance of several sheets as a fraction of the deepest penetration.
         pub gap_tolerance_several: f64 = 1e-2,
-        /// Maximum of the gap tolerance of several sheets, m.
-        pub maximum_gap_tolerance: f64 = 1e-5,
+        /// Maximum of the gap tolerance of several sheets.
+        pub maximum_gap_tolerance: f64 = 0.04,
         /// Maximum number of sheets that are solved with the finest settings for several sheets.
         pub maximum_sheets_of_finest: usize = 4,
         /// Maximum number of solves with an extended working set.
@@ -331,8 +336,12 @@ settings! {
         pub maximum_iterations: u32 = 25,
         /// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
         pub accepted_mean: f64 = 1e-3,
-        /// Error of gaps and slips (m) that is accepted at the iteration limit.
-        pub accepted_error: f64 = 1e-6,
+        /// Error of gaps and slips that is accepted at the iteration limit.
+        pub accepted_error: f64 = 0.004,
+        /// Minimum of the penetration from which the path starts.
+        pub least_penetration: f64 = 0.004,
+        /// Minimum of the smoothing length ε.
+        pub least_smoothing: f64 = 4e-6,
         /// Exponent with which the smoothing length ε decreases with m.
         pub smoothing_exponent: f64 = 0.75,
         /// Fraction of the step to the boundary that is taken, so that gaps and forces stay
@@ -348,8 +357,8 @@ settings! {
         /// Divisor of the work of a factorisation, which is the square of the number of contacts
         /// divided by this.
         pub work_divisor: u64 = 16,
-        /// Penetration tolerance outside the working set, m.
-        pub penetration: f64 = 1e-6,
+        /// Penetration tolerance outside the working set.
+        pub penetration: f64 = 0.004,
     }
 
     /// Alart-Curnier semismooth Newton method on normal and friction forces together.
@@ -374,8 +383,8 @@ settings! {
 
     /// Projected Gauss-Seidel method: sweeps, and Newton steps between them.
     pub struct PgsSettings {
-        /// Tolerance of position solves, m, and of velocity solves, m per weight of the stage.
-        pub tolerance: f64 = 1e-8,
+        /// Tolerance of position solves, and of velocity solves per weight of the stage.
+        pub tolerance: f64 = 4e-5,
         /// Maximum number of sweeps.
         pub maximum_sweeps: u32 = 200,
         /// ε of the proximal term, along the normal and the tangents.
@@ -394,14 +403,13 @@ settings! {
 
     /// Sweeps on the nodes of explicit lattices that meet one another.
     pub struct LatticeSweepSettings {
-        /// Tolerance of position solves, m, and of velocity solves, m per step: a thousandth of the
-        /// distance of the layers in the scenes of the thesis.
-        pub tolerance: f64 = 1e-6,
+        /// Tolerance of position solves, and of velocity solves per step.
+        pub tolerance: f64 = 0.004,
         /// Maximum number of sweeps of a solve. A stack of n layers needs about n² from rest, and
         /// a few from the forces of the step before.
         pub maximum_sweeps: u32 = 60,
-        /// Gap (m) after the sweeps from which on a bond is open: ten times their tolerance.
-        pub open_gap: f64 = 1e-5,
+        /// Gap after the sweeps from which on a bond is open: ten times their tolerance.
+        pub open_gap: f64 = 0.04,
         /// Height above the limit of the thickness from which on a node is a contact, as a fraction
         /// of the rest height.
         pub thickness_margin: f64 = 0.2,
@@ -409,9 +417,9 @@ settings! {
 
     /// PGS solver of contacts between nodes and dynamic bodies: its working set.
     pub struct NodeSweepSettings {
-        /// Penetration tolerance outside the working set, m. Explicit integrators use
+        /// Penetration tolerance outside the working set. Explicit integrators use
         /// [`PgsSettings::tolerance`] instead: their steps are short, and penetration would add up.
-        pub penetration: f64 = 1e-5,
+        pub penetration: f64 = 0.04,
         /// Maximum number of sweeps before the working set is extended.
         pub rough_sweeps: u32 = 20,
         /// Maximum size of the working set without sheets and bodies. Further contacts wait for the

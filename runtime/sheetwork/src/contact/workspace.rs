@@ -79,6 +79,9 @@ pub(crate) struct ContactWorkspace {
     /// Keys of the contacts that the last position solve of this stage left open, in ascending
     /// order.
     pub(crate) open_keys: Vec<ContactKey>,
+    /// Half the thickness of the thinnest sheet, to which tolerances refer, m: of the last position
+    /// solve.
+    pub(crate) half_thickness: f64,
     /// Gap (m) below which a contact without a known force starts as closed.
     pub(crate) closing_gap: f64,
     /// Solver of the last position solve; the velocity solve uses it too.

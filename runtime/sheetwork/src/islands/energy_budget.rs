@@ -14,7 +14,7 @@ use crate::contact::IslandView;
 use crate::contact::settings::ContactSettings;
 use crate::contact::solver_body::SolverBody;
 use crate::islands::settings::{EnergyBudgetSettings, StepSettings};
-use crate::sheet::{Field, Sheet};
+use crate::sheet::{Field, Sheet, node_contact};
 
 use crate::islands::implicit_step::Substep;
 use crate::islands::rigid_motion::rigid_equivalent_of_island;
@@ -58,6 +58,7 @@ impl EnergyBudget {
             all.gravity += energy.gravity;
             let mass: f64 = sheet.model.mass.iter().sum();
             let lift = if island.sheets.len() > 1 { SETTINGS.lift_several } else { SETTINGS.lift_single };
+            let lift = lift * node_contact::half_thickness(sheet);
             all.still += mass * (0.5 * STEP.reference_speed * STEP.reference_speed + lift * field.gravity.length());
         }
         if island.body_penetration > 0.0 {
@@ -86,8 +87,9 @@ impl EnergyBudget {
     /// `depth` (m), and of bodies by `parted` (m). Depenetration is complete within one step,
     /// however short. [`EnergyBudgetSettings::lift_several`] covers several sheets.
     pub fn add_depenetration_work(&mut self, island: &IslandView, field: &Field, (depth, parted): (f64, f64)) {
-        let is_initial = depth > ContactSettings::DEFAULT.residual_penetration;
-        let depth = if is_initial { depth.min(SETTINGS.maximum_initial_penetration) } else { 0.0 };
+        let half = island.half_thickness();
+        let is_initial = depth > ContactSettings::DEFAULT.residual_penetration * half;
+        let depth = if is_initial { depth.min(SETTINGS.maximum_initial_penetration * half) } else { 0.0 };
         if depth + parted > 0.0 && island.sheets.len() == 1 {
             self.depenetration_work += island_weight(island, field) * (depth + parted);
         }

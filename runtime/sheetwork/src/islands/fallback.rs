@@ -241,10 +241,11 @@ impl IslandSolve<'_, '_, '_> {
         }
         island.for_each_sheet(|sheet| sheet.work.stage.free_positions.clone_from(&sheet.state.x));
         let found = &mut workspace.rechecked;
-        self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
+        self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::resting(island), found);
         let DetectedContacts { contacts, colliders, .. } = &*found;
+        let residual = CONTACT.residual_penetration * island.half_thickness();
         let penetrates = |c: &ContactConstraint| {
-            gap(island, c, StagePose::Free) < gap(island, c, StagePose::Start).min(0.0) - CONTACT.residual_penetration
+            gap(island, c, StagePose::Free) < gap(island, c, StagePose::Start).min(0.0) - residual
         };
         let clear = !contacts[..colliders.len()].iter().any(penetrates);
         for body in &mut island.solver_bodies {
@@ -266,7 +267,7 @@ fn bodies_gain_energy(island: &IslandView, went: &[SolverBody], field: &Field) -
         had += body.start.kinetic_energy() + body.start.gravity_energy(field.gravity);
         have += went.start.kinetic_energy() + went.start.gravity_energy(field.gravity);
         // Accuracy of contact, for nearly resting bodies.
-        had += body.start.mass() * SETTINGS.lift * field.gravity.length();
+        had += body.start.mass() * SETTINGS.lift * island.half_thickness() * field.gravity.length();
     }
     have > had || have.is_nan()
 }

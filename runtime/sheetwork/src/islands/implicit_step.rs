@@ -299,11 +299,16 @@ impl IslandSolve<'_, '_, '_> {
         if by_itself || matches!(solved, StageSolve::Unconverged | StageSolve::Separated) {
             let detection = &mut *self.detection;
             let deepest = self.workspace.deepest_penetration(self.view, |island, found| {
-                detection.detect_contacts(island, DetectionMode::BodyPenetration, ContactMargins::DEFAULT, found)
+                detection.detect_contacts(
+                    island,
+                    DetectionMode::BodyPenetration,
+                    ContactMargins::resting(island),
+                    found,
+                )
             });
             record.penetration = record.penetration.max(deepest);
             let most = if by_itself { CONTACT.convergence.penetration_single } else { SETTINGS.penetration_several };
-            if !policy.is_shortest_substep && record.penetration > most {
+            if !policy.is_shortest_substep && record.penetration > most * self.view.half_thickness() {
                 return StageOutcome::Bisect;
             }
         }
@@ -357,7 +362,7 @@ impl IslandSolve<'_, '_, '_> {
             _ => EnergyVerdict::Accept,
         };
         let has_dynamic_body = self.view.solver_bodies.iter().any(|body| body.is_dynamic());
-        let is_inside = before.is_some() && penetration > FALLBACK.penetration;
+        let is_inside = before.is_some() && penetration > FALLBACK.penetration * self.view.half_thickness();
         match verdict {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
             EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),

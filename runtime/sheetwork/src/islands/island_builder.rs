@@ -49,6 +49,11 @@ pub(crate) struct IslandBuilder {
     pub islands: Vec<IslandRange>,
 }
 
+/// Margin of the broad phase around a sheet beyond the distance from speeds, m.
+pub(crate) fn broad_phase_margin(sheet: &Sheet) -> f64 {
+    SETTINGS.broad_phase_margin * node_contact::half_thickness(sheet)
+}
+
 impl IslandBuilder {
     /// Wake sheets near moving objects, and build the islands.
     pub fn build(
@@ -65,8 +70,7 @@ impl IslandBuilder {
         for sheet in sheets.iter_mut() {
             let is_awake = sheet.state.status == Status::Awake;
             let (low, high) = if is_awake { node_contact::moving_box(sheet) } else { node_contact::resting_box(sheet) };
-            let reach =
-                if is_awake { sheet.max_speed() * context.dt + fall + SETTINGS.broad_phase_margin } else { 0.0 };
+            let reach = if is_awake { sheet.max_speed() * context.dt + fall + broad_phase_margin(sheet) } else { 0.0 };
             self.boxes.push(SweptBox { low, high, reach });
             self.is_active.push(is_awake);
         }
@@ -113,7 +117,7 @@ impl IslandBuilder {
                 logs[i].events.push((context.time, EventKind::Woke, None));
                 self.is_active[i] = true;
                 let fall = context.field.gravity.length() * context.dt * context.dt;
-                self.boxes[i].reach = fall + SETTINGS.broad_phase_margin;
+                self.boxes[i].reach = fall + broad_phase_margin(&sheets[i]);
             }
             self.sweep.clear();
             for (i, sheet) in sheets.iter().enumerate() {

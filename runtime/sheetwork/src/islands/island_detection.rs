@@ -138,7 +138,7 @@ impl IslandDetection<'_> {
             let body = self.surroundings.colliders[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.run_detection(island, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+        self.run_detection(island, DetectionMode::FromStart, ContactMargins::resting(island), |finder, problem| {
             finder.run_broad_phase(problem, reach)
         });
         let in_doubt = |sheet: &Sheet| sheet.state.interpenetration != Interpenetration::None;
@@ -153,7 +153,7 @@ impl IslandDetection<'_> {
         crossing.clear();
         let in_doubt = |local: u32| island.sheet(local).state.interpenetration != Interpenetration::None;
         if island.sheets.len() > 1 {
-            self.run_detection(island, DetectionMode::FromStart, ContactMargins::DEFAULT, |finder, problem| {
+            self.run_detection(island, DetectionMode::FromStart, ContactMargins::resting(island), |finder, problem| {
                 finder.exclude_crossing_pairs(problem, in_doubt, &mut crossing);
             });
         }
@@ -237,10 +237,12 @@ impl IslandDetection<'_> {
         }
         let between = (mode != DetectionMode::BodyPenetration && self.sheets_meet).then_some(margins.sheets);
         let coefficients = |pair| self.coefficients(island, pair);
+        let length = island.sheets.first().map_or(0.0, |sheet| sheet.work.stage.length);
         let problem = DetectionInput {
             sheets: &sheets,
             bodies: &bodies,
             margin: margins.bodies,
+            fall: self.gravity.length() * length * length,
             between,
             surfaces: &coefficients,
         };

@@ -14,6 +14,7 @@ use crate::islands::contact_log::{ContactLog, ContactRecorder};
 use crate::islands::event::EventKind;
 use crate::islands::explicit::sheet_step::apply_thickness_limit;
 use crate::islands::implicit_step::{IslandSolve, Substep};
+use crate::islands::island_builder::broad_phase_margin;
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
 use crate::islands::resting::update_rest_time;
@@ -186,18 +187,19 @@ impl IslandContext<'_> {
     /// m.
     fn extent(&self, sheets: &[Sheet]) -> ((DVec3, DVec3), f64) {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut speed = 0.0_f64;
+        let (mut speed, mut margin) = (0.0_f64, 0.0_f64);
         for sheet in sheets {
             let (low, high) = node_contact::bounding_box(sheet);
             around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
+            margin = margin.max(broad_phase_margin(sheet));
         }
         // A moving body in reach may hit a sheet and set its speed.
         for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
             speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
         }
         let (dt, gravity) = (self.context.dt, self.context.field.gravity.length());
-        (around, speed * dt + gravity * dt * dt + SETTINGS.broad_phase_margin)
+        (around, speed * dt + gravity * dt * dt + margin)
     }
 
     /// Stop unstable sheets, place pins, and record touches and events.

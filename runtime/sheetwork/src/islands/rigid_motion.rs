@@ -165,7 +165,7 @@ impl IslandSolve<'_, '_, '_> {
                 }
             });
             let found = &mut self.workspace.rechecked;
-            self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found);
+            self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::resting(island), found);
             if !add_met_bodies(island, found, along)? {
                 return Some((start, end));
             }
@@ -178,11 +178,10 @@ impl IslandSolve<'_, '_, '_> {
 /// whether new ones were marked; `None` when one of them is static or kinematic.
 fn add_met_bodies(island: &IslandView, seen: &DetectedContacts, along: &mut [bool]) -> Option<bool> {
     let mut more = false;
+    let rounding = SETTINGS.penetration_rounding * island.half_thickness();
     for (i, contact) in seen.contacts.iter().enumerate() {
-        let meets = || {
-            gap(island, contact, StagePose::Free)
-                < gap(island, contact, StagePose::Start).min(0.0) - SETTINGS.penetration_rounding
-        };
+        let meets =
+            || gap(island, contact, StagePose::Free) < gap(island, contact, StagePose::Start).min(0.0) - rounding;
         let goes = |side: &ContactSide| match side {
             ContactSide::Body { body, .. } => along[*body as usize],
             ContactSide::Sheet { .. } => true,

@@ -27,9 +27,9 @@ settings! {
 
     /// Broad phase and islands.
     pub struct IslandSettings {
-        /// Margin of the broad phase beyond the distance from speeds, m. It exceeds the margin of
-        /// detection.
-        pub broad_phase_margin: f64 = 1e-3,
+        /// Margin of the broad phase beyond the distance from speeds, as a multiple of the half
+        /// thickness of the sheet. It exceeds the margin of detection.
+        pub broad_phase_margin: f64 = 4.0,
         /// Displacement of a node within its sheet in a step, as a fraction of the sheet's
         /// diagonal, above which a flat sheet without contact may meet itself.
         pub folding_displacement: f64 = 0.25,
@@ -52,8 +52,8 @@ settings! {
         /// interpenetration.
         pub maximum_depth_several: u32 = 4,
         /// Penetration above which an island of several sheets with unconverged outer iterations
-        /// bisects the step, m.
-        pub penetration_several: f64 = 1e-4,
+        /// bisects the step, as a multiple of the half thickness.
+        pub penetration_several: f64 = 0.4,
         /// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is
         /// linearised in the rotation; with a larger one a struck needle swings through the sheet.
         pub maximum_rotation: f64 = 0.2,
@@ -70,16 +70,16 @@ settings! {
         /// and is expelled. In an island of several sheets the fallback applies instead, so that
         /// one sheet does not stop the others.
         pub divergence_gain: f64 = 1e6,
-        /// Lift (m) of the reference energy below which gains of a single sheet are ignored. It
-        /// exceeds the accuracy of a contact solve, a fraction of a micrometre.
-        pub lift_single: f64 = 1e-4,
-        /// Lift (m) of the reference energy for several sheets: each may penetrate the next by a
-        /// few micrometres, and their depenetration lifts the whole pile.
-        pub lift_several: f64 = 2e-3,
-        /// Maximum penetration (m) of initial positions. Its removal, and that of less down to
+        /// Lift of the reference energy, as a multiple of the half thickness, below which gains of a
+        /// single sheet are ignored. It exceeds the accuracy of a contact solve.
+        pub lift_single: f64 = 0.4,
+        /// Lift of the reference energy for several sheets, as a multiple of the half thickness:
+        /// each may penetrate the next, and their depenetration lifts the whole pile.
+        pub lift_several: f64 = 8.0,
+        /// Maximum penetration of initial positions, in half thicknesses. Its removal, and that of less down to
         /// [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings),
         /// may add potential energy.
-        pub maximum_initial_penetration: f64 = 5e-4,
+        pub maximum_initial_penetration: f64 = 2.0,
         /// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of
         /// the sheet's triangles is lifted at each by up to a twentieth of its energy, which
         /// exceeds the rolling resistance.
@@ -88,8 +88,9 @@ settings! {
 
     /// Rigid motion, freeze and rollback of a step that did not converge.
     pub struct FallbackSettings {
-        /// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
-        pub penetration: f64 = 3e-4,
+        /// Maximum penetration of a body at the end of a step with unconverged outer iterations, in
+        /// half thicknesses.
+        pub penetration: f64 = 1.2,
         /// Displacement of a body with prescribed motion in a substep, as a fraction of the sheet's
         /// diagonal, above which the substep is split at the first impact.
         pub impact_displacement: f64 = 0.25,
@@ -104,10 +105,10 @@ settings! {
         pub maximum_rollbacks: u32 = 10,
         /// Speed (m/s) below which an island sleeps after [`Self::maximum_rollbacks`].
         pub sleep_speed: f64 = 1e-2,
-        /// Lift of a body by contact that a fallback accepts, m.
-        pub lift: f64 = 1e-6,
-        /// Increase of penetration by a rigid motion that counts as rounding, m.
-        pub penetration_rounding: f64 = 1e-9,
+        /// Lift of a body by contact that a fallback accepts, in half thicknesses.
+        pub lift: f64 = 0.004,
+        /// Increase of penetration by a rigid motion that counts as rounding, in half thicknesses.
+        pub penetration_rounding: f64 = 4e-6,
     }
 
     /// Detection of instability, and the step limit of sheets with limited strain.

@@ -46,6 +46,11 @@ pub fn contact_offset(sheet: &Sheet) -> f64 {
     if has_thickness { 0.5 * sheet.material().thickness } else { crate::scene::contact::MINIMUM_CONTACT_OFFSET }
 }
 
+/// Half the thickness of the material, to which tolerances of lengths refer, m.
+pub(crate) fn half_thickness(sheet: &Sheet) -> f64 {
+    0.5 * sheet.material().thickness
+}
+
 /// Corners of the bounding box of the collision surface, m.
 pub(crate) fn bounding_box(sheet: &Sheet) -> (DVec3, DVec3) {
     let (low, high) = sheet.state.x.bounds().unwrap_or_default();

@@ -57,6 +57,9 @@ pub(crate) struct SheetBodyPair<'a> {
     pub skin: &'a CollisionSurface,
     pub offset: f64,
     pub margin: f64,
+    /// Half thickness of the sheet, m.
+    pub half: f64,
+    fall: f64,
     base: RigidFrame,
     end: RigidFrame,
     start: RigidFrame,
@@ -81,6 +84,8 @@ impl<'a> SheetBodyPair<'a> {
             skin: sheet.skin,
             offset: sheet.skin.contact_offset(),
             margin: problem.margin,
+            half: sheet.skin.half_thickness(),
+            fall: problem.fall,
             start: body.start,
             base: body.base,
             end: body.end,
@@ -94,8 +99,14 @@ impl<'a> SheetBodyPair<'a> {
 
     /// Distances of detection for a solid of this least width, m.
     pub fn limits(&self, thinness: f64) -> DetectionDistances {
-        let deep = SETTINGS.maximum_initial_overlap.min(0.4 * (thinness + 2.0 * self.offset));
-        DetectionDistances { offset: self.offset, margin: self.margin, max_start_penetration: deep }
+        let deep = (SETTINGS.maximum_initial_overlap * self.half).min(0.4 * (thinness + 2.0 * self.offset));
+        DetectionDistances {
+            offset: self.offset,
+            margin: self.margin,
+            max_start_penetration: deep,
+            half: self.half,
+            fall: self.fall,
+        }
     }
 
     /// Direction in the frame of the body at the base, from world axes.

@@ -106,8 +106,9 @@ fn retained_contact(
     let normal = facing_normal(corner, base)?;
     let slid = (interpolate(end, w) - interpolate(base, w)).reject_from_normalized(normal).length();
     // Beyond the border of the sheet its edges are in contact.
-    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SETTINGS.impact_distance_tolerance;
-    let off = base == start && slid > SETTINGS.maximum_slide;
+    let beside = gap.reject_from_normalized(normal).length()
+        > 0.5 * gap.length() + SETTINGS.impact_distance_tolerance * limits.half;
+    let off = base == start && slid > SETTINGS.maximum_slide * base[0].distance(base[1]);
     if gap.length() > limits.base_distance()
         || beside
         || off
@@ -169,7 +170,7 @@ fn contact_from_motion(
     limits: &DetectionDistances,
 ) -> Option<(DVec3, Option<[f64; 3]>)> {
     let four = |[a, b, c]: [DVec3; 3]| [corner.position, a, b, c];
-    if let Some(hit) = point_meets_triangle(four(start), four(end), SETTINGS.impact_distance_tolerance) {
+    if let Some(hit) = point_meets_triangle(four(start), four(end), SETTINGS.impact_distance_tolerance * limits.half) {
         let there = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time));
         return facing_normal(corner, there).map(|n| (n, Some(hit.weights)));
     }

@@ -146,7 +146,7 @@ fn crossing(
     // The edge passed down a face and over its rim: outside the body, but behind the body edge.
     let came_round = || {
         let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.max_start_penetration);
-        let met = |end| edge_impact(edge, start, end).is_some();
+        let met = |end| edge_impact(edge, start, end, limits.half).is_some();
         edge.normals.iter().any(outside)
             && (met(end) || placed && (height(base) >= -limits.max_start_penetration || met(base)))
     };
@@ -185,13 +185,14 @@ fn contact_from_base(
     }
     let normal = outward_normal(edge, base[1] - base[0], side)?;
     // A closest point at the end of an edge belongs to other features.
-    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance;
+    let beside =
+        gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance * limits.half;
     // The pair must be on the side on which the stage began.
     if beside || (base == start && normal.dot(gap) < -limits.max_start_penetration) {
         return None;
     }
     let slid = (separation(end, edge, s, t) - gap).reject_from_normalized(normal).length();
-    Some((normal, (base != start || slid < DETECTION.maximum_slide).then_some((s, t))))
+    Some((normal, (base != start || slid < DETECTION.maximum_slide * base[0].distance(base[1])).then_some((s, t))))
 }
 
 /// Normal of a pair that is far apart at the base, and its parameters at the time of impact;
@@ -204,7 +205,7 @@ fn contact_from_motion(
     limits: &DetectionDistances,
 ) -> Option<(DVec3, Met)> {
     let [q, r] = edge.ends;
-    if let Some(hit) = edge_impact(edge, start, end) {
+    if let Some(hit) = edge_impact(edge, start, end, limits.half) {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
         return outward_normal(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
     }
@@ -217,16 +218,16 @@ fn contact_from_motion(
 }
 
 /// Impact of a sheet edge with a body edge.
-fn edge_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+fn edge_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2], half: f64) -> Option<EdgeImpact> {
     let [q, r] = edge.ends;
-    edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], DETECTION.impact_distance_tolerance)
-        .or_else(|| rim_impact(edge, start, end))
+    edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], DETECTION.impact_distance_tolerance * half)
+        .or_else(|| rim_impact(edge, start, end, half))
 }
 
 /// Impact of a sheet edge of which one end cuts across the body edge from one face to the other,
 /// not deep enough to enter through a face. It carries the sheet edge behind the body edge without
 /// an edge-edge impact.
-fn rim_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+fn rim_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2], half: f64) -> Option<EdgeImpact> {
     [0, 1].into_iter().find_map(|k: usize| {
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
         for n in edge.normals {
@@ -247,7 +248,7 @@ fn rim_impact(edge: &ColliderEdge, start: [DVec3; 2], end: [DVec3; 2]) -> Option
         let cuts = enters > 0.0
             && leaves < 1.0
             && enters < leaves
-            && deepest < VERTEX_FACE.corner_cut_depth
+            && deepest < VERTEX_FACE.corner_cut_depth * half
             && (0.0..=1.0).contains(&t);
         cuts.then_some(EdgeImpact { time, s: k as f64, t })
     })
@@ -328,7 +329,7 @@ mod tests {
                 [middle - way, middle + way]
             });
             let side = EdgeOrientation { sides: [DVec3::Y; 2], flanks: [DVec3::Z, -DVec3::Z], is_border: false };
-            let limits = DetectionDistances { margin: 5e-4, offset: 2.5e-4, max_start_penetration: 1e-4 };
+            let limits = DetectionDistances { margin: 5e-4, offset: 2.5e-4, max_start_penetration: 1e-4, half: 2.5e-4, fall: 0.0 };
             let found = crossing(&edge, ways, (&side, &|| side), &limits);
             prop_assert!(found.is_none() || !remains_parallel(&edge, ways), "{found:?}");
         }

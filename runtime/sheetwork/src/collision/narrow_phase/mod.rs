@@ -98,6 +98,9 @@ pub struct DetectionInput<'a> {
     pub bodies: &'a [BodyStageMotion<'a>],
     /// Margin (m, 1e-6 to 1e-2): a pair nearer than its contact offset plus this gets a constraint.
     pub margin: f64,
+    /// Displacement of a resting node in the free motion of the stage, m: g times the square of its
+    /// length.
+    pub fall: f64,
     /// Margin (m) of sheet-sheet and self-contact; `None` disables their detection.
     pub between: Option<f64>,
     /// Friction and restitution coefficient of a pair.
@@ -422,12 +425,21 @@ pub(crate) struct DetectionDistances {
     margin: f64,
     /// Overlap at the start above which the pair is rejected.
     max_start_penetration: f64,
+    /// Half thickness of the thinner sheet, m, to which tolerances refer.
+    half: f64,
+    /// Displacement of a resting node in the free motion of the stage, m.
+    fall: f64,
 }
 
 impl DetectionDistances {
     /// Distance up to which the closest features at the base determine the contact.
     fn base_distance(&self) -> f64 {
-        3.0 * self.offset + SETTINGS.closest_feature_distance
+        3.0 * self.offset + SETTINGS.closest_feature_distance * self.half
+    }
+
+    /// Depth below its plane at which a node may pass a rim, m.
+    fn rim_passing_depth(&self) -> f64 {
+        SETTINGS.vertex_face.rim_passing_depth * self.half + self.fall
     }
 }
 

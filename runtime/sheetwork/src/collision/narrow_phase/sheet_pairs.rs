@@ -209,10 +209,8 @@ pub(crate) fn sheet_pair<'a>(
     let offset = a.sheet.skin.contact_offset() + b.sheet.skin.contact_offset();
     // The overlap limit is at most half the offset: sheets created in the same place have no
     // defined side.
-    let limits = DetectionDistances {
-        offset,
-        margin,
-        max_start_penetration: DETECTION.maximum_initial_overlap.min(0.5 * offset),
-    };
+    let half = a.sheet.skin.half_thickness().min(b.sheet.skin.half_thickness());
+    let deep = (DETECTION.maximum_initial_overlap * half).min(0.5 * offset);
+    let limits = DetectionDistances { offset, margin, max_start_penetration: deep, half, fall: 0.0 };
     Some(SheetPair { a, b, limits, coefficients })
 }

@@ -213,7 +213,8 @@ fn ball_contacts(
     // A stretched sheet moves deep into the ball in free motion, where another point is closest. A
     // resting contact keeps its point, so that its force is found in the contact cache.
     let slid = || (interpolate(end, there_weights) - there).reject_from(there).length();
-    let rests = there.length() - touching < SETTINGS.resting_distance && slid() < DETECTION.maximum_slide;
+    let rests = there.length() - touching < SETTINGS.resting_distance * meeting.half
+        && slid() < DETECTION.maximum_slide * start[0].distance(start[1]);
     let normal = last.normalize_or_zero();
     let same = first && !rests && distance > 0.5 * radius && normal.dot(arrived.normal) > SETTINGS.same_side_cosine;
     let at_end = same.then_some(BallContact { normal, weights, distance, near: is_near, seen: Some(1.0) });

@@ -364,7 +364,9 @@ impl SheetPair<'_> {
     ) -> Option<(DVec3, [f64; 3])> {
         let four = |p: DVec3, [a, b, c]: [DVec3; 3]| [p, a, b, c];
         let reach = self.limits.offset + self.limits.margin;
-        if let Some(hit) = point_meets_triangle(four(start, s), four(end, e), DETECTION.impact_distance_tolerance) {
+        if let Some(hit) =
+            point_meets_triangle(four(start, s), four(end, e), DETECTION.impact_distance_tolerance * self.limits.half)
+        {
             let there = [0, 1, 2].map(|i: usize| s[i].lerp(e[i], hit.time));
             let plane = unit_normal(there)?;
             let approach = (end - start) - (interpolate(e, hit.weights) - interpolate(s, hit.weights));
@@ -431,12 +433,16 @@ impl SheetPair<'_> {
         let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
         let facing = || [self.a.edge_orientation(one.1), self.b.edge_orientation(other.1)];
         let beside = |normal: DVec3| {
-            gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + DETECTION.rounding_distance
+            gap.reject_from_normalized(normal).length()
+                > 0.5 * gap.length() + DETECTION.rounding_distance * self.limits.half
         };
         let normal = self.normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]));
         let usual = normal.filter(|normal| !beside(*normal)).and_then(|normal| {
-            let side =
-                if normal.dot(gap).abs() > DETECTION.rounding_distance { normal.dot(gap) } else { normal.dot(before) };
+            let side = if normal.dot(gap).abs() > DETECTION.rounding_distance * self.limits.half {
+                normal.dot(gap)
+            } else {
+                normal.dot(before)
+            };
             self.edge_contact_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
         });
         usual.or_else(|| {
@@ -481,9 +487,11 @@ impl SheetPair<'_> {
     fn edge_contact_from_motion(&self, one: (u32, &SurfaceEdge), other: (u32, &SurfaceEdge)) -> Option<EdgeContact> {
         let ((_, edge_a), (_, edge_b)) = (one, other);
         let ([s, _, e], [u, _, f]) = (self.a.positions(edge_a.nodes), self.b.positions(edge_b.nodes));
-        if let Some(hit) =
-            edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], DETECTION.impact_distance_tolerance)
-        {
+        if let Some(hit) = edges_meet(
+            [s[0], s[1], u[0], u[1]],
+            [e[0], e[1], f[0], f[1]],
+            DETECTION.impact_distance_tolerance * self.limits.half,
+        ) {
             let there = |x: [DVec3; 2], y: [DVec3; 2]| x[1].lerp(y[1], hit.time) - x[0].lerp(y[0], hit.time);
             let (along_a, along_b) = (there(s, e), there(u, f));
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);

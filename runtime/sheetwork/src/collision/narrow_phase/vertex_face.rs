@@ -140,7 +140,8 @@ fn entered_face(
         }
     }
     if furthest > 0.0 && furthest <= limits.margin {
-        let chosen = best_aligned_face(mesh, outmost, lies, |k| ends(k).1 >= furthest - SETTINGS.rim_distance);
+        let chosen =
+            best_aligned_face(mesh, outmost, lies, |k| ends(k).1 >= furthest - SETTINGS.rim_distance * limits.half);
         if ends(chosen).0 >= -limits.max_start_penetration {
             return Some(chosen as u32);
         }
@@ -155,14 +156,18 @@ fn entered_face(
         let (d0, d1) = ends(k);
         let passing = d0 + (d1 - d0) * time;
         let sharp = faces[k].normal.dot(faces[last].normal) < SETTINGS.ridge_cosine;
-        let deep =
-            if sharp { limits.max_start_penetration.min(SETTINGS.rim_distance) } else { limits.max_start_penetration };
+        let deep = if sharp {
+            limits.max_start_penetration.min(SETTINGS.rim_distance * limits.half)
+        } else {
+            limits.max_start_penetration
+        };
         if d0 < -deep || passing >= -deep {
             return d0 >= -deep;
         }
         let lies = lies();
         let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
-        d0 < SETTINGS.rim_passing_depth && lain_on && passing >= -SETTINGS.rim_passing_depth.min(0.4 * mesh.min_width())
+        let most = limits.rim_passing_depth();
+        d0 < most && lain_on && passing >= -most.min(0.4 * mesh.min_width())
     });
     Some(shallowest_smooth_face(mesh, chosen, b) as u32)
 }
@@ -182,7 +187,8 @@ fn passes_through(
     let faces = mesh.faces();
     let middle = a.lerp(b, 0.5 * (enters + leaves));
     let depth = faces.iter().map(|f| limits.offset - f.height(middle)).fold(f64::INFINITY, f64::min);
-    depth > SETTINGS.corner_cut_depth || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < SETTINGS.ridge_cosine)
+    depth > SETTINGS.corner_cut_depth * limits.half
+        || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < SETTINGS.ridge_cosine)
 }
 
 /// Face most nearly parallel to the sheet, among `first` and the faces at a sharp angle to it that
@@ -241,7 +247,7 @@ fn entered_by_query(
     let Some(near) = mesh.nearest(b, reach + travel) else { return ray() };
     let face = &faces[near.face as usize];
     let came_in_front =
-        face.height(a) >= -limits.max_start_penetration.min(0.5 * limits.offset + SETTINGS.rim_distance);
+        face.height(a) >= -limits.max_start_penetration.min(0.5 * limits.offset + SETTINGS.rim_distance * limits.half);
     if !near.inside {
         if b.distance(near.point) > reach {
             // The nearest face to the end need not be the one on the path.
@@ -251,10 +257,12 @@ fn entered_by_query(
         let over = face.height(b) >= 0.9 * b.distance(near.point);
         return (came_in_front && over).then_some(near.face);
     }
-    let Some(through) = (travel > SETTINGS.rim_distance).then(ray).flatten() else { return Some(near.face) };
+    let Some(through) = (travel > SETTINGS.rim_distance * limits.half).then(ray).flatten() else {
+        return Some(near.face);
+    };
     let other = &faces[through as usize];
     let smooth = other.normal.dot(face.normal) > SETTINGS.smooth_cosine;
     let lies_along = |lies: DVec3| face.normal.dot(lies).abs() > other.normal.dot(lies).abs() + 0.1;
-    let shallow = face.height(b) > -SETTINGS.rim_passing_depth && lies_along(lies());
+    let shallow = face.height(b) > -limits.rim_passing_depth() && lies_along(lies());
     Some(if came_in_front && (smooth || shallow) { near.face } else { through })
 }

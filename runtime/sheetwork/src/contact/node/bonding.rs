@@ -16,9 +16,14 @@ use crate::elements::flexion_limit::solver::LimitContact;
 use crate::sheet::bonds::NodeBondContact;
 use crate::sheet::{Sheet, node_contact};
 
+/// Gap of a closed contact of the sheet, m.
+fn closed_gap(sheet: &Sheet) -> f64 {
+    ContactSettings::DEFAULT.closed_gap_at_end * node_contact::half_thickness(sheet)
+}
+
 /// Gap of closed bonds of the sheet, m; zero for a sheet without adhesion.
 pub(crate) fn tolerance(sheet: &Sheet) -> f64 {
-    if sheet.state.adhesion.is_some() { ContactSettings::DEFAULT.closed_gap_at_end } else { 0.0 }
+    if sheet.state.adhesion.is_some() { closed_gap(sheet) } else { 0.0 }
 }
 
 /// Add the bond forces to the motion of a substep of `dt` (s).
@@ -93,13 +98,14 @@ pub(crate) fn finish(sheet: &mut Sheet, clearance: &Clearance, dt: f64) {
         return;
     }
     let reach = node_contact::contact_offset(sheet) + tolerance(sheet);
+    let closed_gap = closed_gap(sheet);
     let Sheet { state, work, .. } = sheet;
     let Some(stuck) = &mut state.adhesion else { return };
     if work.flexion.is_coupled {
         let x = &state.x;
         let is_closed = |c: &&LimitContact| {
             let gap = x.get(c.nodes[0] as usize).dot(c.normal) - c.level;
-            c.count == 1 && (c.impulse.0 > 0.0 || gap < ContactSettings::DEFAULT.closed_gap_at_end)
+            c.count == 1 && (c.impulse.0 > 0.0 || gap < closed_gap)
         };
         stuck.node_contacts.clear();
         stuck.node_contacts.extend(work.flexion.contacts.iter().filter(is_closed).map(NodeBondContact::of_limit));

@@ -357,13 +357,14 @@ pub(crate) fn resolve_drawn_contact(
     drawn.mobility.clear();
     let (inverse_mass, pins) = (&sheet.inverse_mass, &sheet.pins);
     drawn.mobility.extend(inverse_mass.iter().enumerate().map(|(i, w)| pins.free_axes(i as u32) * *w));
-    drawn.sweep(sheet, SweptQuantity::Positions(dt), SETTINGS.surface_tolerance);
+    let half = node_contact::half_thickness(sheet);
+    let tolerance = SETTINGS.surface_tolerance * half;
+    drawn.sweep(sheet, SweptQuantity::Positions(dt), tolerance);
     let mut contacts = std::mem::take(&mut drawn.contacts);
-    contacts.retain(|c| {
-        drawn.at(c.point, &sheet.state.x).dot(c.surface.normal) < c.level + ContactSettings::DEFAULT.closed_gap_at_end
-    });
+    let closed_gap = ContactSettings::DEFAULT.closed_gap_at_end * half;
+    contacts.retain(|c| drawn.at(c.point, &sheet.state.x).dot(c.surface.normal) < c.level + closed_gap);
     drawn.contacts = contacts;
-    drawn.sweep(sheet, SweptQuantity::Velocities, SETTINGS.surface_tolerance / dt);
+    drawn.sweep(sheet, SweptQuantity::Velocities, tolerance / dt);
     for contact in drawn.contacts.iter().filter(|c| c.normal > 0.0) {
         let nearest = drawn.terms(contact.point).max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((i, _)) = nearest {

@@ -249,7 +249,7 @@ fn append_contacts(
             let impulse = force * (dt / drift);
             contact.impulse = (pressing * dt / drift, impulse - contact.normal * impulse.dot(contact.normal));
             contacts.push(contact);
-        } else if *gap < ContactSettings::DEFAULT.closed_gap_at_end {
+        } else if *gap < ContactSettings::DEFAULT.closed_gap_at_end * workspace.half_thickness {
             return false;
         }
     }

@@ -325,12 +325,14 @@ fn sheet_that_starts_inside_a_body_cancels_the_stage() {
 
 #[test]
 fn margins_widen_to_one_and_a_half_displacements_and_no_further_than_the_maximum() {
-    let mut margins = ContactMargins::DEFAULT;
-    assert!(!margins.widen(ContactMargins { bodies: 4e-4, sheets: 5e-4 }), "the margins suffice");
-    assert!(margins.widen(ContactMargins { bodies: 2e-3, sheets: 1e-4 }));
+    let half = 2.5e-4;
+    let mut margins = ContactMargins { bodies: 5e-4, sheets: 5e-4 };
+    assert!(!margins.widen(ContactMargins { bodies: 4e-4, sheets: 5e-4 }, half), "the margins suffice");
+    assert!(margins.widen(ContactMargins { bodies: 2e-3, sheets: 1e-4 }, half));
     assert_eq!(margins, ContactMargins { bodies: 3e-3, sheets: 5e-4 });
-    assert!(margins.widen(ContactMargins { bodies: 1.0, sheets: 1.0 }));
-    assert_eq!(margins, ContactMargins { bodies: SETTINGS.maximum_margin, sheets: SETTINGS.maximum_margin });
+    assert!(margins.widen(ContactMargins { bodies: 1.0, sheets: 1.0 }, half));
+    let most = SETTINGS.maximum_margin * half;
+    assert_eq!(margins, ContactMargins { bodies: most, sheets: most });
 }
 
 #[test]

@@ -49,6 +49,7 @@ impl ContactWorkspace {
     /// are left in the contact arrays of the sheets and in the solver bodies. `rough` lowers the
     /// accuracy.
     pub(crate) fn solve_positions(&mut self, island: &mut IslandView, h: f64, rough: bool) -> PositionSolve {
+        self.half_thickness = island.half_thickness();
         self.gaps.measure(&self.detected.contacts, island);
         let is_needed = self.policy.is_explicit && self.has_bonds
             || self.detected.first_attachment < self.detected.contacts.len()

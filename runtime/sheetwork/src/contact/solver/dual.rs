@@ -59,7 +59,8 @@ impl DualSolver {
         self.b.extend(lagrangian.constraints.iter().map(|row| row.b));
         let problem = &mut self.space.delassus.problem;
         problem.force.clone_from(&self.initial_forces);
-        let swept = problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps);
+        let tolerance = PGS.tolerance * accuracy.half_thickness;
+        let swept = problem.solve(&self.b, tolerance, PGS.maximum_sweeps);
         counters.sweeps += u64::from(swept.sweeps);
         self.initial_forces.clone_from(&problem.force);
         lagrangian.force.clone_from(&self.initial_forces);
@@ -67,7 +68,7 @@ impl DualSolver {
             return true;
         }
         lagrangian.force.clone_from(&self.initial_forces);
-        swept.change <= PGS.tolerance
+        swept.change <= tolerance
     }
 
     /// Solve by the Alart-Curnier Newton method from the initial forces.
@@ -137,7 +138,12 @@ impl ContactWorkspace {
         }
         dual.working_set.add_cached(self);
         if dual.working_set.new.is_empty() {
-            dual.working_set.add_violated(self, &self.gaps.free, SETTINGS.penetration, std::iter::empty());
+            dual.working_set.add_violated(
+                self,
+                &self.gaps.free,
+                SETTINGS.penetration * self.half_thickness,
+                std::iter::empty(),
+            );
         }
         if dual.working_set.new.is_empty() {
             dual.working_set.add_deepest(&self.gaps.free);
@@ -161,7 +167,7 @@ impl ContactWorkspace {
             dual.working_set.add_violated(
                 self,
                 &self.gaps.now,
-                SETTINGS.penetration,
+                SETTINGS.penetration * self.half_thickness,
                 self.working_set.iter().map(|i| *i as usize),
             );
             if dual.working_set.new.is_empty() {
@@ -260,7 +266,7 @@ impl ContactWorkspace {
             dual.working_set.add_violated(
                 self,
                 &dual.gap,
-                SETTINGS.penetration,
+                SETTINGS.penetration * self.half_thickness,
                 self.working_set.iter().map(|i| *i as usize),
             );
             if dual.working_set.new.is_empty() {

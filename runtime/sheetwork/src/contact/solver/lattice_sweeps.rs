@@ -119,9 +119,10 @@ impl LatticeSweeps {
         quantity: NodeQuantity,
         h: f64,
     ) -> u32 {
+        let tolerance = SETTINGS.tolerance * island.half_thickness();
         let (scale, tolerance) = match quantity {
-            NodeQuantity::Displacement => (h * h, SETTINGS.tolerance),
-            NodeQuantity::Velocity => (h, SETTINGS.tolerance / h),
+            NodeQuantity::Displacement => (h * h, tolerance),
+            NodeQuantity::Velocity => (h, tolerance / h),
         };
         for swept in &self.active {
             push_sides(island, &contacts[swept.contact as usize], swept.frame * swept.force, quantity, scale);
@@ -299,7 +300,7 @@ impl ContactWorkspace {
         self.gaps.update(&self.detected.contacts, island);
         let mut is_any = false;
         for (contact, gap) in self.detected.contacts.iter_mut().zip(&self.gaps.now) {
-            if contact.bond > 0.0 && *gap > SETTINGS.open_gap {
+            if contact.bond > 0.0 && *gap > SETTINGS.open_gap * self.half_thickness {
                 contact.bond = 0.0;
                 is_any = true;
             }

@@ -57,7 +57,7 @@ impl PgsContactSolver {
         self.working_set.begin(workspace.detected.contacts.len());
         self.working_set.new.extend(
             (0..workspace.detected.contacts.len() as u32)
-                .filter(|i| workspace.gaps.now[*i as usize] < SETTINGS.penetration),
+                .filter(|i| workspace.gaps.now[*i as usize] < SETTINGS.penetration * workspace.half_thickness),
         );
         self.working_set.new.truncate(2 * working_set_capacity(island));
         self.activate(workspace, island, h);
@@ -78,13 +78,15 @@ impl PgsContactSolver {
     }
 
     /// Solve the forces for the right-hand side `b`.
-    pub fn sweep(&mut self) -> PgsStats {
-        self.delassus.problem.solve(&self.b, PGS.tolerance, PGS.maximum_sweeps)
+    /// The tolerance is in m.
+    pub fn sweep(&mut self, tolerance: f64) -> PgsStats {
+        self.delassus.problem.solve(&self.b, tolerance, PGS.maximum_sweeps)
     }
 
     /// Solve the forces for the right-hand side `b` to a tenth of the penetration tolerance.
-    pub fn sweep_roughly(&mut self) -> PgsStats {
-        self.delassus.problem.solve(&self.b, 0.1 * SETTINGS.penetration, SETTINGS.rough_sweeps)
+    /// `half_thickness` is in m.
+    pub fn sweep_roughly(&mut self, half_thickness: f64) -> PgsStats {
+        self.delassus.problem.solve(&self.b, 0.1 * SETTINGS.penetration * half_thickness, SETTINGS.rough_sweeps)
     }
 
     /// Active contacts, as indices into the detected contacts, and their forces in world axes, N.
@@ -108,6 +110,7 @@ impl PgsContactSolver {
     /// Select contacts outside the problem that penetrate by more than the tolerance.
     fn add_violated(&mut self, workspace: &ContactWorkspace) {
         let depth = if workspace.policy.is_explicit { PGS.tolerance } else { SETTINGS.penetration };
+        let depth = depth * workspace.half_thickness;
         self.working_set.add_violated(workspace, &workspace.gaps.now, depth, self.delassus.contacts());
     }
 }
@@ -117,6 +120,7 @@ impl ContactWorkspace {
     pub(super) fn solve_positions_by_pgs(&mut self, island: &mut IslandView, h: f64) {
         let mut pgs = std::mem::take(&mut self.pgs);
         pgs.begin(self, island, h);
+        let tolerance = PGS.tolerance * self.half_thickness;
         let mut rough = true;
         let settled = loop {
             pgs.b.clear();
@@ -125,14 +129,14 @@ impl ContactWorkspace {
                 pgs.b.push(u);
             }
             // Approximate forces are accurate enough to extend the working set.
-            let swept = if rough { pgs.sweep_roughly() } else { pgs.sweep() };
+            let swept = if rough { pgs.sweep_roughly(self.half_thickness) } else { pgs.sweep(tolerance) };
             self.counters.sweeps += u64::from(swept.sweeps);
             self.work += u64::from(swept.sweeps) * pgs.delassus.problem.len() as u64;
             pgs.delassus.displace(island, &self.detected.contacts, h);
             self.gaps.update(&self.detected.contacts, island);
             if !pgs.extend(self, island, h) {
-                if !rough || swept.change <= PGS.tolerance {
-                    break swept.change <= PGS.tolerance;
+                if !rough || swept.change <= tolerance {
+                    break swept.change <= tolerance;
                 }
                 rough = false;
             }
@@ -160,9 +164,10 @@ impl ContactWorkspace {
             pgs.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             pgs.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
-        let swept = pgs.sweep();
+        let tolerance = PGS.tolerance * self.half_thickness;
+        let swept = pgs.sweep(tolerance);
         self.counters.sweeps += u64::from(swept.sweeps);
-        self.counters.unsettled += u64::from(swept.change > PGS.tolerance);
+        self.counters.unsettled += u64::from(swept.change > tolerance);
         pgs.delassus.apply_velocity_jumps(island, &self.detected.contacts, h);
         let contacts = &self.detected.contacts;
         self.impulses.set_stage_forces(pgs.forces().map(|(c, velocity)| (c as u32, velocity)));

@@ -56,12 +56,13 @@ impl ContactWorkspace {
         // A deep impact also closes the gaps behind it.
         let deepest = self.gaps.free.iter().fold(0.0_f64, |least, gap| least.min(*gap));
         let behind = -SETTINGS.relative_working_set_gap * deepest;
+        let near = SETTINGS.working_set_gap * self.half_thickness;
         let reach = if sheets > 1 {
-            SETTINGS.working_set_gap.max((10.0 * behind).min(SETTINGS.maximum_enlarged_gap)).max(behind)
+            near.max((10.0 * behind).min(SETTINGS.maximum_enlarged_gap * self.half_thickness)).max(behind)
         } else {
             f64::INFINITY
         };
-        self.closing_gap = if behind > SETTINGS.working_set_gap && sheets > 1 { behind } else { 0.0 };
+        self.closing_gap = if behind > near && sheets > 1 { behind } else { 0.0 };
         for (i, contact) in self.detected.contacts.iter().enumerate() {
             // A single sheet has no limit, because its sparsity pattern covers all its contacts.
             let near = self.gaps.free[i] < reach;
@@ -76,12 +77,12 @@ impl ContactWorkspace {
     /// Extend the working set by contacts that the solution has closed. Returns false if there are
     /// none.
     fn extend_working_set(&mut self) -> bool {
-        let missed = |i: usize| !self.in_working_set[i] && self.gaps.now[i] < CONTACT.closed_gap;
+        let missed = |i: usize| !self.in_working_set[i] && self.gaps.now[i] < CONTACT.closed_gap * self.half_thickness;
         if !(0..self.in_working_set.len()).any(missed) {
             return false;
         }
         for (i, is_chosen) in self.in_working_set.iter_mut().enumerate() {
-            if !*is_chosen && self.gaps.now[i] < SETTINGS.working_set_gap {
+            if !*is_chosen && self.gaps.now[i] < SETTINGS.working_set_gap * self.half_thickness {
                 *is_chosen = true;
                 self.working_set.push(i as u32);
             }
@@ -195,10 +196,10 @@ impl ContactWorkspace {
     /// penetration.
     pub(crate) fn settings(&self, rough: bool, sheets: usize) -> AugmentedLagrangianTolerances {
         let sheets = if self.has_only_attachments() { 1 } else { sheets };
-        let accuracy = accuracy(rough, sheets, self.policy.is_unbisected_step);
+        let accuracy = accuracy(rough, sheets, self.policy.is_unbisected_step).scaled(self.half_thickness);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
         let room = if sheets > 1 {
-            (SETTINGS.gap_tolerance_several * deepest).min(SETTINGS.maximum_gap_tolerance)
+            (SETTINGS.gap_tolerance_several * deepest).min(SETTINGS.maximum_gap_tolerance * self.half_thickness)
         } else {
             SETTINGS.gap_tolerance_single * deepest
         };
@@ -235,7 +236,7 @@ impl ContactWorkspace {
         let left_open = self.open_keys.binary_search(&contact.key).is_ok();
         let known = self.cache.of_feature(&contact.key).filter(|_| !left_open);
         let is_unknown = self.cache.is_empty()
-            || self.gaps.start[i] > SETTINGS.new_contact_gap
+            || self.gaps.start[i] > SETTINGS.new_contact_gap * self.half_thickness
             || (self.closing_gap > 0.0 && known.is_none());
         // A single sheet that penetrates where an earlier iteration left it open starts as closed
         // nevertheless; with several sheets the contact would alternate.

@@ -24,9 +24,9 @@ use crate::contact::{IslandView, SheetContact};
 use crate::islands::contact_log::ContactLog;
 use crate::islands::explicit::sheet_step::{advance_free, finish_step};
 use crate::islands::instability;
+use crate::islands::island_builder::broad_phase_margin;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_manager::{IslandContext, IslandState, SteppedSheets};
-use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::sheet::forces::{SheetForces, with_record};
 use crate::sheet::instability::energy_at_start;
@@ -42,8 +42,6 @@ enum ContactSolve {
     /// The step is ended with contacts of the solver.
     Solved,
 }
-
-const SETTINGS: IslandSettings = StepSettings::DEFAULT.islands;
 
 impl IslandContext<'_> {
     /// Step the island of the sheets `all`, whose indices in the world are `ids`.
@@ -106,7 +104,7 @@ impl IslandContext<'_> {
         if !stack || attachment::has_dynamic_attachments(sheet) {
             return true;
         }
-        let room = node_contact::contact_offset(sheet) + SETTINGS.broad_phase_margin;
+        let room = node_contact::contact_offset(sheet) + broad_phase_margin(sheet);
         let Some((low, high)) = swept_box(sheet, room) else { return false };
         self.surroundings.colliders.iter().any(|part| {
             let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.is_dynamic());
@@ -146,7 +144,7 @@ impl IslandContext<'_> {
         let touched = !idle && {
             detection.begin_stage(&mut island, 0.0, dt);
             let touched = solve_explicit(&mut island, workspace, dt, |island, found| {
-                detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::DEFAULT, found)
+                detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::resting(island), found)
             });
             detection.end_stage(&mut island);
             touched
@@ -209,15 +207,16 @@ impl IslandContext<'_> {
     /// impossible.
     fn begin(&self, detection: &mut IslandDetection, island: &mut IslandView) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut travel = 0.0_f64;
+        let (mut travel, mut margin) = (0.0_f64, 0.0_f64);
         for sheet in island.sheets.iter() {
             let (low, high) = node_contact::bounding_box(sheet);
             around = (around.0.min(low), around.1.max(high));
             travel = travel.max(node_contact::largest_travel(sheet));
+            margin = margin.max(broad_phase_margin(sheet));
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
-        let reach = travel + fastest * self.context.dt + SETTINGS.broad_phase_margin;
+        let reach = travel + fastest * self.context.dt + margin;
         // A lone sheet has resolved faces of static bodies in its free advance.
         detection.work.limit(DetectionScope { faces: false, stacks: false });
         detection.begin(island, around, reach);

@@ -305,6 +305,7 @@ fn distant_or_sleeping_pairs_are_not_tested() {
             sheets: &sheets,
             bodies: &bodies,
             margin: MARGIN,
+            fall: 0.0,
             between: Some(MARGIN),
             surfaces: &|_| (0.0, 0.0),
         };

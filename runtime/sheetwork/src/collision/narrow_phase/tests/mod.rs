@@ -65,7 +65,8 @@ pub fn moved<'a>(id: u32, skin: &'a CollisionSurface, start: &'a Vectors, end: &
 
 /// All constraints of some sheets and bodies.
 pub fn rows(sheets: &[SheetStageMotion], bodies: &[BodyStageMotion]) -> Vec<ContactConstraint> {
-    let problem = DetectionInput { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
+    let problem =
+        DetectionInput { sheets, bodies, margin: MARGIN, fall: 0.0, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
     let mut finder = CollisionDetector::default();
     finder.run_broad_phase(&problem, 10.0);
     let mut out = Vec::new();

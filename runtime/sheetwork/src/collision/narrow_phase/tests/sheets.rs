@@ -129,8 +129,14 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     let far = shifted(&flat, up(1.0));
     let touching = shifted(&flat, up(2.0 * HALF));
     let count = |sheets: &[SheetStageMotion]| {
-        let problem =
-            DetectionInput { sheets, bodies: &[], margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.0, 0.0) };
+        let problem = DetectionInput {
+            sheets,
+            bodies: &[],
+            margin: MARGIN,
+            fall: 0.0,
+            between: Some(MARGIN),
+            surfaces: &|_| (0.0, 0.0),
+        };
         let mut finder = CollisionDetector::default();
         finder.run_broad_phase(&problem, 0.1);
         finder.detect_contacts(&problem, &mut Vec::new());
@@ -194,6 +200,7 @@ fn sheets_that_fold_within_the_stage_are_found_with_crossing_detection() {
             sheets: &sheets,
             bodies: &[],
             margin: MARGIN,
+            fall: 0.0,
             between: Some(MARGIN),
             surfaces: &|_| (0.3, 0.1),
         };

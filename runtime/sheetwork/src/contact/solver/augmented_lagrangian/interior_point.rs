@@ -28,7 +28,7 @@ const SETTINGS: InteriorPointSettings = ContactSettings::DEFAULT.interior_point;
 pub(crate) struct InteriorPointTolerances {
     /// Tolerance of m as a fraction of its initial value.
     pub path_tolerance: f64,
-    /// Tolerance of gaps and slips, m.
+    /// Tolerance of gaps and slips, in half thicknesses.
     pub gap_tolerance: f64,
     /// Tolerance of the force balance as a fraction of the sum of forces.
     pub balance_tolerance: f64,
@@ -36,9 +36,9 @@ pub(crate) struct InteriorPointTolerances {
 
 impl InteriorPointTolerances {
     /// Settings for a single sheet.
-    pub const SINGLE_SHEET: Self = Self { path_tolerance: 1e-9, gap_tolerance: 1e-8, balance_tolerance: 1e-5 };
+    pub const SINGLE_SHEET: Self = Self { path_tolerance: 1e-9, gap_tolerance: 4e-5, balance_tolerance: 1e-5 };
     /// Settings for several sheets. A tolerance of a thousandth of this takes twice the iterations.
-    pub const SEVERAL_SHEETS: Self = Self { path_tolerance: 1e-6, gap_tolerance: 1e-7, balance_tolerance: 1e-2 };
+    pub const SEVERAL_SHEETS: Self = Self { path_tolerance: 1e-6, gap_tolerance: 4e-4, balance_tolerance: 1e-2 };
 }
 
 /// Gaps (m) and normal forces (N) on the path.
@@ -73,15 +73,17 @@ impl AugmentedLagrangian {
         accuracy: &AugmentedLagrangianTolerances,
     ) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
-        inner.begin(self);
+        let half = accuracy.half_thickness;
+        inner.begin(self, half);
         let first = inner.mean(self);
         let mut fine = true;
         for _ in 0..SETTINGS.maximum_iterations {
             let mean = inner.mean(self);
-            inner.smooth = (inner.scale * (mean / first).powf(SETTINGS.smoothing_exponent)).max(1e-9);
+            inner.smooth =
+                (inner.scale * (mean / first).powf(SETTINGS.smoothing_exponent)).max(SETTINGS.least_smoothing * half);
             let InteriorPointTolerances { path_tolerance: down, gap_tolerance: miss, balance_tolerance: balanced } =
                 accuracy.interior;
-            let ended = mean <= down * first && inner.residual(self).max(inner.slip_residual(self)) <= miss;
+            let ended = mean <= down * first && inner.residual(self).max(inner.slip_residual(self)) <= miss * half;
             if ended && inner.imbalance(self, space) <= balanced {
                 break;
             }
@@ -117,7 +119,7 @@ impl AugmentedLagrangian {
         self.update_states();
         self.factored_states.clear();
         fine &= inner.mean(self) <= SETTINGS.accepted_mean * first
-            && inner.residual(self).max(inner.slip_residual(self)) <= SETTINGS.accepted_error;
+            && inner.residual(self).max(inner.slip_residual(self)) <= SETTINGS.accepted_error * half;
         fine &= inner.imbalance(self, space) <= accuracy.balance_interior;
         for (p, (row, u)) in self.force.iter_mut().zip(self.constraints.iter().zip(&self.u)) {
             if row.law == ContactLaw::Attachment {
@@ -169,7 +171,7 @@ impl AugmentedLagrangian {
 
 impl InteriorPoint {
     /// Set initial gaps and forces, both positive.
-    fn begin(&mut self, primal: &AugmentedLagrangian) {
+    fn begin(&mut self, primal: &AugmentedLagrangian, half_thickness: f64) {
         let count = primal.constraints.len();
         for list in [&mut self.gap, &mut self.force, &mut self.gap_step, &mut self.force_step, &mut self.product] {
             list.clear();
@@ -178,7 +180,7 @@ impl InteriorPoint {
         self.slip.clear();
         self.slip.resize(count, DVec2::ZERO);
         let deepest = primal.u.iter().enumerate().filter(|(i, _)| primal.is_unilateral(*i));
-        let scale = deepest.map(|(_, u)| -u.x).fold(1e-6, f64::max);
+        let scale = deepest.map(|(_, u)| -u.x).fold(SETTINGS.least_penetration * half_thickness, f64::max);
         self.scale = scale;
         for (i, row) in primal.constraints.iter().enumerate().filter(|(i, _)| primal.is_unilateral(*i)) {
             self.gap[i] = primal.u[i].x.max(scale);

@@ -15,7 +15,9 @@ const SETTINGS: AugmentedLagrangianSettings = ContactSettings::DEFAULT.augmented
 /// Settings of a solve: tolerances, weights and iteration limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AugmentedLagrangianTolerances {
-    /// Gap tolerance, m.
+    /// Half the thickness of the thinnest sheet, m; 1 before [`Self::scaled`].
+    pub half_thickness: f64,
+    /// Gap tolerance, m; in half thicknesses before [`Self::scaled`].
     pub gap: f64,
     /// ρ as a multiple of the stiffness of the sheet at the contact. With 100, a Newton step
     /// reduces the penetration to a hundredth. Friction has a smaller factor because it changes
@@ -50,7 +52,8 @@ pub(crate) struct AugmentedLagrangianTolerances {
 impl AugmentedLagrangianTolerances {
     /// Settings for a single sheet: sticking contacts must not creep, and momentum is conserved.
     pub const SINGLE_SHEET: Self = Self {
-        gap: 2e-7,
+        half_thickness: 1.0,
+        gap: 8e-4,
         slip_weight: 10.0,
         weight_factor: DVec3::new(100.0, 10.0, 10.0),
         maximum_weight_factor: 1e4,
@@ -69,7 +72,8 @@ impl AugmentedLagrangianTolerances {
     /// and slip in every iteration. The friction bounds follow the normal forces from solve to
     /// solve.
     pub const IMPACT: Self = Self {
-        gap: 5e-6,
+        half_thickness: 1.0,
+        gap: 0.02,
         slip_weight: 1.0,
         weight_factor: DVec3::new(30.0, 3.0, 3.0),
         maximum_weight_factor: 0.0,
@@ -91,7 +95,7 @@ impl AugmentedLagrangianTolerances {
     pub const FEW_SHEETS: Self = Self { balance_late: 1e-4, maximum_bound_updates: 2, ..Self::IMPACT };
     /// Settings for an outer iteration of a single sheet that is far from the solution.
     pub const ROUGH: Self = Self {
-        gap: 1e-5,
+        gap: 0.04,
         slip_weight: 10.0,
         balance: 1e-3,
         balance_late: 1e-3,
@@ -101,7 +105,12 @@ impl AugmentedLagrangianTolerances {
     };
     /// Settings for an outer iteration of several sheets that is far from the solution.
     pub const ROUGH_SEVERAL_SHEETS: Self =
-        Self { gap: 1e-5, slip_weight: 10.0, weight_factor: Self::SINGLE_SHEET.weight_factor, ..Self::IMPACT };
+        Self { gap: 0.04, slip_weight: 10.0, weight_factor: Self::SINGLE_SHEET.weight_factor, ..Self::IMPACT };
+
+    /// These tolerances for sheets of this half thickness, m.
+    pub fn scaled(self, half_thickness: f64) -> Self {
+        Self { half_thickness, gap: self.gap * half_thickness, ..self }
+    }
 
     /// Maximum number of iterations without updates of the friction bounds; `in_forces` says
     /// whether the unknowns are contact forces.
