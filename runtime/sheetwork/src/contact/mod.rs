@@ -61,6 +61,7 @@ pub(crate) mod adhesion;
 pub(crate) mod attachment_spin;
 pub(crate) mod barrier;
 pub(crate) mod closed_contacts;
+pub(crate) mod compression;
 pub(crate) mod contact_cache;
 pub(crate) mod convergence;
 pub mod coulomb;

@@ -19,9 +19,14 @@ use crate::contact::workspace::ContactWorkspace;
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 
 impl ContactWorkspace {
-    /// Law of contact `i`: Coulomb friction, or bilateral for an attachment.
+    /// Whether contact `i` is an attachment, or holds a compressed sheet.
+    pub(crate) fn is_bilateral(&self, i: usize) -> bool {
+        i >= self.detected.first_attachment || self.detected.contacts[i].is_bilateral
+    }
+
+    /// Law of contact `i`: Coulomb friction, or bilateral.
     pub(crate) fn law(&self, i: usize) -> ContactLaw {
-        if i >= self.detected.first_attachment {
+        if self.is_bilateral(i) {
             ContactLaw::Attachment
         } else {
             ContactLaw::Coulomb(self.detected.contacts[i].friction)
@@ -54,7 +59,7 @@ impl ContactWorkspace {
             let start = velocity(island, &contact.a, StagePose::Start) - velocity(island, &contact.b, StagePose::Start);
             let airborne = self.gaps.open_fraction(i);
             let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
-            if approach < -SETTINGS.restitution_speed {
+            if approach < -SETTINGS.restitution_speed && !contact.is_bilateral {
                 u.x += contact.restitution * approach;
             }
         }

@@ -24,6 +24,9 @@ settings! {
         /// Cosine between two normals below which two contacts of the same features oppose each
         /// other.
         pub opposed_normal_cosine: f64 = -0.9,
+        /// Contact offset of the second face on a compressed sheet, as a fraction of half the
+        /// distance of the faces: this contact stays open.
+        pub compressed_offset: f64 = 0.95,
         /// Impact distance. A contact with a gap above it at the start and a penetration above it
         /// after the free motion is an impact.
         pub impact_distance: f64 = 8.0,

@@ -13,6 +13,7 @@ use crate::collision::narrow_phase::{
 use crate::contact::IslandView;
 use crate::contact::adhesion::on_bodies;
 use crate::contact::barrier::{BarrierAttachment, BarrierCollider};
+use crate::contact::compression::resolve_compression;
 use crate::contact::detected_contacts::DetectedContacts;
 use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
@@ -345,6 +346,7 @@ impl IslandDetection<'_> {
                 friction: c.friction,
                 restitution: c.restitution,
                 bond: 0.0,
+                is_bilateral: false,
             });
         }
         found.first_attachment = found.contacts.len();
@@ -360,6 +362,7 @@ impl IslandDetection<'_> {
                     friction: 0.0,
                     restitution: 0.0,
                     bond: 0.0,
+                    is_bilateral: false,
                 });
             }
         }
@@ -421,6 +424,7 @@ impl IslandDetection<'_> {
             }
             found.colliders.push(part_of);
         }
+        resolve_compression(island, &mut found.contacts);
         if island.sheets.iter().any(|sheet| !sheet.pins.is_empty()) {
             found.remove_immovable(island);
             let body_of = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok();

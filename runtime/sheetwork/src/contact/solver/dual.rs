@@ -94,6 +94,10 @@ impl ContactWorkspace {
     /// Whether the penetrating contacts are few compared to the unknowns. A single sheet always
     /// qualifies, because a few contacts may carry all of it.
     pub(crate) fn is_dual_affordable(&self, island: &IslandView) -> bool {
+        // Contacts of a compressed sheet are redundant, and W is singular.
+        if self.detected.contacts.iter().any(|contact| contact.is_bilateral) {
+            return false;
+        }
         island.sheets.len() == 1
             || SETTINGS.minimum_rows_per_contact * self.gaps.free.iter().filter(|gap| **gap < 0.0).count()
                 <= self.island_tangent.size()

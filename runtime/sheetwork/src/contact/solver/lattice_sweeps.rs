@@ -250,6 +250,7 @@ pub(crate) fn add_thickness_limits(island: &IslandView, detected: &mut DetectedC
                     friction: 0.0,
                     restitution: 0.0,
                     bond: 0.0,
+                    is_bilateral: false,
                 });
                 detected.colliders.push(u32::MAX);
             }

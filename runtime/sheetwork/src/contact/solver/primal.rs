@@ -66,7 +66,7 @@ impl ContactWorkspace {
         for (i, contact) in self.detected.contacts.iter().enumerate() {
             // A single sheet has no limit, because its sparsity pattern covers all its contacts.
             let near = self.gaps.free[i] < reach;
-            let is_chosen = near || i >= self.detected.first_attachment || self.cached_forces(&contact.key).is_some();
+            let is_chosen = near || self.is_bilateral(i) || self.cached_forces(&contact.key).is_some();
             self.in_working_set.push(is_chosen);
             if is_chosen {
                 self.working_set.push(i as u32);

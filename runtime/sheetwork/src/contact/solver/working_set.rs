@@ -54,7 +54,7 @@ impl WorkingSet {
         for (i, contact) in workspace.detected.contacts.iter().enumerate() {
             let had_force = || workspace.cached_forces(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
             let was = workspace.gaps.free[i] < 0.0 && had_force();
-            if (i >= workspace.detected.first_attachment || was) && !self.is_active[i] {
+            if (workspace.is_bilateral(i) || was) && !self.is_active[i] {
                 self.new.push(i as u32);
             }
         }
