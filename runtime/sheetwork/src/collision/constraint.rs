@@ -79,6 +79,7 @@ pub struct ContactConstraint {
     pub restitution: f64,
     /// Bond force f of an explicit integrator, N: the normal contact force is at least -f.
     pub bond: f64,
-    /// Whether the gap is held at 0 without slip, as of a sheet compressed between two bodies.
-    pub is_bilateral: bool,
+    /// Of a sheet compressed between two bodies, whose gap is held at 0 without slip: velocity of
+    /// the middle between them relative to side b, m/s.
+    pub compressed: Option<DVec3>,
 }

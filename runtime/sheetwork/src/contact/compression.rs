@@ -4,7 +4,8 @@
 //! satisfies both contacts. The material is compressed there, with the strain 1 - d/t, and its
 //! middle is at half the distance. So
 //!
-//! - the contact with one face becomes bilateral, at d/2, without slip: the pressure
+//! - the contact with one face becomes bilateral, at d/2, without slip relative to the mean motion
+//!   of the faces: the pressure
 //!   E (1 - d/t) on each face bears far more friction than a sheet can pull;
 //! - the others of the same feature have an offset slightly below d/2 and stay open.
 //!
@@ -12,7 +13,7 @@
 
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
-use crate::contact::gap::{StagePose, gap};
+use crate::contact::gap::{StagePose, position, velocity};
 use crate::contact::settings::ContactSettings;
 
 const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
@@ -29,18 +30,21 @@ pub(crate) fn resolve_compression(island: &IslandView, contacts: &mut [ContactCo
         let pairs = (1..feature.len()).flat_map(|k| (0..k).map(move |i| (i, k)));
         let compressed = pairs.filter_map(|(i, k)| {
             let (one, other) = (&feature[i], &feature[k]);
-            let is_opposed = fixed(&one.b) && fixed(&other.b) && one.normal.dot(other.normal) < most;
-            let touching = one.offset + other.offset;
-            let apart = || gap(island, one, StagePose::Free) + gap(island, other, StagePose::Free) + touching;
-            let distance = if is_opposed { apart() } else { touching };
-            (distance > 0.0 && distance < touching).then_some((i, distance))
+            if !(fixed(&one.b) && fixed(&other.b) && one.normal.dot(other.normal) < most) {
+                return None;
+            }
+            let [a, b] = [one, other].map(|contact| position(island, &contact.b, StagePose::Free));
+            let distance = (one.normal - other.normal).normalize_or_zero().dot(b - a);
+            (distance > 0.0 && distance < one.offset + other.offset).then_some((i, k, distance))
         });
-        let Some((held, distance)) = compressed.min_by(|one, other| one.1.total_cmp(&other.1)) else { continue };
+        let nearest = compressed.min_by(|one, other| one.2.total_cmp(&other.2));
+        let Some((held, facing, distance)) = nearest else { continue };
+        let [a, b] = [held, facing].map(|i| velocity(island, &feature[i].b, StagePose::Free));
         let normal = feature[held].normal;
         for contact in feature.iter_mut().filter(|c| fixed(&c.b) && c.normal.dot(normal).abs() > -most) {
             contact.offset = contact.offset.min(SETTINGS.compressed_offset * 0.5 * distance);
         }
-        (feature[held].offset, feature[held].is_bilateral) = (0.5 * distance, true);
+        (feature[held].offset, feature[held].compressed) = (0.5 * distance, Some(0.5 * (b - a)));
     }
 }
 
@@ -71,15 +75,15 @@ mod tests {
     #[test]
     fn a_node_in_a_gap_below_the_thickness_is_held_in_its_middle() {
         let [below, above] = between_planes(4e-4);
-        assert!(below.is_bilateral && (below.offset - 2e-4).abs() < 1e-16, "{below:?}");
-        assert!(!above.is_bilateral && above.offset < 2e-4 && above.offset > 1.5e-4, "{above:?}");
+        assert!(below.compressed == Some(DVec3::ZERO) && (below.offset - 2e-4).abs() < 1e-16, "{below:?}");
+        assert!(above.compressed.is_none() && above.offset < 2e-4 && above.offset > 1.5e-4, "{above:?}");
     }
 
     #[test]
     fn a_gap_of_the_thickness_and_planes_past_each_other_leave_the_contacts_as_they_are() {
         for distance in [5.1e-4, -1e-4] {
             let both = between_planes(distance);
-            assert!(both.iter().all(|c| !c.is_bilateral && c.offset == 2.5e-4), "{distance} {both:?}");
+            assert!(both.iter().all(|c| c.compressed.is_none() && c.offset == 2.5e-4), "{distance} {both:?}");
         }
     }
 }

@@ -21,7 +21,7 @@ const SETTINGS: ContactSettings = ContactSettings::DEFAULT;
 impl ContactWorkspace {
     /// Whether contact `i` is an attachment, or holds a compressed sheet.
     pub(crate) fn is_bilateral(&self, i: usize) -> bool {
-        i >= self.detected.first_attachment || self.detected.contacts[i].is_bilateral
+        i >= self.detected.first_attachment || self.detected.contacts[i].compressed.is_some()
     }
 
     /// Law of contact `i`: Coulomb friction, or bilateral.
@@ -42,7 +42,12 @@ impl ContactWorkspace {
             return frame.transpose() * end;
         }
         let start = position(island, &contact.a, StagePose::Start) - position(island, &contact.b, StagePose::Start);
-        let along = frame.transpose() * (end - start) * (1.0 - self.gaps.open_fraction(i));
+        let turn = frame.transpose();
+        if let Some(velocity) = contact.compressed {
+            let along = turn * (end - start - velocity * island.sheets[0].work.stage.length);
+            return DVec3::new(self.gaps.free[i], along.y, along.z);
+        }
+        let along = turn * (end - start) * (1.0 - self.gaps.open_fraction(i));
         DVec3::new(self.gaps.free[i], along.y, along.z)
     }
 
@@ -51,6 +56,9 @@ impl ContactWorkspace {
     pub(crate) fn relative_velocity(&self, island: &IslandView, i: usize, frame: &DMat3) -> Option<DVec3> {
         let contact = &self.detected.contacts[i];
         let free = velocity(island, &contact.a, StagePose::Free) - velocity(island, &contact.b, StagePose::Free);
+        if let Some(velocity) = contact.compressed {
+            return Some(frame.transpose() * (free - velocity));
+        }
         let mut u = frame.transpose() * free;
         if i < self.detected.first_attachment {
             if self.gaps.now[i] > SETTINGS.closed_gap * self.half_thickness {
@@ -59,7 +67,7 @@ impl ContactWorkspace {
             let start = velocity(island, &contact.a, StagePose::Start) - velocity(island, &contact.b, StagePose::Start);
             let airborne = self.gaps.open_fraction(i);
             let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
-            if approach < -SETTINGS.restitution_speed && !contact.is_bilateral {
+            if approach < -SETTINGS.restitution_speed {
                 u.x += contact.restitution * approach;
             }
         }

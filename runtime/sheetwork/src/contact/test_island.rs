@@ -76,17 +76,7 @@ pub(crate) fn contact(index: u32, a: ContactSide, b: ContactSide, normal: DVec3)
         ContactSide::Body { body, .. } => feature_key(FeatureKind::Face, body, 0),
     };
     let key = [feature_key(FeatureKind::Node, 0, index), on];
-    ContactConstraint {
-        a,
-        b,
-        normal,
-        offset: 0.0,
-        key,
-        friction: 0.0,
-        restitution: 0.0,
-        bond: 0.0,
-        is_bilateral: false,
-    }
+    ContactConstraint { a, b, normal, offset: 0.0, key, friction: 0.0, restitution: 0.0, bond: 0.0, compressed: None }
 }
 
 /// A contact of node `node` of sheet 0 with the plane of normal `normal` through the origin of the

@@ -346,7 +346,7 @@ impl IslandDetection<'_> {
                 friction: c.friction,
                 restitution: c.restitution,
                 bond: 0.0,
-                is_bilateral: false,
+                compressed: None,
             });
         }
         found.first_attachment = found.contacts.len();
@@ -362,7 +362,7 @@ impl IslandDetection<'_> {
                     friction: 0.0,
                     restitution: 0.0,
                     bond: 0.0,
-                    is_bilateral: false,
+                    compressed: None,
                 });
             }
         }

@@ -187,7 +187,7 @@ impl<'a> SheetBodyPair<'a> {
             friction: self.friction,
             restitution: self.restitution,
             bond: 0.0,
-            is_bilateral: false,
+            compressed: None,
         }
     }
 }

@@ -228,7 +228,7 @@ impl SheetPair<'_> {
             friction: self.coefficients.0,
             restitution: self.coefficients.1,
             bond: 0.0,
-            is_bilateral: false,
+            compressed: None,
         }
     }
 

@@ -53,7 +53,7 @@ impl ContactWorkspace {
         self.gaps.measure(&self.detected.contacts, island);
         let is_needed = self.policy.is_explicit && self.has_bonds
             || self.detected.first_attachment < self.detected.contacts.len()
-            || self.detected.contacts.iter().any(|contact| contact.is_bilateral)
+            || self.detected.contacts.iter().any(|contact| contact.compressed.is_some())
             || !self.gaps.free.iter().all(|g| *g >= 0.0);
         if !is_needed {
             if !self.policy.is_explicit {

@@ -95,7 +95,7 @@ impl ContactWorkspace {
     /// qualifies, because a few contacts may carry all of it.
     pub(crate) fn is_dual_affordable(&self, island: &IslandView) -> bool {
         // Contacts of a compressed sheet are redundant, and W is singular.
-        if self.detected.contacts.iter().any(|contact| contact.is_bilateral) {
+        if self.detected.contacts.iter().any(|contact| contact.compressed.is_some()) {
             return false;
         }
         island.sheets.len() == 1

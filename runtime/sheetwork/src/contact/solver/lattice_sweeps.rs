@@ -250,7 +250,7 @@ pub(crate) fn add_thickness_limits(island: &IslandView, detected: &mut DetectedC
                     friction: 0.0,
                     restitution: 0.0,
                     bond: 0.0,
-                    is_bilateral: false,
+                    compressed: None,
                 });
                 detected.colliders.push(u32::MAX);
             }
