@@ -21,6 +21,7 @@ pub(crate) const FINE: AugmentedLagrangianTolerances = AugmentedLagrangianTolera
     balance_late: 1e-10,
     maximum_bound_updates: 60,
     interior_point_iteration: 200,
+    half_thickness: 2.5e-4,
     ..AugmentedLagrangianTolerances::SINGLE_SHEET
 };
 

@@ -63,10 +63,10 @@ pub fn moved<'a>(id: u32, skin: &'a CollisionSurface, start: &'a Vectors, end: &
     SheetStageMotion { id, skin, start, base: start, end, awake: true }
 }
 
-/// All constraints of some sheets and bodies.
+/// All constraints of some sheets and bodies in a stage of 10 ms.
 pub fn rows(sheets: &[SheetStageMotion], bodies: &[BodyStageMotion]) -> Vec<ContactConstraint> {
     let problem =
-        DetectionInput { sheets, bodies, margin: MARGIN, fall: 0.0, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
+        DetectionInput { sheets, bodies, margin: MARGIN, fall: 1e-3, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
     let mut finder = CollisionDetector::default();
     finder.run_broad_phase(&problem, 10.0);
     let mut out = Vec::new();
