@@ -184,13 +184,13 @@ settings! {
         /// after a step that was solved without contact.
         pub penetration_single: f64 = 0.2,
         /// Penetration tolerance with several sheets, of which some are always in motion.
-        pub penetration_several: f64 = 0.8,
+        pub penetration_several: f64 = 0.2,
         /// Penetration of two sheets, as a fraction of the contact offset, above which they may
         /// exit on the opposite side.
-        pub crossed_penetration: f64 = 0.3,
+        pub crossed_penetration: f64 = 0.1,
         /// Growth of the penetration of two sheets in a stage, as a fraction of the contact offset,
         /// that would add up from step to step.
-        pub crossed_growth: f64 = 0.2,
+        pub crossed_growth: f64 = 0.05,
     }
 
     /// Outer iteration: free motion, detection and position solve in turn.
