@@ -175,8 +175,7 @@ impl CollisionSurface {
         self.offset
     }
 
-    /// Half the thickness of the material, to which tolerances of lengths refer, m. It is the
-    /// contact offset of one layer.
+    /// Length to which tolerances refer, m: half the thickness.
     pub fn half_thickness(&self) -> f64 {
         self.half_thickness
     }

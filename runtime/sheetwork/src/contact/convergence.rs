@@ -11,12 +11,13 @@ use glam::DVec3;
 use crate::collision::constraint::{ContactConstraint, ContactSide};
 use crate::contact::IslandView;
 use crate::contact::settings::{ContactSettings, ConvergenceSettings};
+use crate::contact::solver_body::SolverBody;
 use crate::sheet::stage;
 
 const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 
-/// Penetration tolerance, in half thicknesses, after iteration `round` with `sheets` sheets; `stalled` says whether
-/// the iteration has stagnated.
+/// Penetration tolerance, in half thicknesses, after iteration `round` with `sheets` sheets;
+/// `stalled` says whether the iteration has stagnated.
 pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) -> f64 {
     if sheets > 1 {
         SETTINGS.penetration_several
@@ -27,11 +28,18 @@ pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) ->
     }
 }
 
-/// Whether any node moved far enough in the stage to require another detection.
+/// Whether any node, or any body at the distance of a node, moved far enough in the stage to require
+/// another detection.
 pub(crate) fn has_moved(island: &IslandView) -> bool {
     let still = if island.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
     let still = still * island.half_thickness();
-    island.sheets.iter().any(|sheet| stage::has_moved(sheet, still))
+    let size = island.sheets.iter().map(|sheet| sheet.model.initial_diagonal).fold(0.0, f64::max);
+    let moves = |body: &SolverBody| {
+        let (from, to) = (&body.start, &body.free);
+        let turn = (to.rotation() - from.rotation()).length() * size;
+        to.centre().distance(from.centre()) + turn > still
+    };
+    island.sheets.iter().any(|sheet| stage::has_moved(sheet, still)) || island.solver_bodies.iter().any(moves)
 }
 
 /// Position of a side of a contact at the iterate, m.

@@ -141,8 +141,7 @@ pub(crate) fn solve_stage(
     let margins = ContactMargins::of_stage(island, field.gravity.length() * h * h);
     // A pair that touched in any iteration may touch again; ending without it would let it pass
     // through.
-    let mut met = false;
-    let mut before = f64::INFINITY;
+    let (mut met, mut before) = (false, f64::INFINITY);
     let mut mode = DetectionMode::FromStart;
     workspace.begin_outer_iteration();
     for round in 0..SETTINGS.maximum_iterations_single + SETTINGS.additional_iterations {

@@ -94,10 +94,6 @@ settings! {
         /// Least sum of squared weights of the free nodes of a stencil that takes the velocity of
         /// a body.
         pub least_share: f64 = 0.1,
-        /// Cosine between the normals of two bodies below which they compress a sheet.
-        pub opposed_cosine: f64 = -0.9,
-        /// Maximum force of compression of a node, N.
-        pub maximum_compression: f64 = 20.0,
         /// Fraction of a gap that a step keeps.
         pub kept_gap: f64 = 0.1,
         /// Cosine between the normals of a rectangle and their mean above which it does not meet

@@ -114,7 +114,6 @@ impl IslandSolve<'_, '_, '_> {
             self.begin_substep(&half);
             return self.solve_with_barrier(&half, depth - 1) && first;
         }
-        self.progress.compressed = u32::from(report.compressed);
         if !report.converged || !report.arrived {
             self.record_fallback();
         }
@@ -130,12 +129,6 @@ impl IslandSolve<'_, '_, '_> {
             }
         }
         true
-    }
-
-    /// Whether the substep goes to the barrier method at once: a led body has compressed a sheet,
-    /// for which the contact solver has no solution.
-    pub fn is_compressed(&self) -> bool {
-        self.progress.compressed > 0
     }
 
     /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;

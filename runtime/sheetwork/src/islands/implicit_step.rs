@@ -96,10 +96,6 @@ impl IslandSolve<'_, '_, '_> {
             self.apply_fallback(Fallback::SkipContact, &substep);
             return self.end_substep();
         }
-        if self.is_compressed() {
-            self.apply_fallback(Fallback::MoveOrFreeze, &substep);
-            return self.end_substep();
-        }
         if substep.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
             let deepest = &mut self.progress.report.deepest_bisection;
             *deepest = substep.bisections.max(*deepest);

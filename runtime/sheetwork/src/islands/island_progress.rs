@@ -17,8 +17,6 @@ pub(crate) struct IslandProgress {
     /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
     /// steps.
     pub energy_error: f64,
-    /// 1 after a substep in which a sheet was compressed across its thickness.
-    pub compressed: u32,
     /// Solver bodies that move together with a sheet in the rigid-motion fallback.
     pub moves_rigidly: Vec<bool>,
 }
@@ -62,5 +60,5 @@ impl IslandProgress {
 }
 
 state!(IslandProgress {
-    report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error, compressed; without moves_rigidly
+    report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error; without moves_rigidly
 });

@@ -70,14 +70,14 @@ settings! {
         /// and is expelled. In an island of several sheets the fallback applies instead, so that
         /// one sheet does not stop the others.
         pub divergence_gain: f64 = 1e6,
-        /// Lift of the reference energy, as a multiple of the half thickness, below which gains of a
-        /// single sheet are ignored. It exceeds the accuracy of a contact solve.
+        /// Lift of the reference energy, in half thicknesses, below which gains of a single sheet
+        /// are ignored. It exceeds the accuracy of a contact solve.
         pub lift_single: f64 = 0.4,
         /// Lift of the reference energy for several sheets, as a multiple of the half thickness:
         /// each may penetrate the next, and their depenetration lifts the whole pile.
         pub lift_several: f64 = 8.0,
-        /// Maximum penetration of initial positions, in half thicknesses. Its removal, and that of less down to
-        /// [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings),
+        /// Maximum penetration of initial positions, in half thicknesses. Its removal, and that of
+        /// less down to [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings),
         /// may add potential energy.
         pub maximum_initial_penetration: f64 = 2.0,
         /// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 /// scale of a body.
 pub const MINIMUM_CONTACT_OFFSET: f64 = 1e-5;
 
+/// Half thickness to which tolerances of a surface without thickness refer, m.
+pub const NOMINAL_HALF_THICKNESS: f64 = 2.5e-4;
+
 /// Default contact coefficients of bodies and sheets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

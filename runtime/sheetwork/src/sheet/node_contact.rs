@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::integrators::implicit::staged::ContactJump;
 use crate::linear::{HalfSolutions, SparseLoads};
 use crate::math::Vectors;
+use crate::scene::contact::{MINIMUM_CONTACT_OFFSET, NOMINAL_HALF_THICKNESS};
 use crate::sheet::{Sheet, SheetState};
 
 /// Size the work arrays of a step.
@@ -42,13 +43,18 @@ pub(crate) fn solves_node_by_node(sheet: &Sheet) -> bool {
 /// Contact offset from the nodes, m: half the thickness of a single layer with the stiffness of
 /// its material, otherwise the minimum offset.
 pub fn contact_offset(sheet: &Sheet) -> f64 {
-    let has_thickness = sheet.model.layers.len() <= 1 && sheet.follows_material();
-    if has_thickness { 0.5 * sheet.material().thickness } else { crate::scene::contact::MINIMUM_CONTACT_OFFSET }
+    if has_thickness(sheet) { 0.5 * sheet.material().thickness } else { MINIMUM_CONTACT_OFFSET }
 }
 
-/// Half the thickness of the material, to which tolerances of lengths refer, m.
+/// Length to which tolerances of contact refer, m: half the thickness, or that of a common sheet for
+/// a surface without thickness.
 pub(crate) fn half_thickness(sheet: &Sheet) -> f64 {
-    0.5 * sheet.material().thickness
+    if has_thickness(sheet) { 0.5 * sheet.material().thickness } else { NOMINAL_HALF_THICKNESS }
+}
+
+/// Whether the surface is that of a single layer with the stiffness of its material.
+fn has_thickness(sheet: &Sheet) -> bool {
+    sheet.model.layers.len() <= 1 && sheet.follows_material()
 }
 
 /// Corners of the bounding box of the collision surface, m.

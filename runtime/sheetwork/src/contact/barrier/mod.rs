@@ -14,7 +14,6 @@
 //! uses it where the contact solver has no accepted solution. Energies in J, h in s.
 
 mod friction;
-mod squeeze;
 mod stencil;
 mod surfaces;
 mod terms;
@@ -50,8 +49,6 @@ pub(crate) struct BarrierReport {
     pub converged: bool,
     /// Whether kinematic bodies and prescribed nodes have reached their end.
     pub arrived: bool,
-    /// Whether a sheet is compressed across its thickness.
-    pub compressed: bool,
 }
 
 /// The method with its arrays.
@@ -94,14 +91,12 @@ impl BarrierSolver {
         (field, h): (Field, f64),
     ) -> BarrierReport {
         self.begin(island, colliders, attachments);
-        self.squeeze(island, friction, h);
         let moves = self.prescribed.iter().any(|d| *d != DVec3::ZERO);
         let led = self.prescribed.iter().map(|d| d.length()).fold(0.0, f64::max);
         let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
         self.reach = SETTINGS.reach * (led + (fast + field.gravity.length() * h) * h + self.thinnest(island));
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
-        let compressed = !self.surfaces.squeezed.is_empty();
-        let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves, compressed };
+        let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves };
         while report.iterations < SETTINGS.maximum_iterations && !report.converged {
             report.iterations += 1;
             let Some(slope) = self.find_step(island, friction, (field, h, remaining)) else { break };
@@ -151,7 +146,6 @@ impl BarrierSolver {
         }
         start.clone_from(x);
         self.surfaces.attached.clear();
-        self.surfaces.squeezed.clear();
         let mut swept = std::mem::take(&mut self.swept);
         self.surfaces.find(island, &self.step, &|pair| friction(island, pair), &mut swept);
         let mut first = 1.0_f64;

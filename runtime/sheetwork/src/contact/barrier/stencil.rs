@@ -57,12 +57,6 @@ pub(super) struct Closest {
 }
 
 impl Stencil {
-    /// Force of a barrier of unit stiffness and range at half of its range.
-    pub fn half_range_force() -> f64 {
-        let s = 0.5_f64;
-        2.0 * (s - 1.0) * s.ln() + (s - 1.0) * (s - 1.0) / s
-    }
-
     /// Closest points with vertices at `x`.
     pub fn closest(&self, x: [DVec3; 4]) -> Closest {
         let weights = match self.features {

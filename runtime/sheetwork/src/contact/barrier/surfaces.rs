@@ -125,15 +125,6 @@ pub(crate) struct BarrierAttachment {
     pub local: DVec3,
 }
 
-/// A node that is compressed between two bodies.
-pub(super) struct Squeeze {
-    pub vertex: u32,
-    /// Factor on the thickness.
-    pub part: f64,
-    /// Force of compression, N.
-    pub force: f64,
-}
-
 /// All features of an island.
 #[derive(Default)]
 pub(super) struct Surfaces {
@@ -143,8 +134,6 @@ pub(super) struct Surfaces {
     pub x: Vec<DVec3>,
     /// Vertices of node and point of the attachments.
     pub attached: Vec<[u32; 2]>,
-    /// Compressed nodes, ascending.
-    pub squeezed: Vec<Squeeze>,
     objects: Vec<Object>,
     /// First vertex of each sheet.
     first: Vec<u32>,
@@ -298,21 +287,6 @@ impl Surfaces {
         self.objects = objects;
     }
 
-    /// Reduce the thickness of a stencil at a compressed node.
-    fn compress(&self, stencil: &mut Stencil) {
-        let squeezed = |i: &u32| {
-            self.squeezed
-                .binary_search_by_key(i, |s| s.vertex)
-                .ok()
-                .map(|at| (self.squeezed[at].part, self.squeezed[at].force))
-        };
-        let most = stencil.vertices.iter().filter_map(squeezed).min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((part, force)) = most.filter(|(part, _)| *part < 1.0) {
-            stencil.offset *= part;
-            stencil.stiffness = force / (Stencil::half_range_force() * SETTINGS.range * stencil.offset);
-        }
-    }
-
     /// Compute the boxes of the objects, and which of them are near another or may meet themselves.
     fn mark_met(&self, island: &IslandView, objects: &mut [Object], d: &[DVec3]) {
         for object in objects.iter_mut() {
@@ -360,19 +334,16 @@ impl Surfaces {
         })
     }
 
-    /// Stencil of `vertices`, with the sum of the half thicknesses, the friction and whether a body
-    /// takes part; `None` where a half space or a ball begins inside the other, without a way out.
+    /// Stencil of `vertices`, with the sum of the half thicknesses and the friction; `None` where a
+    /// half space or a ball begins inside the other, without a way out.
     fn stencil(
         &self,
         (features, vertices, radius): (Features, [u32; 4], f64),
-        (offset, friction, with_body): (f64, f64, bool),
+        (offset, friction): (f64, f64),
     ) -> Option<Stencil> {
         let mut stencil =
             Stencil { features, vertices, radius, offset, limit: 0.0, floor: 0.0, friction, stiffness: 0.0 };
         let start = stencil.closest(vertices.map(|i| self.start[i as usize])).distance;
-        if with_body && !self.squeezed.is_empty() {
-            self.compress(&mut stencil);
-        }
         let range = SETTINGS.range * stencil.offset;
         stencil.limit = (stencil.offset - range).min(start - range);
         stencil.floor = stencil.limit.max(SETTINGS.kept_gap * start);
@@ -401,7 +372,7 @@ impl Surfaces {
             let reach = offset + size(p).max(size(q));
             p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
         };
-        let law = (offset, friction, b.sheet.is_none());
+        let law = (offset, friction);
         let mut add = |features, vertices, radius| found.extend(self.stencil((features, vertices, radius), law));
         if let Some([origin, along]) = b.plane {
             let n = (self.x[along as usize] - self.x[origin as usize]).normalize_or(DVec3::Y);

@@ -141,13 +141,9 @@ impl ContactWorkspace {
             dual.working_set.exclude(i);
         }
         dual.working_set.add_cached(self);
+        let depth = SETTINGS.penetration * self.half_thickness;
         if dual.working_set.new.is_empty() {
-            dual.working_set.add_violated(
-                self,
-                &self.gaps.free,
-                SETTINGS.penetration * self.half_thickness,
-                std::iter::empty(),
-            );
+            dual.working_set.add_violated(self, &self.gaps.free, depth, std::iter::empty());
         }
         if dual.working_set.new.is_empty() {
             dual.working_set.add_deepest(&self.gaps.free);
@@ -168,12 +164,8 @@ impl ContactWorkspace {
             dual.space.delassus.problem.force.clone_from(&lagrangian.force);
             dual.space.delassus.displace(island, &self.detected.contacts, h);
             self.gaps.update(&self.detected.contacts, island);
-            dual.working_set.add_violated(
-                self,
-                &self.gaps.now,
-                SETTINGS.penetration * self.half_thickness,
-                self.working_set.iter().map(|i| *i as usize),
-            );
+            let active = self.working_set.iter().map(|i| *i as usize);
+            dual.working_set.add_violated(self, &self.gaps.now, depth, active);
             if dual.working_set.new.is_empty() {
                 break;
             }

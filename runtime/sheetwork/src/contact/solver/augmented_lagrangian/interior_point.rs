@@ -73,18 +73,16 @@ impl AugmentedLagrangian {
         accuracy: &AugmentedLagrangianTolerances,
     ) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
-        let half = accuracy.half_thickness;
+        let (half, ends) = (accuracy.half_thickness, accuracy.interior);
         inner.begin(self, half);
-        let first = inner.mean(self);
-        let mut fine = true;
+        let (first, mut fine) = (inner.mean(self), true);
         for _ in 0..SETTINGS.maximum_iterations {
             let mean = inner.mean(self);
-            inner.smooth =
-                (inner.scale * (mean / first).powf(SETTINGS.smoothing_exponent)).max(SETTINGS.least_smoothing * half);
-            let InteriorPointTolerances { path_tolerance: down, gap_tolerance: miss, balance_tolerance: balanced } =
-                accuracy.interior;
-            let ended = mean <= down * first && inner.residual(self).max(inner.slip_residual(self)) <= miss * half;
-            if ended && inner.imbalance(self, space) <= balanced {
+            let path = (mean / first).powf(SETTINGS.smoothing_exponent);
+            inner.smooth = (inner.scale * path).max(SETTINGS.least_smoothing * half);
+            let ended = mean <= ends.path_tolerance * first
+                && inner.residual(self).max(inner.slip_residual(self)) <= ends.gap_tolerance * half;
+            if ended && inner.imbalance(self, space) <= ends.balance_tolerance {
                 break;
             }
             fine = self.factorize_interior(space, &inner);
