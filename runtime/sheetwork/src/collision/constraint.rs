@@ -79,7 +79,7 @@ pub struct ContactConstraint {
     pub restitution: f64,
     /// Bond force f of an explicit integrator, N: the normal contact force is at least -f.
     pub bond: f64,
-    /// Of a sheet compressed between two bodies, whose gap is held at 0 without slip: velocity of
-    /// the middle between them relative to side b, m/s.
+    /// Velocity of the middle between two bodies that compress a sheet relative to side b, m/s. The
+    /// gap is then held at 0 without slip.
     pub compressed: Option<DVec3>,
 }

@@ -1,12 +1,10 @@
 //! Sheets compressed across their thickness between two bodies whose motion is prescribed.
 //!
 //! Between two opposite faces at a distance d below the sum of the contact offsets no position
-//! satisfies both contacts. The material is compressed there, with the strain 1 - d/t, and its
-//! middle is at half the distance. So
+//! satisfies both contacts. The material is compressed there, by the strain 1 - d/t:
 //!
 //! - the contact with one face becomes bilateral, at d/2, without slip relative to the mean motion
-//!   of the faces: the pressure
-//!   E (1 - d/t) on each face bears far more friction than a sheet can pull;
+//!   of the faces: the pressure E (1 - d/t) bears far more friction than a sheet can pull;
 //! - the others of the same feature have an offset slightly below d/2 and stay open.
 //!
 //! The pressure acts on both faces alike and does not move the sheet. Lengths in m.

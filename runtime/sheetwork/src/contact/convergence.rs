@@ -19,16 +19,11 @@ const SETTINGS: ConvergenceSettings = ContactSettings::DEFAULT.convergence;
 /// Penetration tolerance, in half thicknesses, after iteration `round` with `sheets` sheets;
 /// `stalled` says whether the iteration has stagnated.
 pub(crate) fn penetration_tolerance(round: u32, sheets: usize, stalled: bool) -> f64 {
-    if sheets > 1 {
-        SETTINGS.penetration_several
-    } else if round < SETTINGS.fine_iterations && !stalled {
-        SETTINGS.fine_penetration
-    } else {
-        SETTINGS.penetration_single
-    }
+    let is_fine = sheets == 1 && round < SETTINGS.fine_iterations && !stalled;
+    if is_fine { SETTINGS.fine_penetration } else { SETTINGS.penetration }
 }
 
-/// Whether any node, or any body at the distance of a node, moved far enough in the stage to require
+/// Whether any node, or a body at the distance of a node, moved far enough in the stage to require
 /// another detection.
 pub(crate) fn has_moved(island: &IslandView) -> bool {
     let still = if island.sheets.len() > 1 { SETTINGS.displacement_several } else { SETTINGS.displacement_single };
@@ -106,12 +101,12 @@ mod tests {
 
     #[test]
     fn tolerance_is_finer_in_the_first_iterations_of_a_single_sheet() {
-        let (fine, coarse) = (SETTINGS.fine_penetration, SETTINGS.penetration_single);
+        let (fine, coarse) = (SETTINGS.fine_penetration, SETTINGS.penetration);
         assert_eq!(penetration_tolerance(0, 1, false), fine);
         assert_eq!(penetration_tolerance(SETTINGS.fine_iterations - 1, 1, false), fine);
         assert_eq!(penetration_tolerance(SETTINGS.fine_iterations, 1, false), coarse);
         assert_eq!(penetration_tolerance(0, 1, true), coarse, "stagnation");
-        assert_eq!(penetration_tolerance(0, 2, false), SETTINGS.penetration_several);
+        assert_eq!(penetration_tolerance(0, 2, false), coarse);
     }
 
     #[test]

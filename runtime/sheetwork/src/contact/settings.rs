@@ -176,11 +176,8 @@ settings! {
         /// Penetration tolerance of a single sheet in the first [`Self::fine_iterations`]
         /// iterations.
         pub fine_penetration: f64 = 0.04,
-        /// Penetration tolerance of a single sheet in later iterations, after stagnation, and
-        /// after a step that was solved without contact.
-        pub penetration_single: f64 = 0.2,
-        /// Penetration tolerance with several sheets, of which some are always in motion.
-        pub penetration_several: f64 = 0.2,
+        /// Penetration tolerance: a tenth of the thickness.
+        pub penetration: f64 = 0.2,
         /// Penetration of two sheets, as a fraction of the contact offset, above which they may
         /// exit on the opposite side.
         pub crossed_penetration: f64 = 0.1,

@@ -25,24 +25,21 @@ const STEP: StepSettings = StepSettings::DEFAULT;
 /// Replacement of the solution of a substep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fallback {
-    /// Free sheets move rigidly with the bodies that they would penetrate
-    /// (`rigid_motion`); other sheets are frozen at the start of the substep, and so are bodies
-    /// that would penetrate them.
+    /// Free sheets move rigidly with the bodies that they would penetrate (`rigid_motion`); others
+    /// are frozen at the start of the substep, with bodies that would penetrate them.
     MoveOrFreeze,
     /// Free sheets move rigidly; the solution is kept where they cannot.
     MoveRigidly,
     /// The substep starts again: bodies move without contact with sheets, then `MoveOrFreeze`.
     Restart,
-    /// `MoveOrFreeze` for the first consecutive diverged steps. After their maximum number a slow
-    /// island in contact is put to sleep, and a fast one is stopped for the rest of the step.
+    /// `MoveOrFreeze` for some consecutive diverged steps. After them a slow island in contact
+    /// sleeps, and a fast one is stopped for the rest of the step.
     FreezeThenStop,
     /// `FreezeThenStop`; the sheets of a stopped island are unstable.
     FreezeThenStopUnstable,
-    /// Bodies move without contact with sheets, then `FreezeThenStopUnstable`: the work budget of
-    /// the step is spent.
+    /// The work budget is spent: bodies move without sheets, then `FreezeThenStopUnstable`.
     SkipContact,
-    /// The sheets return to the start of the substep and the island is stopped. This sheet of it,
-    /// which started deep inside a body, is unstable.
+    /// The island is stopped. This sheet, which started deep inside a body, is unstable.
     StopBuriedSheet(u32),
 }
 
@@ -131,9 +128,8 @@ impl IslandSolve<'_, '_, '_> {
         true
     }
 
-    /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet;
-    /// `None` without one. The substep is split there: a sheet has the velocity of the body that
-    /// struck it only from then on.
+    /// Fraction of a substep after which a fast body with prescribed motion first meets a sheet,
+    /// which has the velocity of the body from then on; `None` without one.
     pub fn first_impact(&mut self, substep: &Substep) -> Option<f64> {
         let size = self.view.sheets.iter().map(|sheet| sheet.model.initial_diagonal).fold(f64::INFINITY, f64::min);
         let fast = SETTINGS.impact_displacement * size / substep.dt;
@@ -208,9 +204,8 @@ impl IslandSolve<'_, '_, '_> {
         });
     }
 
-    /// Freeze dynamic bodies too where their motion makes one of them penetrate a frozen sheet:
-    /// they moved as if the sheets had moved. The bodies keep their new velocities, or, where an
-    /// unconverged solve has given them energy, a reduced part of the old ones.
+    /// Freeze dynamic bodies too where one of them would penetrate a frozen sheet. They keep their
+    /// new velocities, or, where these have gained energy, a part of the old ones.
     fn hold_back_bodies(&mut self, substep: &Substep) {
         let (island, workspace) = (&mut *self.view, &mut *self.workspace);
         if !island.solver_bodies.iter().any(|body| body.is_dynamic()) {

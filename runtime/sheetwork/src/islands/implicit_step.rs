@@ -19,13 +19,12 @@ use crate::islands::fallback::Fallback;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_progress::IslandProgress;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
-use crate::islands::settings::{BisectionSettings, FallbackSettings, StepSettings};
+use crate::islands::settings::{BisectionSettings, StepSettings};
 use crate::islands::unstable::is_unstable;
 use crate::sheet::{Field, attachment, creep, stage, stage_trace};
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: BisectionSettings = StepSettings::DEFAULT.bisection;
-const FALLBACK: FallbackSettings = StepSettings::DEFAULT.fallback;
 
 /// A substep.
 #[derive(Clone, Copy)]
@@ -295,16 +294,11 @@ impl IslandSolve<'_, '_, '_> {
         if by_itself || matches!(solved, StageSolve::Unconverged | StageSolve::Separated) {
             let detection = &mut *self.detection;
             let deepest = self.workspace.deepest_penetration(self.view, |island, found| {
-                detection.detect_contacts(
-                    island,
-                    DetectionMode::BodyPenetration,
-                    ContactMargins::resting(island),
-                    found,
-                )
+                let margins = ContactMargins::resting(island);
+                detection.detect_contacts(island, DetectionMode::BodyPenetration, margins, found)
             });
             record.penetration = record.penetration.max(deepest);
-            let most = if by_itself { CONTACT.convergence.penetration_single } else { SETTINGS.penetration_several };
-            if !policy.is_shortest_substep && record.penetration > most * self.view.half_thickness() {
+            if !policy.is_shortest_substep && record.penetration > self.accepted_penetration() {
                 return StageOutcome::Bisect;
             }
         }
@@ -316,6 +310,11 @@ impl IslandSolve<'_, '_, '_> {
             return self.bisect_or(Fallback::FreezeThenStop);
         }
         StageOutcome::Accepted
+    }
+
+    /// Accepted penetration of an unconverged stage, m.
+    fn accepted_penetration(&self) -> f64 {
+        CONTACT.convergence.penetration * self.view.half_thickness()
     }
 
     /// Bisection, or the fallback at the shortest substep.
@@ -358,7 +357,7 @@ impl IslandSolve<'_, '_, '_> {
             _ => EnergyVerdict::Accept,
         };
         let has_dynamic_body = self.view.solver_bodies.iter().any(|body| body.is_dynamic());
-        let is_inside = before.is_some() && penetration > FALLBACK.penetration * self.view.half_thickness();
+        let is_inside = before.is_some() && penetration > self.accepted_penetration();
         match verdict {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
             EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),

@@ -51,9 +51,6 @@ settings! {
         /// following steps too, and are bisected only for an energy error, a strain error or
         /// interpenetration.
         pub maximum_depth_several: u32 = 4,
-        /// Penetration above which an island of several sheets with unconverged outer iterations
-        /// bisects the step, as a multiple of the half thickness.
-        pub penetration_several: f64 = 0.4,
         /// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is
         /// linearised in the rotation; with a larger one a struck needle swings through the sheet.
         pub maximum_rotation: f64 = 0.2,
@@ -76,21 +73,16 @@ settings! {
         /// Lift of the reference energy for several sheets, as a multiple of the half thickness:
         /// each may penetrate the next, and their depenetration lifts the whole pile.
         pub lift_several: f64 = 8.0,
-        /// Maximum penetration of initial positions, in half thicknesses. Its removal, and that of
-        /// less down to [`ContactSettings::residual_penetration`](crate::contact::settings::ContactSettings),
-        /// may add potential energy.
+        /// Maximum penetration of initial positions, in half thicknesses, whose removal may add
+        /// potential energy.
         pub maximum_initial_penetration: f64 = 2.0,
         /// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of
-        /// the sheet's triangles is lifted at each by up to a twentieth of its energy, which
-        /// exceeds the rolling resistance.
+        /// triangles is lifted at each, which may exceed the rolling resistance.
         pub resting_speed: f64 = 0.03,
     }
 
     /// Rigid motion, freeze and rollback of a step that did not converge.
     pub struct FallbackSettings {
-        /// Maximum penetration of a body at the end of a step with unconverged outer iterations, in
-        /// half thicknesses.
-        pub penetration: f64 = 1.2,
         /// Displacement of a body with prescribed motion in a substep, as a fraction of the sheet's
         /// diagonal, above which the substep is split at the first impact.
         pub impact_displacement: f64 = 0.25,

@@ -46,8 +46,8 @@ pub fn contact_offset(sheet: &Sheet) -> f64 {
     if has_thickness(sheet) { 0.5 * sheet.material().thickness } else { MINIMUM_CONTACT_OFFSET }
 }
 
-/// Length to which tolerances of contact refer, m: half the thickness, or that of a common sheet for
-/// a surface without thickness.
+/// Length to which tolerances of contact refer, m: half the thickness, or that of a common sheet
+/// for a surface without thickness.
 pub(crate) fn half_thickness(sheet: &Sheet) -> f64 {
     if has_thickness(sheet) { 0.5 * sheet.material().thickness } else { NOMINAL_HALF_THICKNESS }
 }
