@@ -50,7 +50,8 @@ fn motion<'a>(id: u32, skin: &'a CollisionSurface, start: &'a Vectors, end: &'a 
 }
 
 fn find(bencher: Bencher, sheets: &[SheetStageMotion], bodies: &[BodyStageMotion]) {
-    let problem = DetectionInput { sheets, bodies, margin: 2e-4, between: Some(2e-4), surfaces: &|_| (0.3, 0.0) };
+    let problem =
+        DetectionInput { sheets, bodies, margin: 2e-4, fall: 0.0, between: Some(2e-4), surfaces: &|_| (0.3, 0.0) };
     let (mut finder, mut rows) = (CollisionDetector::default(), Vec::new());
     finder.run_broad_phase(&problem, 0.05);
     bencher.bench_local(|| finder.detect_contacts(&problem, divan::black_box(&mut rows)));
@@ -118,6 +119,7 @@ fn begin(bencher: Bencher) {
         sheets: &sheets,
         bodies: &problem_bodies,
         margin: 2e-4,
+        fall: 0.0,
         between: Some(2e-4),
         surfaces: &|_| (0.3, 0.0),
     };
