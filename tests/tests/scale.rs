@@ -1,4 +1,4 @@
-//! A scene of another size moves alike: lengths times s, times and speeds times √s, moduli times s,
+//! A scene of another size moves alike: lengths and moduli times s, times and speeds times √s,
 //! densities and gravity unchanged. All forces then scale by s³, and every position by s.
 
 use glam::DVec3;
@@ -9,10 +9,10 @@ use sheetwork::scene::Scene;
 const TOLERANCE: f64 = 1e-6;
 
 /// Positions of all nodes after the scaled `seconds` of a scene, in units of the scale. In `text`,
-/// `L(x)` is a length, `T(x)` a time, `V(x)` a speed and `E(x)` a modulus of the scene of size 1.
+/// `L(x)` is a length, `T(x)` a time and `E(x)` a modulus of the scene of size 1.
 fn positions(text: &str, seconds: f64, s: f64) -> Vec<DVec3> {
     let mut scaled = text.to_owned();
-    for (unit, factor) in [("L(", s), ("T(", s.sqrt()), ("V(", s.sqrt()), ("E(", s)] {
+    for (unit, factor) in [("L(", s), ("T(", s.sqrt()), ("E(", s)] {
         while let Some(at) = scaled.find(unit) {
             let end = at + scaled[at..].find(')').expect("closed");
             let numbers = scaled[at + 2..end].split(',').map(|n| n.trim().parse::<f64>().expect("a number") * factor);
@@ -27,8 +27,12 @@ fn positions(text: &str, seconds: f64, s: f64) -> Vec<DVec3> {
     world.sheets().iter().flat_map(|sheet| sheet.state.x.iter().collect::<Vec<_>>()).map(|x| x / s).collect()
 }
 
-/// Assert that the scene moves alike from a hundredth to a hundred times its size.
-fn assert_scales(text: &str, seconds: f64) {
+/// Assert that a scene of these sheets and bodies moves alike from 0.01 to 100 times its size.
+fn assert_scales((step, friction): (f64, f64), sheets: &str, bodies: &str, seconds: f64) {
+    let text = &format!(
+        "(engine: \"tr-bdf2\", dt: T({step}), contact: (friction: {friction}, restitution: 0), \
+         sheets: [{sheets}], bodies: [(name: \"floor\", shape: HalfSpace), {bodies}])"
+    );
     let expected = positions(text, seconds, 1.0);
     let start = positions(text, 0.0, 1.0);
     assert!(expected.iter().zip(&start).any(|(x, y)| x.distance(*y) > 0.02), "it moves");
@@ -40,53 +44,33 @@ fn assert_scales(text: &str, seconds: f64) {
     }
 }
 
-/// A sheet of the shell at this place and rotation.
-fn sheet(name: &str, young: &str, place: &str, more: &str) -> String {
+/// A sheet of the shell of this modulus, placed so.
+fn sheet(name: &str, young: &str, place: &str) -> String {
     format!(
         "(name: \"{name}\", structure: \"shell\", grid: (9, 1, 8), size: (L(0.2, 0.17)), material: (young: E({young}), \
-         poisson: 0.3, density: 1000, thickness: L(5e-4), damping_ratio: 0.02), placement: ({place}), {more})"
+         poisson: 0.3, density: 1000, thickness: L(5e-4), damping_ratio: 0.02), placement: ({place}))"
     )
 }
 
 #[test]
 fn a_sheet_on_a_led_box() {
-    let sheet = sheet("p", "3e7", "position: (L(0.01, 0.12, 0.005)), rotation: (4, 7, 11)", "");
-    assert_scales(
-        &format!(
-            r#"(engine: "tr-bdf2", dt: T(0.00833333333333), contact: (friction: 0.4, restitution: 0), sheets: [{sheet}],
-                bodies: [(name: "floor", shape: HalfSpace), (name: "box", shape: Box((L(0.08, 0.1, 0.06))),
-                    placement: (position: (L(0, 0.05, 0))),
-                    path: [(time: 0), (time: T(1), offset: (L(0.05, 0, 0)))])])"#
-        ),
-        0.6,
-    );
+    let sheet = sheet("p", "3e7", "position: (L(0.01, 0.12, 0.005)), rotation: (4, 7, 11)");
+    let led = r#"(name: "box", shape: Box((L(0.08, 0.1, 0.06))), placement: (position: (L(0, 0.05, 0))),
+        path: [(time: 0), (time: T(1), offset: (L(0.05, 0, 0)))])"#;
+    assert_scales((0.00833333333333, 0.4), &sheet, led, 0.6);
 }
 
 #[test]
 fn two_sheets_on_a_floor() {
-    let (low, high) = (
-        sheet("low", "3e7", "position: (L(0, 0.02, 0)), rotation: (3, 0, 5)", ""),
-        sheet("high", "1e8", "position: (L(0.03, 0.06, 0.02)), rotation: (-4, 20, 2)", ""),
-    );
-    assert_scales(
-        &format!(
-            r#"(engine: "tr-bdf2", dt: T(0.01), contact: (friction: 0.4, restitution: 0), sheets: [{low}, {high}],
-                bodies: [(name: "floor", shape: HalfSpace)])"#
-        ),
-        0.3,
-    );
+    let low = sheet("low", "3e7", "position: (L(0, 0.02, 0)), rotation: (3, 0, 5)");
+    let high = sheet("high", "1e8", "position: (L(0.03, 0.06, 0.02)), rotation: (-4, 20, 2)");
+    assert_scales((0.01, 0.4), &format!("{low}, {high}"), "", 0.3);
 }
 
 #[test]
 fn a_sheet_pushed_over_the_floor_by_its_edge() {
-    let sheet = sheet("p", "3e9", "position: (L(0, 2.5e-4, 0))", "");
-    assert_scales(
-        &format!(
-            r#"(engine: "tr-bdf2", dt: T(0.01), contact: (friction: 0.3, restitution: 0), sheets: [{sheet}],
-                bodies: [(name: "floor", shape: HalfSpace), (name: "block", shape: Box((L(0.02, 0.04, 0.2))),
-                    placement: (position: (L(-0.112, 0.02, 0))),
-                    path: [(time: 0), (time: T(1), offset: (L(0.1, 0, 0)))])])"#
-        ),
-        0.5,
-    );
+    let sheet = sheet("p", "3e9", "position: (L(0, 2.5e-4, 0))");
+    let block = r#"(name: "block", shape: Box((L(0.02, 0.04, 0.2))), placement: (position: (L(-0.112, 0.02, 0))),
+        path: [(time: 0), (time: T(1), offset: (L(0.1, 0, 0)))])"#;
+    assert_scales((0.01, 0.3), &sheet, block, 0.5);
 }
