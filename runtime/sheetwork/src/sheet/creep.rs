@@ -15,7 +15,7 @@ use crate::units::parameters::ParameterId as Id;
 /// State of creep and plasticity of a sheet, beyond that of its elements.
 #[derive(Clone)]
 pub(crate) struct InelasticState {
-    law: InelasticLaw,
+    pub law: InelasticLaw,
     /// Temperature of a sheet without a thermal network, °C.
     temperature: f64,
     /// Ratio of thermal time to mechanical time, for creep and for heat.
