@@ -139,6 +139,33 @@ fn a_folded_strip_keeps_one_angle_on_four_grids() {
 }
 
 #[test]
+fn a_strip_folded_between_plates_keeps_one_angle_on_grids_that_resolve_it() {
+    let kept = [49, 97].map(|nodes| {
+        // The right end is led over the left third, then a plate presses the loop to 2 mm.
+        let at = |k: u32| {
+            let (part, angle) = (f64::from(k) / 24.0, PI * f64::from(k) / 24.0);
+            let (x, y) = (0.024 * (angle.cos() - 1.0), 0.0258 * angle.sin() + 0.001 * part);
+            format!("(time: {}, offset: ({x}, {y}, 0))", 0.1 + 0.9 * part)
+        };
+        let path = (0..=24).map(at).collect::<Vec<_>>().join(", ");
+        let mut world = world(&format!(
+            r#"(engine: "tr-bdf2", dt: 0.004166667, gravity: (0, 0, 0), sheets: [(name: "strip", structure: "shell",
+                grid: ({nodes}, 1, 3), size: (0.06, 0.01), plastic: true, material: (young: {YOUNG}, poisson: 0.3,
+                density: 800, thickness: 1e-4, damping_ratio: 0.2, yield_stress: 3e7),
+                pins: [(region: Rect((0, 0.3334), (0, 1))), (region: Rect((1, 1), (0, 1)), until: 2.5, path: [{path}])])],
+                bodies: [(shape: Box((0.2, 0.02, 0.1)), placement: (position: (0, 0.06, 0)), path: [(time: 0), (time: 1.3),
+                (time: 1.6, offset: (0, -0.035, 0)), (time: 2.4, offset: (0, -0.048, 0)), (time: 2.6, offset: (0, -0.048, 0)),
+                (time: 3)])])"#
+        ));
+        world.advance(4.0);
+        assert_eq!(world.report(0.0, &[]).sheets[0].unresolved_folds, None);
+        turned(&world.sheets()[0], nodes as usize, 3)
+    });
+    println!("between plates: {kept:?}");
+    assert!(kept[0] > 40.0 && (kept[0] - kept[1]).abs() < TOLERANCE, "{kept:?}");
+}
+
+#[test]
 fn cells_too_long_for_a_fold_are_reported_with_radius_and_cell() {
     let fold = Fold { length: 0.06, gap: 0.01, thickness: 1e-4, yield_stress: 3e7 };
     let radius = 1.0 / fold.yield_curvature();

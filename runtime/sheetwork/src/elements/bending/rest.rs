@@ -110,6 +110,11 @@ impl RestCurvature {
         self.full[i].iter_mut().flatten().for_each(|d| *d *= change);
     }
 
+    /// Curvatures (1/m) at which group `i` has no moment.
+    pub fn stress_free(&self, i: usize) -> [f64; 3] {
+        self.strains.get(i).map_or(self.rest[i], |strains| strains.map(|s| s.stress_free()))
+    }
+
     /// Recomputes whether the rest curvature is zero, after each change of k₀.
     pub fn update_is_flat(&mut self) {
         self.is_flat = self.rest.iter().all(is_flat);
@@ -136,6 +141,9 @@ state!(RestCurvature: rest, full, scale, strains, hardened, is_in_step; then upd
 fn is_flat(rest: &[f64; 3]) -> bool {
     *rest == [0.0; 3]
 }
+
+/// Moment and its derivative with respect to the curvature.
+type MomentAndChange = ([f64; 3], [[f64; 3]; 3]);
 
 impl Bending {
     /// As [`Bending::new`], with rest curvature: `angles` of each group (uu, vv, 2uv) are angles
@@ -249,13 +257,7 @@ impl Bending {
     /// Moments of group `i` (N m²) along the normal at curvatures `k` (1/m), subtracted from those
     /// of a flat sheet, and the change of the stiffness by the rest strains, N m³; `geometric`
     /// chooses whether the part of the stress may be negative.
-    fn rest_moments(
-        &self,
-        i: usize,
-        k: &[f64; 3],
-        rests: &RestCurvature,
-        geometric: Geometric,
-    ) -> ([f64; 3], [[f64; 3]; 3]) {
+    fn rest_moments(&self, i: usize, k: &[f64; 3], rests: &RestCurvature, geometric: Geometric) -> MomentAndChange {
         let d = &self.groups[i].stiffness;
         let [o, slope, bend] = self.rest_strains(i, k, rests);
         let stress = times_scalar(d, &[k[0] - o[0], k[1] - o[1], k[2] - o[2]]);
@@ -341,8 +343,7 @@ impl Bending {
         self.rest_curvature = Some(rests);
     }
 
-    /// Energy (J) of the second-order rotation of the normal for a displacement `d` (m) from `x`
-    /// (m).
+    /// Energy (J) of the second-order rotation of the normal for a displacement `d` from `x` (m).
     pub(crate) fn normal_prediction_error(&self, x: &Vectors, d: &Vectors) -> f64 {
         let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return 0.0 };
         let mut missed = 0.0;
@@ -371,7 +372,7 @@ impl Bending {
                 continue;
             }
             let k = along(&curvature, n);
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
+            let rest = rests.stress_free(i);
             let bent = [0, 1, 2].map(|a| source.angle_from_curvature(a, k[a]));
             let made = [0, 1, 2].map(|a| source.angle_from_curvature(a, rest[a]));
             let elastic = [bent[0] - made[0], bent[1] - made[1], bent[2] - made[2]];
@@ -386,16 +387,7 @@ impl Bending {
             }
             rests.hardened[i] += flow;
             let part = flow * rests.stiffness / moment;
-            let mut next = [0, 1, 2].map(|a| source.curvature_from_angle(a, made[a] + part * elastic[a]));
-            // Angle and curvature are proportional except for large angles; the energy must not
-            // rise there either.
-            let stored = |rest: &[f64; 3]| {
-                let e = [k[0] - rest[0], k[1] - rest[1], k[2] - rest[2]];
-                dot(&e, &times_scalar(full, &e))
-            };
-            if stored(&next) > stored(&rest) {
-                next = [0, 1, 2].map(|a| rest[a] + part * (k[a] - rest[a]));
-            }
+            let next = [0, 1, 2].map(|a| source.curvature_from_angle(a, made[a] + part * elastic[a]));
             if let Some(strains) = rests.strains.get_mut(i) {
                 (0..3).for_each(|a| strains[a].move_rest(next[a] - rest[a], rests.share));
             }
@@ -406,28 +398,25 @@ impl Bending {
 
     /// Angles per length (1/m) towards the upper side at which each group has no moment.
     pub(crate) fn stress_free_angles(&self) -> Vec<[f64; 3]> {
-        let each = self.rest_curvature.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
-        let one = |(i, rests): (usize, &RestCurvature)| {
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
-            [0, 1, 2].map(|a| self.source[i].angle_from_curvature(a, rest[a]))
-        };
-        each.map(one).collect()
+        let each = self.rest_curvature.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, r.stress_free(i))));
+        each.map(|(i, rest)| [0, 1, 2].map(|a| self.source[i].angle_from_curvature(a, rest[a]))).collect()
     }
 }
 
 impl InelasticElement for Bending {
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool {
         let Some(mut rests) = self.rest_curvature.take() else { return false };
         let mut changed = false;
         let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
-        *running = true;
+        *running = step.is_some();
         for (i, strains) in strains.iter_mut().enumerate() {
             let g = &self.groups[i];
-            let Some(decay) = step.decay(&g.frame) else { continue };
+            let decay = step.and_then(|step| step.decay(&g.frame));
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            (0..3).for_each(|a| strains[a].begin(k[a], *share, &decay));
+            (0..3).for_each(|a| strains[a].begin(k[a], *share, decay.as_ref()));
             rest[i] = strains.map(|s| s.rest);
-            changed |= std::mem::replace(&mut scale[i], decay.stiffness()) != decay.stiffness();
+            let stiffness = decay.map_or(1.0, |d| d.stiffness());
+            changed |= std::mem::replace(&mut scale[i], stiffness) != stiffness;
         }
         if !rests.strains.is_empty() {
             rests.update_is_flat();
@@ -452,28 +441,6 @@ impl InelasticElement for Bending {
             self.apply_yield(x, &law, &mut rests);
         }
         self.rest_curvature = Some(rests);
-    }
-
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
-        let Some(mut rests) = self.rest_curvature.take() else { return false };
-        let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
-        *running = false;
-        for (i, strains) in strains.iter_mut().enumerate() {
-            let g = &self.groups[i];
-            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            (0..3).for_each(|a| strains[a].apply_elastic_law(k[a], *share));
-            rest[i] = strains.map(|s| s.rest);
-        }
-        let changed = scale.iter().any(|s| *s != 1.0);
-        scale.fill(1.0);
-        if !rests.strains.is_empty() {
-            rests.update_is_flat();
-        }
-        self.rest_curvature = Some(rests);
-        if changed {
-            self.rescale();
-        }
-        changed
     }
 }
 
