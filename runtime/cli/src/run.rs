@@ -115,6 +115,7 @@ impl Run {
         if world.unstable().is_some() {
             stable_steps(&World::new(&scene)?).iter().for_each(|note| eprintln!("note: {note}"));
         }
+        unresolved_folds(&report).iter().for_each(|note| eprintln!("note: {note}"));
         Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
@@ -233,6 +234,20 @@ fn stable_steps(world: &World) -> Vec<String> {
             let (name, stable) = (&sheet.name, dt / radians);
             format!("{name}: the step of {dt} s is {radians:.2} rad of its fastest mode; {stable:.2e} s is 1 rad")
         })
+    });
+    each.collect()
+}
+
+/// For every plastic sheet with cells too long for its folds: radius of yield and longest cell that
+/// resolves it.
+fn unresolved_folds(report: &Report) -> Vec<String> {
+    let each = report.sheets.iter().filter_map(|sheet| {
+        let f = sheet.unresolved_folds?;
+        let (radius, most, cell) = (1e3 * f.yield_radius_m, 1e3 * f.resolving_cell_m, 1e3 * f.cell_m);
+        let name = &sheet.name;
+        Some(format!(
+            "{name}: yields at a radius of {radius:.3} mm; folds need cells of at most {most:.3} mm, not {cell:.3} mm"
+        ))
     });
     each.collect()
 }

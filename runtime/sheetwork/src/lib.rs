@@ -82,5 +82,5 @@ pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Stat
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
     BodyId, BodyReport, ForceEntry, ForceReport, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport,
-    Snapshot, TemperatureReport, World, journal, recording,
+    Snapshot, TemperatureReport, UnresolvedFolds, World, journal, recording,
 };

@@ -137,10 +137,14 @@ pub struct YieldLaw {
 }
 
 impl YieldLaw {
-    /// Plastic curvature increment Δα (1/m) for a moment `moment` (N), bending stiffness
-    /// `stiffness` (N m) and accumulated plastic curvature `before` (1/m).
-    pub fn plastic_increment(&self, moment: f64, stiffness: f64, before: f64) -> f64 {
-        (moment - self.moment - self.hardening * before).max(0.0) / (stiffness + self.hardening)
+    /// Plastic curvature increment Δα (1/m) of a cell of length `span` (m; 0 for a continuum) whose
+    /// elastic angle per length times the bending stiffness `stiffness` (N m) is `moment` (N), at
+    /// the accumulated plastic curvature `before` (1/m). A cell bent by the elastic angle ψ has the
+    /// moment D sin(ψ)/l.
+    pub fn plastic_increment(&self, moment: f64, stiffness: f64, before: f64, span: f64) -> f64 {
+        let (limit, r) = (self.moment + self.hardening * before, span / stiffness);
+        let limit = if r > 0.0 { (limit * r).min(1.0).asin() / r } else { limit };
+        (moment - limit).max(0.0) / (stiffness + self.hardening)
     }
 }
 
@@ -232,12 +236,12 @@ impl Default for CreepStrain {
 state!(CreepStrain { arms, start, rest, stiffness });
 
 impl CreepStrain {
-    /// Begins a step at `strain`.
+    /// Begins a step at `strain`; without `decay` sets the instantaneous elastic law.
     #[inline]
-    pub fn begin(&mut self, strain: f64, share: [f64; 2], decay: &ArmDecay) {
+    pub fn begin(&mut self, strain: f64, share: [f64; 2], decay: Option<&ArmDecay>) {
         self.advance_elastically(strain, share);
-        self.rest = decay.rest(strain, self.arms);
-        self.stiffness = decay.stiffness();
+        let instantaneous = (self.stress_free(), 1.0);
+        (self.rest, self.stiffness) = decay.map_or(instantaneous, |d| (d.rest(strain, self.arms), d.stiffness()));
     }
 
     /// Ends the step at `strain`.
@@ -245,13 +249,6 @@ impl CreepStrain {
     pub fn end(&mut self, strain: f64, decay: &ArmDecay) {
         self.arms = decay.advance(self.arms, strain - self.start);
         self.start = strain;
-    }
-
-    /// Sets the instantaneous elastic law at `strain`, for the search of an equilibrium.
-    pub fn apply_elastic_law(&mut self, strain: f64, share: [f64; 2]) {
-        self.advance_elastically(strain, share);
-        self.rest = self.stress_free();
-        self.stiffness = 1.0;
     }
 
     /// The strain without stress.
@@ -301,16 +298,12 @@ impl CreepStrain {
 
 /// Element with creep or plasticity; see [`crate::elements::Element`].
 pub trait InelasticElement {
-    /// Begins a step at positions `x` (m): sets the elastic law of the step. Returns whether the
-    /// constant part of the tangent changed.
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool;
+    /// Begins a step at positions `x` (m): sets the elastic law of `step`, or the instantaneous one
+    /// for the search of an equilibrium. Returns whether the constant part of the tangent changed.
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool;
 
     /// Ends the step at `x` (m): stores the creep and plastic strains.
     fn end_step(&mut self, x: &Vectors, step: &InelasticStep);
-
-    /// Sets the instantaneous elastic law at `x` (m). Returns whether the constant part of the
-    /// tangent changed.
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool;
 }
 
 #[cfg(test)]
@@ -367,7 +360,7 @@ mod tests {
             let mut strain = CreepStrain { arms: [1.0, 0.0], ..CreepStrain::default() };
             for _ in 0..5 {
                 let before = strain.start;
-                strain.begin(before, arms.share, &decay);
+                strain.begin(before, arms.share, Some(&decay));
                 let next = strain.rest + 1.0 / strain.stiffness;
                 strain.end(next, &decay);
                 assert!(((next - before) / (h / 2.0) - 1.0).abs() < 1e-9, "{h}: {}", next - before);
@@ -386,7 +379,7 @@ mod tests {
             let mut strain = CreepStrain { arms: arms.share, ..CreepStrain::default() };
             strain.start = 1.0;
             for _ in 0..(1.0 / h).round() as u32 {
-                strain.begin(strain.start, arms.share, &decay);
+                strain.begin(strain.start, arms.share, Some(&decay));
                 strain.end(strain.rest + 1.0 / strain.stiffness, &decay);
             }
             strain.start / (1.0 + 1.0 / t1 + r * (1.0 - (-1.0_f64 / t2).exp())) - 1.0

@@ -9,6 +9,8 @@
 //! Q = I - B (Bᵀ D B)⁻¹ Bᵀ D, and κᵀ Qᵀ D Q κ is the energy of
 //! [`crate::elements::bending::condensed`].
 
+use std::f64::consts::FRAC_PI_4;
+
 /// Curvatures at one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurvatureGroup {
@@ -66,8 +68,35 @@ impl CurvatureGroup {
         let (l, bent) = (self.span[a], curvature / self.gain[a]);
         if l > 0.0 { 2.0 / l * (0.5 * l * bent).clamp(-1.0, 1.0).asin() } else { bent }
     }
+
+    /// Rest strain o of component `a` at curvature `k` with rest curvature `rest`, 1/m, and its
+    /// first and second derivatives with respect to `k`.
+    ///
+    /// With ψ the angle beyond that of rest, k - o is 2 sin(ψ/2)/l: the energy of a flat cell,
+    /// turned to the angle of rest, with its stiffness D/l. Beyond ψ = π/2 the moment is constant.
+    pub fn rest_strain(&self, a: usize, k: f64, rest: f64) -> [f64; 3] {
+        let r = 0.5 * self.span[a] / self.gain[a];
+        if rest == 0.0 || r == 0.0 {
+            return [rest, 0.0, 0.0];
+        }
+        let s = (r * k).clamp(-MAXIMUM_SINE, MAXIMUM_SINE);
+        let c = (1.0 - s * s).sqrt();
+        let half = s.asin() - (r * rest).clamp(-1.0, 1.0).asin();
+        let [e, slope, bend] = if half.abs() <= FRAC_PI_4 {
+            [half.sin(), half.cos(), -half.sin()]
+        } else {
+            let e = (0.5 + half.abs() - FRAC_PI_4).sqrt().copysign(half);
+            [e, 0.5 / e.abs(), -0.25 / (e * e * e)]
+        };
+        let beyond = k - s / r;
+        let second = if r * k == s { r * (bend / (c * c) + slope * s / (c * c * c)) } else { 0.0 };
+        [k - e / r - slope / c * beyond, 1.0 - slope / c, -second]
+    }
 }
 
+/// Sine of half of the angle between neighbouring parts (177°) beyond which their moment arm at the
+/// nodes vanishes and the strain continues linearly.
+const MAXIMUM_SINE: f64 = 0.9997;
 /// Half of the largest angle between neighbouring parts of a sheet (folded flat), rad.
 const MAXIMUM_HALF_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 

@@ -259,13 +259,12 @@ impl Element for WallSprings {
 }
 
 impl InelasticElement for WallSprings {
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
-        self.is_in_step = true;
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool {
+        self.is_in_step = step.is_some();
         for (s, c) in self.springs.iter_mut().zip(&mut self.creep) {
-            if let Some(decay) = step.decay(&[s.mass as u32]) {
-                c.strain.begin(s.along(x).1 - s.expanded(), self.share, &decay);
-                c.apply(s);
-            }
+            let decay = step.and_then(|step| step.decay(&[s.mass as u32]));
+            c.strain.begin(s.along(x).1 - s.expanded(), self.share, decay.as_ref());
+            c.apply(s);
         }
         false
     }
@@ -277,15 +276,6 @@ impl InelasticElement for WallSprings {
                 c.strain.end(s.along(x).1 - s.expanded(), &decay);
             }
         }
-    }
-
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
-        self.is_in_step = false;
-        for (s, c) in self.springs.iter_mut().zip(&mut self.creep) {
-            c.strain.apply_elastic_law(s.along(x).1 - s.expanded(), self.share);
-            c.apply(s);
-        }
-        false
     }
 }
 

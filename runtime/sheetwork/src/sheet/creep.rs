@@ -15,7 +15,7 @@ use crate::units::parameters::ParameterId as Id;
 /// State of creep and plasticity of a sheet, beyond that of its elements.
 #[derive(Clone)]
 pub(crate) struct InelasticState {
-    law: InelasticLaw,
+    pub law: InelasticLaw,
     /// Temperature of a sheet without a thermal network, °C.
     temperature: f64,
     /// Ratio of thermal time to mechanical time, for creep and for heat.
@@ -124,14 +124,13 @@ impl LatticeCreep {
         springs.set_rest(i, length + strain.rest);
     }
 
-    fn begin(&mut self, springs: &mut Springs, x: &Vectors, step: &InelasticStep) {
-        self.running = true;
+    fn begin(&mut self, springs: &mut Springs, x: &Vectors, step: Option<&InelasticStep>) {
+        self.running = step.is_some();
         for i in 0..self.strains.len() {
-            if let Some(decay) = step.decay(&[springs.a[i], springs.b[i]]) {
-                let stretch = self.stretch(springs, i, x);
-                self.strains[i].begin(stretch, self.share, &decay);
-                self.apply(i, springs);
-            }
+            let decay = step.and_then(|step| step.decay(&[springs.a[i], springs.b[i]]));
+            let stretch = self.stretch(springs, i, x);
+            self.strains[i].begin(stretch, self.share, decay.as_ref());
+            self.apply(i, springs);
         }
     }
 
@@ -142,15 +141,6 @@ impl LatticeCreep {
                 let stretch = self.stretch(springs, i, x);
                 self.strains[i].end(stretch, &decay);
             }
-        }
-    }
-
-    fn use_instantaneous_law(&mut self, springs: &mut Springs, x: &Vectors) {
-        self.running = false;
-        for i in 0..self.strains.len() {
-            let stretch = self.stretch(springs, i, x);
-            self.strains[i].apply_elastic_law(stretch, self.share);
-            self.apply(i, springs);
         }
     }
 }
@@ -201,15 +191,9 @@ pub(crate) fn begin_inelastic_step(sheet: &mut Sheet, dt: f64) {
     let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
     flow.creeps = !step.is_idle();
     if flow.creeps {
-        let mut changed = !sheet.springs.is_empty();
-        for element in sheet.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-            changed |= element.begin_step(&sheet.state.x, &step);
-        }
-        flow.springs.begin(&mut sheet.springs, &sheet.state.x, &step);
-        flow.in_step = true;
-        forget_tangent(sheet, changed);
+        set_law(sheet, &mut flow, Some(&step));
     } else if flow.in_step {
-        restore_instantaneous_law(sheet, &mut flow);
+        set_law(sheet, &mut flow, None);
     }
     sheet.state.heat = heat;
     sheet.state.inelastic = Some(flow);
@@ -236,7 +220,7 @@ pub(crate) fn end_inelastic_step(sheet: &mut Sheet) {
 /// Set the instantaneous law, as for an equilibrium.
 pub(crate) fn use_instantaneous_law(sheet: &mut Sheet) {
     if let Some(mut flow) = sheet.state.inelastic.take() {
-        restore_instantaneous_law(sheet, &mut flow);
+        set_law(sheet, &mut flow, None);
         sheet.state.inelastic = Some(flow);
     }
 }
@@ -255,20 +239,17 @@ pub(crate) fn heat_creeping_spring(sheet: &mut Sheet, i: usize, length: f64, gro
     true
 }
 
-fn restore_instantaneous_law(sheet: &mut Sheet, flow: &mut InelasticState) {
+/// Set the law of `step`, or the instantaneous one.
+fn set_law(sheet: &mut Sheet, flow: &mut InelasticState, step: Option<&InelasticStep>) {
     if flow.law.creep.is_none() {
         return;
     }
     let mut changed = !sheet.springs.is_empty();
     for element in sheet.elements.iter_mut().filter_map(|e| e.as_inelastic()) {
-        changed |= element.apply_elastic_law(&sheet.state.x);
+        changed |= element.begin_step(&sheet.state.x, step);
     }
-    flow.springs.use_instantaneous_law(&mut sheet.springs, &sheet.state.x);
-    flow.in_step = false;
-    forget_tangent(sheet, changed);
-}
-
-fn forget_tangent(sheet: &mut Sheet, changed: bool) {
+    flow.springs.begin(&mut sheet.springs, &sheet.state.x, step);
+    flow.in_step = step.is_some();
     if let Some(system) = sheet.system.as_mut().filter(|_| changed) {
         system.refresh(&sheet.springs);
     }

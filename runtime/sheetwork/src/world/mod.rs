@@ -35,7 +35,7 @@ pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
 pub use crate::world::penetration::{PenetratedObject, Penetration};
-pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
+pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport, UnresolvedFolds};
 pub use crate::world::snapshot::Snapshot;
 
 use crate::contact::node::detection::deepest_penetration;

@@ -84,6 +84,9 @@ pub struct SheetReport {
     /// Fracture; `None` for a sheet that cannot fracture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opening: Option<OpeningReport>,
+    /// Folds of a plastic sheet that its cells do not resolve; `None` where they do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unresolved_folds: Option<UnresolvedFolds>,
     /// Work counters of detection and of the contact solver, for the island whose first sheet this
     /// is.
     pub detection: DetectionCounters,
@@ -106,6 +109,27 @@ impl OpeningReport {
     fn of(sheet: &Sheet) -> Option<Self> {
         let of = sheet.open_cells()?.len();
         Some(Self { cells: sheet.open_count(), of, released_j: sheet.energy_released() })
+    }
+}
+
+/// Cells too long for the radius at which a plastic sheet yields.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UnresolvedFolds {
+    /// Radius D/M_y at which the sheet yields, m.
+    pub yield_radius_m: f64,
+    /// Shortest edge of a cell, m.
+    pub cell_m: f64,
+    /// Longest cell that resolves a fold, m.
+    pub resolving_cell_m: f64,
+}
+
+impl UnresolvedFolds {
+    fn of(sheet: &Sheet) -> Option<Self> {
+        let law = sheet.state.inelastic.as_ref()?.law.plastic?;
+        let yield_radius_m = sheet.material().target().bending[0][0] / law.moment;
+        // At a rotation of 0.4 rad a cell at yield, angles are within 5° of those on finer grids.
+        let (cell_m, resolving_cell_m) = (sheet.spacing()?.0, 0.4 * yield_radius_m);
+        (cell_m > resolving_cell_m).then_some(Self { yield_radius_m, cell_m, resolving_cell_m })
     }
 }
 
@@ -176,6 +200,7 @@ impl World {
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.state.counters.contacts,
             opening: OpeningReport::of(sheet),
+            unresolved_folds: UnresolvedFolds::of(sheet),
             detection: self.islands.detection_counters(index),
             contact_work: self.islands.contact_counters(index),
         });

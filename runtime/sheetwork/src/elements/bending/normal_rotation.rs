@@ -3,7 +3,6 @@
 //! use them.
 
 use crate::elements::bending::{Bending, NO_BLOCK};
-use crate::elements::curvature::dot;
 
 /// Two nodes of a group or its frame.
 #[derive(Clone, Copy, Debug)]
@@ -69,9 +68,9 @@ impl NormalRotation {
         &self.couples[self.first(i).1..self.ends[i].1 as usize]
     }
 
-    /// Product of `moment` (N m²) with the weights of each node, N m.
-    pub fn nodal_moments<'a>(&'a self, i: usize, moment: &'a [f64; 3]) -> impl Iterator<Item = f64> + 'a {
-        self.weights[self.first(i).0..self.ends[i].0 as usize].iter().map(|w| dot(w, moment))
+    /// Weights of the nodes of group `i`, 1/m².
+    pub fn weights_of(&self, i: usize) -> &[[f64; 3]] {
+        &self.weights[self.first(i).0..self.ends[i].0 as usize]
     }
 
     /// Largest number of nodes of a group.

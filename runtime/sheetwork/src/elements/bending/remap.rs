@@ -28,8 +28,7 @@ impl Bending {
             return [set.x, set.y, set.z, 0.0, 0.0, 0.0, 0.0];
         };
         let strain = rests.strains.get(i).map(|s| s[a]);
-        let left = strain.map_or(rests.rest[i][a], |s| s.stress_free());
-        let angle = source.angle_from_curvature(a, left - curl) - rests.design_angles[i][a];
+        let angle = source.angle_from_curvature(a, rests.stress_free(i)[a] - curl) - rests.design_angles[i][a];
         let arms = strain.map_or([0.0; 2], |s| s.arms.map(|arm| arm / source.gain[a]));
         let hardened = rests.hardened.get(i).copied().unwrap_or(0.0);
         [set.x, set.y, set.z, angle, hardened, arms[0], arms[1]]

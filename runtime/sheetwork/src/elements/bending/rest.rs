@@ -1,14 +1,18 @@
 //! Rest curvature of a shell, and its change by creep and plasticity.
 //!
-//! E = ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) (J) with the sheet's normal n and k₀ = (uu, vv, 2uv), 1/m. The
-//! bending element has the part ½ S κᵀ D κ with its constant tangent; this file adds -S k₀ᵀ D
-//! (κ·n) + ½ S k₀ᵀ D k₀. The gradient includes the change of the normal, so the forces have a
-//! potential and no moment. With J = w - k₀ ∂n the tangent is S Jᵀ D J plus the term of the second
-//! derivative of n, which for an inextensible sheet is S (k - k₀)ᵀ D k₀ ∂nᵀ ∂n, k = κ·n.
+//! E = ½ S (κ - o n)ᵀ D (κ - o n) (J) with the sheet's normal n and the rest strain o, 1/m, of
+//! (uu, vv, 2uv). The bending element has the part ½ S κᵀ D κ with its constant tangent; this file
+//! adds -S oᵀ D (κ·n) + ½ S oᵀ D o. The gradient includes the change of the normal, so the forces
+//! have a potential and no moment. With k = κ·n and the moments m = S (D o + o' D (k - o)) taken
+//! from those of a flat sheet, the tangent has the change of m, and the term of the second
+//! derivative of n, which for an inextensible sheet is kᵀ m ∂nᵀ ∂n.
 //!
-//! k₀ consists of the initial curvature (creases, curl), plastic curvature and creep (see
-//! [`crate::elements::creep`]). A crease is an angle: where a grid bends by the angle φ between
-//! neighbouring cells, k₀ is 2 sin(φ/2)/h, and the yield condition uses angles as well.
+//! The rest curvature k₀ consists of the initial curvature (creases, curl), plastic curvature and
+//! creep (see [`crate::elements::creep`]). A crease is an angle: where a grid bends by the angle φ
+//! between neighbouring cells, k₀ is 2 sin(φ/2)/h, and the yield condition uses angles as well. The
+//! rest strain is k₀ in a creeping sheet. Otherwise it makes the stiffness of a crease that of a
+//! flat cell, D/h, so that loads open it equally on any grid
+//! ([`CurvatureGroup::rest_strain`]).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -106,6 +110,11 @@ impl RestCurvature {
         self.full[i].iter_mut().flatten().for_each(|d| *d *= change);
     }
 
+    /// Curvatures (1/m) at which group `i` has no moment.
+    pub fn stress_free(&self, i: usize) -> [f64; 3] {
+        self.strains.get(i).map_or(self.rest[i], |strains| strains.map(|s| s.stress_free()))
+    }
+
     /// Recomputes whether the rest curvature is zero, after each change of k₀.
     pub fn update_is_flat(&mut self) {
         self.is_flat = self.rest.iter().all(is_flat);
@@ -132,6 +141,9 @@ state!(RestCurvature: rest, full, scale, strains, hardened, is_in_step; then upd
 fn is_flat(rest: &[f64; 3]) -> bool {
     *rest == [0.0; 3]
 }
+
+/// Moment and its derivative with respect to the curvature.
+type MomentAndChange = ([f64; 3], [[f64; 3]; 3]);
 
 impl Bending {
     /// As [`Bending::new`], with rest curvature: `angles` of each group (uu, vv, 2uv) are angles
@@ -200,7 +212,7 @@ impl Bending {
     /// arms.
     pub(crate) fn rest_energy(&self, x: &Vectors, rests: &RestCurvature) -> f64 {
         if rests.is_in_step || rests.strains.is_empty() {
-            return (0..self.groups.len()).map(|i| self.stored_at(i, &rests.rest[i], x)).sum();
+            return (0..self.groups.len()).map(|i| self.stored_at(i, rests, x)).sum();
         }
         let share = rests.share;
         let one = |i: usize| {
@@ -231,9 +243,37 @@ impl Bending {
         (k, normal(g, x))
     }
 
-    /// ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) of group `i`, J.
-    fn stored_at(&self, i: usize, rest: &[f64; 3], x: &Vectors) -> f64 {
+    /// Rest strains of group `i` at curvatures `k` (1/m) along the normal, 1/m, and their first and
+    /// second derivatives. The law of a creeping sheet is linear in the curvature.
+    fn rest_strains(&self, i: usize, k: &[f64; 3], rests: &RestCurvature) -> [[f64; 3]; 3] {
+        let source = &self.source[i];
+        let one = |a: usize, rest: f64| {
+            if rests.strains.is_empty() { source.rest_strain(a, k[a], rest) } else { [rest, 0.0, 0.0] }
+        };
+        let each = [0, 1, 2].map(|a| one(a, rests.rest[i][a]));
+        [0, 1, 2].map(|d| each.map(|o| o[d]))
+    }
+
+    /// Moments of group `i` (N m²) along the normal at curvatures `k` (1/m), subtracted from those
+    /// of a flat sheet, and the change of the stiffness by the rest strains, N m³; `geometric`
+    /// chooses whether the part of the stress may be negative.
+    fn rest_moments(&self, i: usize, k: &[f64; 3], rests: &RestCurvature, geometric: Geometric) -> MomentAndChange {
+        let d = &self.groups[i].stiffness;
+        let [o, slope, bend] = self.rest_strains(i, k, rests);
+        let stress = times_scalar(d, &[k[0] - o[0], k[1] - o[1], k[2] - o[2]]);
+        let rest = times_scalar(d, &o);
+        let least = if geometric == Geometric::Clipped { 0.0 } else { f64::NEG_INFINITY };
+        let change = |a: usize, b: usize| {
+            let own = if a == b { (-bend[a] * stress[a]).max(least) } else { 0.0 };
+            d[a][b] * ((1.0 - slope[a]) * (1.0 - slope[b]) - 1.0) + own
+        };
+        ([0, 1, 2].map(|a| rest[a] + slope[a] * stress[a]), [0, 1, 2].map(|a| [0, 1, 2].map(|b| change(a, b))))
+    }
+
+    /// Stored energy of group `i`, J.
+    fn stored_at(&self, i: usize, rests: &RestCurvature, x: &Vectors) -> f64 {
         let (k, n) = self.bent(i, x);
+        let [rest, ..] = self.rest_strains(i, &along(&k, n), rests);
         let e = [0, 1, 2].map(|a| k[a] - n * rest[a]);
         let m = times(&self.groups[i].stiffness, &e);
         0.5 * (e[0].dot(m[0]) + e[1].dot(m[1]) + e[2].dot(m[2]))
@@ -242,11 +282,12 @@ impl Bending {
     /// Contribution of rest curvature to the potential of the stage, J.
     pub(crate) fn rest_potential(&self, x: &Vectors) -> f64 {
         let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return 0.0 };
-        let bent = self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest));
-        let one = |(g, rest): (&BendingGroup, &[f64; 3])| {
-            let m = times_scalar(&g.stiffness, rest);
+        let bent = self.groups.iter().enumerate().filter(|(i, _)| !is_flat(&rests.rest[*i]));
+        let one = |(i, g): (usize, &BendingGroup)| {
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            0.5 * dot(rest, &m) - dot(&k, &m)
+            let [rest, ..] = self.rest_strains(i, &k, rests);
+            let m = times_scalar(&g.stiffness, &rest);
+            0.5 * dot(&rest, &m) - dot(&k, &m)
         };
         bent.map(one).sum()
     }
@@ -254,12 +295,12 @@ impl Bending {
     /// Adds `scale` times the gradient of [`Bending::rest_potential`], N.
     pub(crate) fn add_rest_gradient(&self, x: &Vectors, scale: f64, to: &mut Vectors) {
         let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return };
-        for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
+        for (i, g) in self.groups.iter().enumerate().filter(|(i, _)| !is_flat(&rests.rest[*i])) {
             let Some(frame) = NormalFrame::of(g, x) else { continue };
-            let m = times_scalar(&g.stiffness, rest);
-            let n = frame.n;
-            self.add_moments(g, &[n * m[0], n * m[1], n * m[2]], -scale, to);
             let k = self.curvature(g, x, &g.prescribed);
+            let n = frame.n;
+            let (m, _) = self.rest_moments(i, &along(&k, n), rests, Geometric::Mixed);
+            self.add_moments(g, &[n * m[0], n * m[1], n * m[2]], -scale, to);
             let pull = k[0] * m[0] + k[1] * m[1] + k[2] * m[2];
             let t = (pull - n * n.dot(pull)) * (scale / frame.length);
             let (by_p, by_q) = (frame.q.cross(t), t.cross(frame.p));
@@ -272,32 +313,37 @@ impl Bending {
     /// Adds the tangent of [`Bending::rest_potential`], N/m.
     pub(crate) fn add_rest_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
         let Some(mut rests) = self.rest_curvature.take_if(|r| !r.is_flat) else { return };
-        let RestCurvature { rest, rotation: turning, rotation_derivatives: turns, coupled, .. } = &mut *rests;
-        for (i, (g, rest)) in self.groups.iter().zip(rest).enumerate().filter(|(_, (_, rest))| !is_flat(rest)) {
+        let (mut turns, mut coupled) =
+            (std::mem::take(&mut rests.rotation_derivatives), std::mem::take(&mut rests.coupled));
+        let turning = &rests.rotation;
+        for (i, g) in self.groups.iter().enumerate().filter(|(i, _)| !is_flat(&rests.rest[*i])) {
             let Some(frame) = NormalFrame::of(g, x) else { continue };
-            let m = times_scalar(&g.stiffness, rest);
+            let k = along(&self.curvature(g, x, &g.prescribed), frame.n);
+            let (m, change) = self.rest_moments(i, &k, &rests, geometric);
             turns[..turning.masses_of(i).len()].fill(DMat3::ZERO);
-            coupled.iter_mut().zip(turning.nodal_moments(i, &m)).for_each(|(to, part)| *to = part);
+            let weights = turning.weights_of(i);
+            coupled.iter_mut().zip(weights).for_each(|(to, w)| *to = dot(w, &m));
             for (place, by) in turning.frame[i].iter().zip(frame.derivatives()) {
                 turns[*place as usize] += by;
             }
-            let own = dot(rest, &m);
-            let now = dot(&along(&self.curvature(g, x, &g.prescribed), frame.n), &m);
-            let square = if geometric == Geometric::Clipped { now.max(own) } else { now };
+            let now = dot(&k, &m);
+            let square = if geometric == Geometric::Clipped { now.max(dot(&rests.rest[i], &m)) } else { now };
+            let along = DMat3::from_cols(frame.n * frame.n.x, frame.n * frame.n.y, frame.n * frame.n.z);
             for couple in turning.pairs_of(i).iter().filter(|c| c.block != NO_BLOCK) {
                 let (p, q) = (couple.of.0 as usize, couple.of.1 as usize);
                 let (tp, tq) = (turns[p].transpose(), turns[q]);
-                let block = tp * tq * square - tq * coupled[p] - tp * coupled[q];
+                let stiffer = dot(&weights[p], &times_scalar(&change, &weights[q]));
+                let block = tp * tq * square - tq * coupled[p] - tp * coupled[q] + along * stiffer;
                 let at = couple.block as usize * 9;
                 let by_rows = block.transpose().to_cols_array();
                 values[at..at + 9].iter_mut().zip(by_rows).for_each(|(to, from)| *to += from);
             }
         }
+        (rests.rotation_derivatives, rests.coupled) = (turns, coupled);
         self.rest_curvature = Some(rests);
     }
 
-    /// Energy (J) of the second-order rotation of the normal for a displacement `d` (m) from `x`
-    /// (m).
+    /// Energy (J) of the second-order rotation of the normal for a displacement `d` from `x` (m).
     pub(crate) fn normal_prediction_error(&self, x: &Vectors, d: &Vectors) -> f64 {
         let Some(rests) = self.rest_curvature.as_deref().filter(|r| !r.is_flat) else { return 0.0 };
         let mut missed = 0.0;
@@ -326,7 +372,7 @@ impl Bending {
                 continue;
             }
             let k = along(&curvature, n);
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
+            let rest = rests.stress_free(i);
             let bent = [0, 1, 2].map(|a| source.angle_from_curvature(a, k[a]));
             let made = [0, 1, 2].map(|a| source.angle_from_curvature(a, rest[a]));
             let elastic = [bent[0] - made[0], bent[1] - made[1], bent[2] - made[2]];
@@ -334,22 +380,14 @@ impl Bending {
             // temperature.
             let full = &rests.full[i].map(|row| row.map(|d| d / g.softness));
             let moment = (rests.stiffness * dot(&elastic, &times_scalar(full, &elastic)) / source.area).max(0.0).sqrt();
-            let flow = law.plastic_increment(moment, rests.stiffness, rests.hardened[i]);
+            let main = usize::from(elastic[1].abs() > elastic[0].abs());
+            let flow = law.plastic_increment(moment, rests.stiffness, rests.hardened[i], source.span[main]);
             if flow <= 0.0 {
                 continue;
             }
             rests.hardened[i] += flow;
             let part = flow * rests.stiffness / moment;
-            let mut next = [0, 1, 2].map(|a| source.curvature_from_angle(a, made[a] + part * elastic[a]));
-            // Angle and curvature are proportional except for large angles; the energy must not
-            // rise there either.
-            let stored = |rest: &[f64; 3]| {
-                let e = [k[0] - rest[0], k[1] - rest[1], k[2] - rest[2]];
-                dot(&e, &times_scalar(full, &e))
-            };
-            if stored(&next) > stored(&rest) {
-                next = [0, 1, 2].map(|a| rest[a] + part * (k[a] - rest[a]));
-            }
+            let next = [0, 1, 2].map(|a| source.curvature_from_angle(a, made[a] + part * elastic[a]));
             if let Some(strains) = rests.strains.get_mut(i) {
                 (0..3).for_each(|a| strains[a].move_rest(next[a] - rest[a], rests.share));
             }
@@ -360,28 +398,25 @@ impl Bending {
 
     /// Angles per length (1/m) towards the upper side at which each group has no moment.
     pub(crate) fn stress_free_angles(&self) -> Vec<[f64; 3]> {
-        let each = self.rest_curvature.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
-        let one = |(i, rests): (usize, &RestCurvature)| {
-            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.stress_free()) };
-            [0, 1, 2].map(|a| self.source[i].angle_from_curvature(a, rest[a]))
-        };
-        each.map(one).collect()
+        let each = self.rest_curvature.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, r.stress_free(i))));
+        each.map(|(i, rest)| [0, 1, 2].map(|a| self.source[i].angle_from_curvature(a, rest[a]))).collect()
     }
 }
 
 impl InelasticElement for Bending {
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool {
         let Some(mut rests) = self.rest_curvature.take() else { return false };
         let mut changed = false;
         let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
-        *running = true;
+        *running = step.is_some();
         for (i, strains) in strains.iter_mut().enumerate() {
             let g = &self.groups[i];
-            let Some(decay) = step.decay(&g.frame) else { continue };
+            let decay = step.and_then(|step| step.decay(&g.frame));
             let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            (0..3).for_each(|a| strains[a].begin(k[a], *share, &decay));
+            (0..3).for_each(|a| strains[a].begin(k[a], *share, decay.as_ref()));
             rest[i] = strains.map(|s| s.rest);
-            changed |= std::mem::replace(&mut scale[i], decay.stiffness()) != decay.stiffness();
+            let stiffness = decay.map_or(1.0, |d| d.stiffness());
+            changed |= std::mem::replace(&mut scale[i], stiffness) != stiffness;
         }
         if !rests.strains.is_empty() {
             rests.update_is_flat();
@@ -406,28 +441,6 @@ impl InelasticElement for Bending {
             self.apply_yield(x, &law, &mut rests);
         }
         self.rest_curvature = Some(rests);
-    }
-
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
-        let Some(mut rests) = self.rest_curvature.take() else { return false };
-        let RestCurvature { strains, rest, scale, share, is_in_step: running, .. } = &mut *rests;
-        *running = false;
-        for (i, strains) in strains.iter_mut().enumerate() {
-            let g = &self.groups[i];
-            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
-            (0..3).for_each(|a| strains[a].apply_elastic_law(k[a], *share));
-            rest[i] = strains.map(|s| s.rest);
-        }
-        let changed = scale.iter().any(|s| *s != 1.0);
-        scale.fill(1.0);
-        if !rests.strains.is_empty() {
-            rests.update_is_flat();
-        }
-        self.rest_curvature = Some(rests);
-        if changed {
-            self.rescale();
-        }
-        changed
     }
 }
 

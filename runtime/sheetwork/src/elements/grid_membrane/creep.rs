@@ -118,18 +118,18 @@ impl CellMembrane {
 }
 
 impl InelasticElement for CellMembrane {
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool {
         let Some(creeping) = &mut self.creep else { return false };
         let (cell, share) = (self.cell, creeping.share);
-        creeping.is_in_step = true;
+        creeping.is_in_step = step.is_some();
         for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.rest_state) {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
-                let Some(decay) = decay(&cell, p.first + l, step) else { continue };
-                w.softness.0[l] = part.softness.0[l] * decay.stiffness();
+                let decay = step.and_then(|step| decay(&cell, p.first + l, step));
+                w.softness.0[l] = part.softness.0[l] * decay.map_or(1.0, |d| d.stiffness());
                 for k in 0..5 {
                     let (strain, grown) = (&mut part.strains[k][l], expansion(w, k, l));
-                    strain.begin(e[k].0[l] - grown, share, &decay);
+                    strain.begin(e[k].0[l] - grown, share, decay.as_ref());
                     w.rest[k].0[l] = grown + strain.rest;
                 }
             }
@@ -148,24 +148,6 @@ impl InelasticElement for CellMembrane {
                 (0..5).for_each(|k| part.strains[k][l].end(e[k].0[l] - expansion(w, k, l), &decay));
             }
         }
-    }
-
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
-        let Some(creeping) = &mut self.creep else { return false };
-        let (cell, share) = (self.cell, creeping.share);
-        creeping.is_in_step = false;
-        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.rest_state) {
-            let e = cell.strains(&cell.edges(x, p.first));
-            w.softness = part.softness;
-            for l in 0..p.count {
-                for k in 0..5 {
-                    let (strain, grown) = (&mut part.strains[k][l], expansion(w, k, l));
-                    strain.apply_elastic_law(e[k].0[l] - grown, share);
-                    w.rest[k].0[l] = grown + strain.rest;
-                }
-            }
-        }
-        false
     }
 }
 

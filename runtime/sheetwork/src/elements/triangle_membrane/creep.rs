@@ -112,13 +112,13 @@ impl EdgeMembrane {
 }
 
 impl InelasticElement for EdgeMembrane {
-    fn begin_step(&mut self, x: &Vectors, step: &InelasticStep) -> bool {
+    fn begin_step(&mut self, x: &Vectors, step: Option<&InelasticStep>) -> bool {
         let Some(mut creeping) = self.creep.take() else { return false };
-        creeping.is_in_step = true;
+        creeping.is_in_step = step.is_some();
         for e in 0..self.strains.len() {
-            let Some(decay) = step.decay(&self.strains[e].ends) else { continue };
+            let decay = step.and_then(|step| step.decay(&self.strains[e].ends));
             let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
-            creeping.strains[e].begin(strain, share, &decay);
+            creeping.strains[e].begin(strain, share, decay.as_ref());
             self.apply_rest_strain(e, &creeping);
         }
         for (t, scale) in self.triangles.iter().zip(&mut creeping.scale) {
@@ -138,19 +138,5 @@ impl InelasticElement for EdgeMembrane {
             creeping.strains[e].end(strain, &decay);
         }
         self.creep = Some(creeping);
-    }
-
-    fn apply_elastic_law(&mut self, x: &Vectors) -> bool {
-        let Some(mut creeping) = self.creep.take() else { return false };
-        creeping.is_in_step = false;
-        creeping.scale.fill(1.0);
-        for e in 0..self.strains.len() {
-            let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
-            creeping.strains[e].apply_elastic_law(strain, share);
-            self.apply_rest_strain(e, &creeping);
-        }
-        self.creep = Some(creeping);
-        self.rescale();
-        false
     }
 }
