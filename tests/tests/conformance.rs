@@ -76,7 +76,11 @@ fn every_integrator_converges_with_its_order_on_every_structure() {
             for engine in TABLE {
                 let n = coarse_steps(engine);
                 // At a tolerance of 1 m the adaptive integrator takes the given steps.
-                let error = |steps| distance(&positions(structure.kind, engine.kind, case, steps), &reference);
+                // A shell's damping depends on whether the integrator is implicit.
+                let flat = engine.implicit && structure.kind == StructureKind::Shell;
+                let own = flat.then(|| positions(structure.kind, IntegratorKind::TrBdf2, case, 4000));
+                let reference = own.as_ref().unwrap_or(&reference);
+                let error = |steps| distance(&positions(structure.kind, engine.kind, case, steps), reference);
                 let (coarse, fine) = (error(n), error(2 * n));
                 let order = (coarse / fine).log2();
                 println!(
@@ -245,7 +249,9 @@ fn a_switch_of_integrator_continues_from_the_present_state() {
                 let (mut fresh, _) = excited(structure.kind, second.kind, ConformanceCase::Damped);
                 fresh.sheets_mut()[0].state.x = x;
                 fresh.sheets_mut()[0].state.v = v;
-                if first.kind == second.kind && (first.adaptive || first.implicit) {
+                // The arms of a shell's loss factor are state of the sheet.
+                let keeps_arms = first.implicit && second.implicit && structure.kind == StructureKind::Shell;
+                if keeps_arms || first.kind == second.kind && (first.adaptive || first.implicit) {
                     continue;
                 }
                 run(&mut switched, 5, 0.1 / omega);

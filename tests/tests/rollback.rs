@@ -209,13 +209,15 @@ fn an_invalid_snapshot_is_rejected_without_effect() {
 }
 
 #[test]
-fn a_snapshot_has_at_most_200_bytes_per_node() {
-    let scene = Scene::parse(
-        r#"(engine: "tr-bdf2", dt: 0.0166, sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25),
-            material: "hips", springs: Calibrated, pins: [(region: Left, clamp: true)])])"#,
-    );
-    let mut world = world(&scene.expect("valid"));
-    run(&mut world, 30);
-    let bytes = world.serialise().len();
-    assert!(bytes < 200 * 441, "{} a mass", bytes / 441);
+fn a_snapshot_has_at_most_200_bytes_per_node_and_500_with_a_loss_factor() {
+    for (damping, most) in [(0.2, 200), (0.015, 500)] {
+        let scene = Scene::parse(&format!(
+            r#"(engine: "tr-bdf2", dt: 0.0166, sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25),
+                material: "hips", damping_ratio: {damping}, pins: [(region: Left, clamp: true)])])"#
+        ));
+        let mut world = world(&scene.expect("valid"));
+        run(&mut world, 30);
+        let bytes = world.serialise().len();
+        assert!(bytes < most * 441, "{} a mass", bytes / 441);
+    }
 }

@@ -128,7 +128,7 @@ fn materials() -> Vec<Value> {
     let row = |(name, about, m): &(&str, &str, material::Material)| {
         json!({
             "name": name, "about": about, "young_pa": m.young, "poisson": m.poisson,
-            "density_kg_m3": m.density, "thickness_m": m.thickness, "damping_ratio": m.damping_ratio,
+            "density_kg_m3": m.density, "thickness_m": m.thickness, "damping_ratio": m.damping(),
             "yield_stress_pa": m.yield_stress, "specific_heat_j_kg_k": m.specific_heat,
             "conductivity_w_m_k": m.conductivity, "emissivity": m.emissivity,
             "glass_transition_c": m.glass_transition, "wlf": m.wlf, "tears_at": m.tears_at, "melts_at_c": m.melts_at,

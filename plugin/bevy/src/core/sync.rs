@@ -156,7 +156,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     let material = new.material.resolve(&world.scene().base);
     let Some(running) = world.get_sheet_mut(motion.id()) else { return false };
     let changed = material.and_then(|material| {
-        let ratio = new.damping_ratio.unwrap_or(material.damping_ratio);
+        let ratio = new.damping_ratio.unwrap_or(material.damping());
         running.set_material(material)?;
         running.set_damping(new.damping)?;
         running.set_damping_ratio(ratio)?;

@@ -12,7 +12,6 @@
 //! s_i C s_i included. Both stages of TR-BDF2 have one V and so one matrix.
 
 use crate::elements::Anchor;
-use crate::material::law::ElementLaw;
 use crate::material::loss_factor::{ARM_TIMES, ARMS};
 use crate::serialize::{ReadResult, StateReader, StateWriter};
 
@@ -45,10 +44,10 @@ struct ArmStage {
 }
 
 impl ArmStrains {
-    /// Takes the weights of `law` for `count` strain components.
-    pub fn set_law(&mut self, law: &ElementLaw, count: usize) {
-        let size = if law.arms == [0.0; ARMS] { 0 } else { ARMS * count };
-        (self.weights, self.count) = (law.arms, count);
+    /// Takes the weights g_i for `count` strain components.
+    pub fn set_weights(&mut self, weights: [f64; ARMS], count: usize) {
+        let size = if weights == [0.0; ARMS] { 0 } else { ARMS * count };
+        (self.weights, self.count) = (weights, count);
         self.now.resize(size, 0.0);
         self.before.resize(size, 0.0);
     }

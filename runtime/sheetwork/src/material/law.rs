@@ -12,16 +12,17 @@ pub struct ElementLaw {
     pub bending: [[f64; 3]; 3],
     /// Retardation time τ, s; 0 for a sheet without Kelvin-Voigt damping.
     pub retardation: f64,
-    /// Modulus of each Maxwell arm relative to the stiffnesses, which then are the relaxed ones; 0
-    /// without a flat loss factor.
-    pub arms: [f64; ARMS],
+    /// Modulus of each Maxwell arm of the membrane and of bending, relative to the stiffnesses,
+    /// which then are the relaxed ones; 0 without a flat loss factor.
+    pub membrane_arms: [f64; ARMS],
+    pub bending_arms: [f64; ARMS],
 }
 
 impl ElementLaw {
-    /// The law with the flat loss factor `eta` (0 to 0.3) as its only damping, and the present
-    /// stiffnesses at rest.
+    /// The law with flat loss factors (0 to 0.3) as its only damping, and the present stiffnesses
+    /// at rest.
     #[must_use]
-    pub fn with_loss_factor(self, eta: f64) -> Self {
-        Self { retardation: 0.0, arms: fit_arms(eta), ..self }
+    pub fn with_loss_factors(self, membrane: f64, bending: f64) -> Self {
+        Self { retardation: 0.0, membrane_arms: fit_arms(membrane), bending_arms: fit_arms(bending), ..self }
     }
 }

@@ -123,20 +123,23 @@ const GLASSY: Option<BurgersCreep> = Some(BurgersCreep { relaxation_time: 1e9, r
 const UNIVERSAL_WLF: (f64, f64) = (17.44, 51.6);
 
 impl Default for Material {
-    /// Sheet of the thesis.
+    /// Sheet of the thesis, with its damping as `damping_ratio`.
     fn default() -> Self {
-        THESIS
+        Self { loss_factor: None, ..THESIS }
     }
 }
 
-const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], 0.02, None, None);
+const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], DEFAULT_LOSS, None, None);
 
-/// Row of the library: E, ν, ρ, t; c, k, ε, expansion; damping ratio, yield stress, glass
+/// Loss factor where none is given: the upper end of stiff plastics, the middle of paper and card.
+const DEFAULT_LOSS: f64 = 0.04;
+
+/// Row of the library: E, ν, ρ, t; c, k, ε, expansion; loss factor, yield stress, glass
 /// transition.
 const fn row(
     [young, poisson, density, thickness]: [f64; 4],
     [specific_heat, conductivity, emissivity, expansion]: [f64; 4],
-    damping_ratio: f64,
+    loss_factor: f64,
     yield_stress: Option<f64>,
     glass_transition: Option<f64>,
 ) -> Material {
@@ -146,8 +149,8 @@ const fn row(
         poisson,
         density,
         thickness,
-        damping_ratio,
-        loss_factor: None,
+        damping_ratio: 0.5 * loss_factor,
+        loss_factor: Some(loss_factor),
         yield_stress,
         hardening: 0.0,
         burgers: match glass_transition {
@@ -190,6 +193,11 @@ impl Material {
         self.loss_factor.map_or(self.damping_ratio, |eta| 0.5 * eta)
     }
 
+    /// Loss factor of the membrane where that of bending is `bending`: at most the material's.
+    pub fn membrane_loss(&self, bending: f64) -> f64 {
+        bending.min(self.loss_factor.unwrap_or(DEFAULT_LOSS))
+    }
+
     /// Plate stiffness D = E t³ / (12 (1-ν²)) along the length, N m.
     pub fn plate_stiffness(&self) -> f64 {
         self.target().bending[0][0]
@@ -210,14 +218,19 @@ impl Material {
     pub fn law(&self, length: f64, damping_ratio: f64) -> ElementLaw {
         let StiffnessTarget { membrane, bending } = self.target();
         let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
-        ElementLaw { membrane, bending, retardation: 2.0 * damping_ratio / slowest, arms: [0.0; ARMS] }
+        let (retardation, none) = (2.0 * damping_ratio / slowest, [0.0; ARMS]);
+        ElementLaw { membrane, bending, retardation, membrane_arms: none, bending_arms: none }
     }
 }
 
 /// Library: name, one-line description, constants.
 ///
-/// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals
-/// to 0.3 for plasticised PVC). Yield stresses are tensile, for paper and card the end of
+/// Loss factors at room temperature: steel 2e-4 to 6e-4, aluminium 1e-4 to 1e-3 (L. Cremer, M.
+/// Heckl, *Structure-Borne Sound*, 1988; thin foil at the upper end); rigid polymers 0.04 GPa/E to
+/// twice that, plasticised PVC 0.3 and more, wood fibres 0.02 to 0.05 for paper and card (M. F.
+/// Ashby, *Materials Selection in Mechanical Design*, chart of loss coefficient against modulus);
+/// rubber 0.05 to 0.15, the low end for unfilled natural rubber, whose modulus the row has (J. C.
+/// Snowdon, *Vibration and Shock in Damped Mechanical Systems*, 1968). Yield stresses are tensile, for paper and card the end of
 /// proportionality. Expansions and fracture strains (elongations at break) are those of the class.
 /// Polymers without a melting point melt where they are soft enough to drip.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
@@ -225,55 +238,55 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
     (
         "hips",
         "high-impact polystyrene, 0.5 mm",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
             .with_fracture(0.4, Some(240.0)),
     ),
     (
         "pvc",
         "rigid PVC, 0.4 mm",
-        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(82.0))
+        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.03, Some(5.0e7), Some(82.0))
             .with_fracture(0.3, Some(200.0)),
     ),
     (
         "pvc-plasticised",
         "plasticised PVC, 0.4 mm",
-        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0))
+        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.3, None, Some(0.0))
             .with_fracture(2.5, Some(180.0)),
     ),
     (
         "packaging-pvc",
         "packaging PVC, 0.15 mm",
-        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(80.0))
+        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.03, Some(5.0e7), Some(80.0))
             .with_fracture(0.3, Some(160.0)),
     ),
     (
         "pet",
         "PET film, 0.1 mm",
-        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.01, Some(1.0e8), Some(70.0))
+        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.02, Some(1.0e8), Some(70.0))
             .with_fracture(1.0, Some(255.0)),
     ),
     (
         "paper",
         "printer paper, 80 g/m²",
-        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None)
+        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.04, Some(2.0e7), None)
             .with_fracture(0.02, None),
     ),
     (
         "card",
         "card, 300 g/m²",
-        row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None)
+        row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.04, Some(1.5e7), None)
             .with_fracture(0.02, None),
     ),
     (
         "playing-card",
         "playing card, 0.3 mm",
-        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None)
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.04, Some(2.0e7), None)
             .with_fracture(0.02, None),
     ),
     (
         "steel-foil",
         "steel foil, 0.1 mm",
-        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.001, Some(5.0e8), None)
+        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.0005, Some(5.0e8), None)
             .with_fracture(0.1, Some(1450.0)),
     ),
     (
@@ -291,25 +304,25 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
     (
         "styrene-0.25mm",
         "the thesis's 0.25 mm styrene",
-        row([2.0e9, 0.38, 1045.0, 2.5e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+        row([2.0e9, 0.38, 1045.0, 2.5e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
             .with_fracture(0.4, Some(240.0)),
     ),
     (
         "styrene-0.5mm",
         "the thesis's 0.5 mm styrene",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
             .with_fracture(0.4, Some(240.0)),
     ),
     (
         "soft-pvc-0.4mm",
         "the thesis's 0.4 mm PVC, soft",
-        row([1.0e7, 0.45, 1400.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0))
+        row([1.0e7, 0.45, 1400.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.3, None, Some(0.0))
             .with_fracture(2.0, Some(180.0)),
     ),
     (
         "packaging-grade-pvc",
         "the thesis's packaging/industrial grade PVC, 0.15 mm",
-        row([2.4e9, 0.38, 1350.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(4.5e7), Some(78.0))
+        row([2.4e9, 0.38, 1350.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.03, Some(4.5e7), Some(78.0))
             .with_fracture(0.5, Some(160.0)),
     ),
     (

@@ -207,20 +207,19 @@ impl Sheet {
         Ok(())
     }
 
-    /// Flat loss factor η; 0 for lattices, explicit integrators and materials with a damping
-    /// ratio, whose damping is that of a Kelvin-Voigt solid.
+    /// Flat loss factor η of bending; 0 for lattices, explicit integrators and damping ratios above
+    /// 0.15, whose damping is that of a Kelvin-Voigt solid.
     pub fn loss_factor(&self) -> f64 {
         let eta = 2.0 * self.parameters.damping_ratio;
-        let is_flat = self.parameters.material.loss_factor.is_some() && eta <= MAX_LOSS_FACTOR;
         let is_shell = self.model.structure == StructureKind::Shell;
-        if is_flat && is_shell && instability::chosen_engine(self).info().implicit { eta } else { 0.0 }
+        if eta <= MAX_LOSS_FACTOR && is_shell && instability::chosen_engine(self).info().implicit { eta } else { 0.0 }
     }
 
     /// Present membrane stiffness, bending stiffness and damping.
     pub fn law(&self) -> ElementLaw {
         let (material, eta) = (&self.parameters.material, self.loss_factor());
         if eta > 0.0 {
-            return material.law(self.model.length, 0.0).with_loss_factor(eta);
+            return material.law(self.model.length, 0.0).with_loss_factors(material.membrane_loss(eta), eta);
         }
         material.law(self.model.length, self.parameters.damping_ratio)
     }

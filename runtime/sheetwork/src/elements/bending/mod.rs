@@ -317,7 +317,7 @@ impl Element for Bending {
 
     fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
-        self.arms.set_law(law, 3 * self.groups.len());
+        self.arms.set_weights(law.bending_arms, 3 * self.groups.len());
         if !self.arms.is_empty() {
             self.reset_rates();
         }

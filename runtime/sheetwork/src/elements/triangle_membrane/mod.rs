@@ -275,7 +275,7 @@ impl Element for EdgeMembrane {
 
     fn set_law(&mut self, law: &ElementLaw) {
         self.retardation = law.retardation;
-        self.arms.set_law(law, self.strains.len());
+        self.arms.set_weights(law.membrane_arms, self.strains.len());
         if !self.arms.is_empty() {
             self.reset_rates();
         }
