@@ -221,7 +221,8 @@ fn a_fast_ball_leaves_a_thin_polystyrene_sheet() {
     }
 }
 
-/// Root mean square speed (m/s) of a flag of PET in a wind of 6 m/s, over the last of three seconds.
+/// Root mean square speed (m/s) of a flag of PET in a wind of 6 m/s, over the last of three
+/// seconds.
 fn flutter(damping: &str) -> f64 {
     let mut world = world_of(&format!(
         r#"(name: "flag", engine: "tr-bdf2", dt: 0.004, duration: 3, air: (density: 1.2, wind: (6, 0, 0.3)),

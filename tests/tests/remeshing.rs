@@ -33,7 +33,7 @@ fn fold(world: &World) -> (f64, f64) {
 fn struck(more: &str) -> World {
     let strip = |name: &str, z: f64| {
         format!(
-            r#"(name: "{name}", structure: "shell", grid: (17, 1, 5), size: (0.16, 0.04), material: "hips", damping_ratio: 0.002,
+            r#"(name: "{name}", structure: "shell", grid: (17, 1, 5), size: (0.16, 0.04), material: "hips",
                 outline: Polygon([(-0.08, -0.02), (0.08, -0.02), (0.08, 0.02), (-0.08, 0.02)]), placement: (position: (0, 0, {z})),
                 velocities: [(region: Rect((0.35, 0.65), (0, 1)), value: (0, 8, 0))], velocity: (0.3, 0, 0.1), spin: (0, 2, 0),
                 refine: (levels: 2, fold: 4, every: 5), {more})"#

@@ -20,6 +20,8 @@ pub const ARMS: usize = 5;
 pub const ARM_TIMES: [f64; ARMS] = [6e-5, 5.4e-4, 4.8e-3, 4.2e-2, 0.38];
 /// Largest flat loss factor. Beyond, damping is that of a Kelvin-Voigt solid.
 pub const MAX_LOSS_FACTOR: f64 = 0.3;
+/// Loss factor where none is given: the upper end of stiff plastics, the middle of paper and card.
+pub const DEFAULT_LOSS_FACTOR: f64 = 0.04;
 /// Frequencies of the fit per decade.
 const FIT_POINTS: i32 = 10;
 

@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::error::InputError;
 use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::material::law::ElementLaw;
-use crate::material::loss_factor::ARMS;
+use crate::material::loss_factor::{ARMS, DEFAULT_LOSS_FACTOR};
 use crate::scene::load::read_ron;
 use crate::scene::validate;
 
@@ -129,10 +129,10 @@ impl Default for Material {
     }
 }
 
-const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], DEFAULT_LOSS, None, None);
-
-/// Loss factor where none is given: the upper end of stiff plastics, the middle of paper and card.
-const DEFAULT_LOSS: f64 = 0.04;
+const THESIS: Material =
+    row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], DEFAULT_LOSS_FACTOR, None, None);
+const HIPS: Material = row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
+    .with_fracture(0.4, Some(240.0));
 
 /// Row of the library: E, ν, ρ, t; c, k, ε, expansion; loss factor, yield stress, glass
 /// transition.
@@ -193,11 +193,6 @@ impl Material {
         self.loss_factor.map_or(self.damping_ratio, |eta| 0.5 * eta)
     }
 
-    /// Loss factor of the membrane where that of bending is `bending`: at most the material's.
-    pub fn membrane_loss(&self, bending: f64) -> f64 {
-        bending.min(self.loss_factor.unwrap_or(DEFAULT_LOSS))
-    }
-
     /// Plate stiffness D = E t³ / (12 (1-ν²)) along the length, N m.
     pub fn plate_stiffness(&self) -> f64 {
         self.target().bending[0][0]
@@ -225,22 +220,13 @@ impl Material {
 
 /// Library: name, one-line description, constants.
 ///
-/// Loss factors at room temperature: steel 2e-4 to 6e-4, aluminium 1e-4 to 1e-3 (L. Cremer, M.
-/// Heckl, *Structure-Borne Sound*, 1988; thin foil at the upper end); rigid polymers 0.04 GPa/E to
-/// twice that, plasticised PVC 0.3 and more, wood fibres 0.02 to 0.05 for paper and card (M. F.
-/// Ashby, *Materials Selection in Mechanical Design*, chart of loss coefficient against modulus);
-/// rubber 0.05 to 0.15, the low end for unfilled natural rubber, whose modulus the row has (J. C.
-/// Snowdon, *Vibration and Shock in Damped Mechanical Systems*, 1968). Yield stresses are tensile, for paper and card the end of
-/// proportionality. Expansions and fracture strains (elongations at break) are those of the class.
-/// Polymers without a melting point melt where they are soft enough to drip.
+/// Loss factors hold at room temperature; `docs/materials.md` names their sources. Yield stresses
+/// are tensile, for paper and card the end of proportionality. Expansions and fracture strains
+/// (elongations at break) are those of the class. Polymers without a melting point melt where they
+/// are soft enough to drip.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
     ("thesis", "the thesis's soft sheet: planar springs of 0.185 N/m", THESIS),
-    (
-        "hips",
-        "high-impact polystyrene, 0.5 mm",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
-            .with_fracture(0.4, Some(240.0)),
-    ),
+    ("hips", "high-impact polystyrene, 0.5 mm", HIPS),
     (
         "pvc",
         "rigid PVC, 0.4 mm",
@@ -307,12 +293,7 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
         row([2.0e9, 0.38, 1045.0, 2.5e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
             .with_fracture(0.4, Some(240.0)),
     ),
-    (
-        "styrene-0.5mm",
-        "the thesis's 0.5 mm styrene",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.03, Some(2.0e7), Some(100.0))
-            .with_fracture(0.4, Some(240.0)),
-    ),
+    ("styrene-0.5mm", "the thesis's 0.5 mm styrene", HIPS),
     (
         "soft-pvc-0.4mm",
         "the thesis's 0.4 mm PVC, soft",

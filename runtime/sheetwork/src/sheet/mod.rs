@@ -88,7 +88,7 @@ use crate::elements::spring::{SpringWorkspace, Springs};
 use crate::error::{InputError, reject_if};
 use crate::integrators::Integrator;
 use crate::material::law::ElementLaw;
-use crate::material::loss_factor::MAX_LOSS_FACTOR;
+use crate::material::loss_factor::{DEFAULT_LOSS_FACTOR, MAX_LOSS_FACTOR};
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::StructureKind;
 use crate::scene::{Adhesion, IntegratorKind, Material};
@@ -219,7 +219,8 @@ impl Sheet {
     pub fn law(&self) -> ElementLaw {
         let (material, eta) = (&self.parameters.material, self.loss_factor());
         if eta > 0.0 {
-            return material.law(self.model.length, 0.0).with_loss_factors(material.membrane_loss(eta), eta);
+            let membrane = eta.min(material.loss_factor.unwrap_or(DEFAULT_LOSS_FACTOR));
+            return material.law(self.model.length, 0.0).with_loss_factors(membrane, eta);
         }
         material.law(self.model.length, self.parameters.damping_ratio)
     }
