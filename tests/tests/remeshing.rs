@@ -29,11 +29,12 @@ fn fold(world: &World) -> (f64, f64) {
     (sheet.energy(DVec3::ZERO).elastic, sheet.state.x.bounds().map_or(0.0, |b| b.1.x))
 }
 
-/// Two free strips that are struck in the middle, so that they bend and fly.
-fn struck(more: &str) -> World {
+/// Two free strips that are struck in the middle, so that they bend and fly. Without damping the
+/// integrator raises the energy of such strips by a percent in a step.
+fn struck(damping_ratio: f64, more: &str) -> World {
     let strip = |name: &str, z: f64| {
         format!(
-            r#"(name: "{name}", structure: "shell", grid: (17, 1, 5), size: (0.16, 0.04), material: "hips",
+            r#"(name: "{name}", structure: "shell", grid: (17, 1, 5), size: (0.16, 0.04), material: "hips", damping_ratio: {damping_ratio},
                 outline: Polygon([(-0.08, -0.02), (0.08, -0.02), (0.08, 0.02), (-0.08, 0.02)]), placement: (position: (0, 0, {z})),
                 velocities: [(region: Rect((0.35, 0.65), (0, 1)), value: (0, 8, 0))], velocity: (0.3, 0, 0.1), spin: (0, 2, 0),
                 refine: (levels: 2, fold: 4, every: 5), {more})"#
@@ -83,7 +84,7 @@ fn the_refinement_goes_away_when_the_sheet_is_flat_again() {
 
 #[test]
 fn a_change_conserves_momentum_and_raises_energy_by_at_most_two_percent() {
-    let mut world = struck("");
+    let mut world = struck(0.015, "");
     let of = |s: &Sheet| (s.total_mass(), s.momentum(), s.angular_momentum(), s.energy(DVec3::ZERO).total);
     let (mut changed, mut coarsened) = (0, 0);
     // Largest change of the angular momentum, by the integrator in steps that keep the mesh, and in
@@ -117,7 +118,7 @@ fn a_change_conserves_momentum_and_raises_energy_by_at_most_two_percent() {
 
 #[test]
 fn temperatures_keep_their_mean_and_range() {
-    let mut world = struck("temperature: 40, temperature_gradient: true");
+    let mut world = struck(0.002, "temperature: 40, temperature_gradient: true");
     let uv = world.sheets()[0].model.uv.clone();
     let warm = |i: usize| 40.0 + 60.0 * (-20.0 * ((uv[i].0 - 0.5).powi(2) + (uv[i].1 - 0.3).powi(2))).exp();
     world.sheets_mut()[0].set_temperatures(warm).unwrap_or_else(|e| panic!("{e}"));
@@ -137,7 +138,7 @@ fn temperatures_keep_their_mean_and_range() {
 
 #[test]
 fn snapshots_resets_and_threads_continue_to_the_bit() {
-    let mut world = struck("");
+    let mut world = struck(0.002, "");
     let first = world.serialise();
     steps(&mut world, 36);
     let (there, kept) = (world.serialise(), world.snapshot());
@@ -151,11 +152,11 @@ fn snapshots_resets_and_threads_continue_to_the_bit() {
     assert_eq!(world.sheets()[0].model.refinement.clone(), levels);
     steps(&mut world, 40);
     assert_eq!(state_hash(&world), end, "restored");
-    let mut other = struck("");
+    let mut other = struck(0.002, "");
     other.deserialise(&there).unwrap_or_else(|e| panic!("{e}"));
     steps(&mut other, 40);
     assert_eq!(state_hash(&other), end, "another world");
-    let mut threads = struck("");
+    let mut threads = struck(0.002, "");
     threads.set_threads(2).unwrap_or_else(|e| panic!("{e}"));
     steps(&mut threads, 76);
     assert_eq!(state_hash(&threads), end, "two threads");
@@ -168,7 +169,7 @@ fn snapshots_resets_and_threads_continue_to_the_bit() {
 
 #[test]
 fn a_recording_has_the_nodes_of_the_scene_and_a_damaged_snapshot_is_refused() {
-    let mut world = struck("");
+    let mut world = struck(0.002, "");
     let first = world.sheets()[0].node_count();
     steps(&mut world, 5);
     assert!(world.sheets()[0].node_count() > first);
