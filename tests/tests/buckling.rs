@@ -27,13 +27,13 @@ fn energy_of_half_a_wave(length: f64, width: f64, thickness: f64, nearer: f64, y
 }
 
 /// A strip buckles downwards under its weight when its ends approach. A hand then pulls its middle
-/// up by a soft spring until it snaps through. Damped, so that it does not ring.
+/// up by a soft spring until it snaps through.
 #[test]
 fn a_strip_buckles_under_compression_and_in_snap_through() {
     for dt in [0.002, 0.004] {
         let scene = format!(
             r#"(engine: "tr-bdf2", dt: {dt}, air: (factor: 0.99),
-                sheets: [(name: "arch", structure: "shell", grid: (25, 1, 3), size: (0.2, 0.02), material: "hips", damping_ratio: 0.2,
+                sheets: [(name: "arch", structure: "shell", grid: (25, 1, 3), size: (0.2, 0.02), material: "hips",
                     pins: [(region: Left, path: [(time: 0, offset: (0, 0, 0)), (time: 0.5, offset: (0.002, 0, 0))]),
                         (region: Right, path: [(time: 0, offset: (0, 0, 0)), (time: 0.5, offset: (-0.002, 0, 0))])])])"#
         );
@@ -58,7 +58,7 @@ fn a_strip_buckles_under_compression_and_in_snap_through() {
         let (time, energy) = (seen[1].time_s, seen[1].energy_j.expect("known"));
         assert!((over - time).abs() < 0.03, "at {time} s, through at {over} s");
         let half = energy_of_half_a_wave(0.2, 0.02, 5e-4, 0.004, 2e9);
-        assert!(energy > 0.1 * half && energy < 4.0 * half, "{energy} J of {half} J");
+        assert!(energy > 0.1 * half && energy < 3.0 * half, "{energy} J of {half} J");
         let [x, _, z] = seen[1].place_m.expect("known");
         assert!(x.abs() < 0.09 && z.abs() < 0.011, "{x} {z}");
     }
