@@ -168,7 +168,7 @@ pub(crate) fn solve_stage(
             return StageSolve::Diverged;
         }
         let moved = met && convergence::has_moved(island);
-        if moved {
+        if moved && !workspace.is_single_unfolded_sheet {
             detect(island, DetectionMode::SheetCrossing, margins, &mut workspace.rechecked);
             workspace.record_crossed_contacts(island);
         }

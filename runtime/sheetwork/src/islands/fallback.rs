@@ -72,9 +72,6 @@ impl IslandSolve<'_, '_, '_> {
             return false;
         }
         self.progress.report.barrier += 1;
-        if !report.touched {
-            self.progress.consecutive_barrier = 0;
-        }
         if !report.converged || !report.arrived {
             self.workspace.counters.given_up += 1;
             self.progress.report.fallbacks += 1;

@@ -92,8 +92,7 @@ impl IslandSolve<'_, '_, '_> {
             return;
         }
         self.begin_substep(&substep);
-        let is_spent = substep.bisections > 0 && self.workspace.is_work_budget_spent();
-        if is_spent || substep.bisections == 0 && self.progress.skips_contact_solver() {
+        if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
             self.apply_fallback(&substep);
             return self.end_substep();
         }

@@ -1,10 +1,7 @@
 //! Progress of an island through its steps: what an implicit step takes from the step before.
 
-use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::serialize::state;
-
-const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
 
 /// Report of the present step, and the memory of earlier steps of an island.
 #[derive(Default)]
@@ -13,8 +10,6 @@ pub(crate) struct IslandProgress {
     pub report: StepReport,
     /// Previous step in which contact was possible.
     pub previous: StepReport,
-    /// Consecutive steps that the barrier method solved.
-    pub consecutive_barrier: u32,
     /// Consecutive steps with a fallback.
     pub consecutive_fallbacks: u32,
     /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
@@ -26,19 +21,11 @@ impl IslandProgress {
     /// Begin a step.
     pub fn begin_step(&mut self) {
         self.report = StepReport { islands: 1, ..StepReport::default() };
-        self.consecutive_barrier = if self.previous.barrier > 0 { self.consecutive_barrier + 1 } else { 0 };
-    }
-
-    /// Whether the barrier method solves this step: it solved the steps before, and the contact
-    /// solver, which is tried after 1, 2, 4, … of them, did not.
-    pub fn skips_contact_solver(&self) -> bool {
-        let n = self.consecutive_barrier;
-        !n.is_power_of_two() && !n.is_multiple_of(SETTINGS.maximum_skipped)
     }
 
     /// Forget contact: none is possible in the present step.
     pub fn reset_contact(&mut self) {
-        (self.previous.fallbacks, self.previous.barrier) = (0, 0);
+        self.previous.fallbacks = 0;
         self.energy_error = 0.0;
     }
 
@@ -65,4 +52,4 @@ impl IslandProgress {
     }
 }
 
-state!(IslandProgress { report, previous, consecutive_barrier, consecutive_fallbacks, energy_error });
+state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error });

@@ -86,9 +86,6 @@ settings! {
         /// Maximum number of bisections of a substep of the barrier method in which a body does not
         /// arrive.
         pub barrier_bisections: u32 = 6,
-        /// Maximum number of consecutive steps by the barrier method before the contact solver is
-        /// tried again.
-        pub maximum_skipped: u32 = 16,
     }
 
     /// Detection of instability, and the step limit of sheets with limited strain.

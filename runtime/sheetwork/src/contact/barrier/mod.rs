@@ -51,8 +51,6 @@ pub(crate) struct BarrierReport {
     pub converged: bool,
     /// Whether kinematic bodies and prescribed nodes have reached their end.
     pub arrived: bool,
-    /// Whether any features are within the range of the barrier at the last iterate.
-    pub touched: bool,
 }
 
 /// The method with its arrays.
@@ -102,14 +100,13 @@ impl BarrierSolver {
         let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
         self.reach = SETTINGS.reach * (led + (fast + field.gravity.length() * h) * h + self.thinnest(island));
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
-        let mut report = BarrierReport { iterations: 0, work: 0, converged: false, arrived: !moves, touched: false };
+        let mut report = BarrierReport { iterations: 0, work: 0, converged: false, arrived: !moves };
         while report.iterations < most && !report.converged {
             report.iterations += 1;
             report.work += SETTINGS.work * (island.nodes() + self.active.len()) as u64;
             let Some(slope) = self.find_step(island, friction, (field, h, remaining)) else { break };
             let (taken, largest) = self.take_step(island, friction, (field, h), slope, &mut remaining);
             report.arrived = remaining <= 0.0;
-            report.touched = !self.terms.is_empty();
             let near = report.arrived && taken * largest <= SETTINGS.displacement * self.thinnest(island);
             if near || taken == 0.0 || report.iterations == most / 2 {
                 // The forces of the solution without friction bound it.
