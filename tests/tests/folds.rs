@@ -21,6 +21,7 @@ struct Fold {
     yield_stress: f64,
 }
 
+/// Modulus of the strips, Pa: paper.
 const YOUNG: f64 = 4e9;
 
 impl Fold {

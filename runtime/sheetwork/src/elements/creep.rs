@@ -137,10 +137,10 @@ pub struct YieldLaw {
 }
 
 impl YieldLaw {
-    /// Plastic curvature increment Δα (1/m) of a cell of length `span` (m; 0 for a continuum) whose
-    /// elastic angle per length times the bending stiffness `stiffness` (N m) is `moment` (N), at
-    /// the accumulated plastic curvature `before` (1/m). A cell bent by the elastic angle ψ has the
-    /// moment D sin(ψ)/l.
+    /// Plastic curvature increment Δα (1/m) of a cell of length `span` (m; 0 for a continuum)
+    /// whose elastic angle per length times the bending stiffness `stiffness` (N m) is `moment`
+    /// (N), at the accumulated plastic curvature `before` (1/m). A cell bent by the elastic angle
+    /// ψ has the moment D sin(ψ)/l.
     pub fn plastic_increment(&self, moment: f64, stiffness: f64, before: f64, span: f64) -> f64 {
         let (limit, r) = (self.moment + self.hardening * before, span / stiffness);
         let limit = if r > 0.0 { (limit * r).min(1.0).asin() / r } else { limit };

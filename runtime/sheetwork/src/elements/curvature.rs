@@ -73,7 +73,7 @@ impl CurvatureGroup {
     /// first and second derivatives with respect to `k`.
     ///
     /// With ψ the angle beyond that of rest, k - o is 2 sin(ψ/2)/l: the energy of a flat cell,
-    /// turned to the angle of rest, with its stiffness D/l. Beyond ψ = π/2 the moment is constant.
+    /// turned to the angle of rest, with its stiffness D/l. Beyond ψ = π/2 the moment stays.
     pub fn rest_strain(&self, a: usize, k: f64, rest: f64) -> [f64; 3] {
         let r = 0.5 * self.span[a] / self.gain[a];
         if rest == 0.0 || r == 0.0 {
@@ -94,8 +94,8 @@ impl CurvatureGroup {
     }
 }
 
-/// Sine of half of the angle between neighbouring parts (177°) beyond which their moment arm at the
-/// nodes vanishes and the strain continues linearly.
+/// Sine of half of the angle between neighbouring parts (177°) beyond which their moment arm at
+/// the nodes vanishes and the strain continues linearly.
 const MAXIMUM_SINE: f64 = 0.9997;
 /// Half of the largest angle between neighbouring parts of a sheet (folded flat), rad.
 const MAXIMUM_HALF_ANGLE: f64 = std::f64::consts::FRAC_PI_2;

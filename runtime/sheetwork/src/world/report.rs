@@ -112,6 +112,9 @@ impl OpeningReport {
     }
 }
 
+/// Rotation (rad) of a cell at yield up to which angles are within 5° of those on finer grids.
+const RESOLVED_ROTATION: f64 = 0.4;
+
 /// Cells too long for the radius at which a plastic sheet yields.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UnresolvedFolds {
@@ -127,8 +130,7 @@ impl UnresolvedFolds {
     fn of(sheet: &Sheet) -> Option<Self> {
         let law = sheet.state.inelastic.as_ref()?.law.plastic?;
         let yield_radius_m = sheet.material().target().bending[0][0] / law.moment;
-        // At a rotation of 0.4 rad a cell at yield, angles are within 5° of those on finer grids.
-        let (cell_m, resolving_cell_m) = (sheet.spacing()?.0, 0.4 * yield_radius_m);
+        let (cell_m, resolving_cell_m) = (sheet.spacing()?.0, RESOLVED_ROTATION * yield_radius_m);
         (cell_m > resolving_cell_m).then_some(Self { yield_radius_m, cell_m, resolving_cell_m })
     }
 }

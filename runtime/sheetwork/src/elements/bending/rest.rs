@@ -1,18 +1,17 @@
 //! Rest curvature of a shell, and its change by creep and plasticity.
 //!
 //! E = ½ S (κ - o n)ᵀ D (κ - o n) (J) with the sheet's normal n and the rest strain o, 1/m, of
-//! (uu, vv, 2uv). The bending element has the part ½ S κᵀ D κ with its constant tangent; this file
-//! adds -S oᵀ D (κ·n) + ½ S oᵀ D o. The gradient includes the change of the normal, so the forces
-//! have a potential and no moment. With k = κ·n and the moments m = S (D o + o' D (k - o)) taken
-//! from those of a flat sheet, the tangent has the change of m, and the term of the second
-//! derivative of n, which for an inextensible sheet is kᵀ m ∂nᵀ ∂n.
+//! (uu, vv, 2uv). The bending element has the part ½ S κᵀ D κ with its constant tangent; this
+//! file adds -S oᵀ D (κ·n) + ½ S oᵀ D o. The gradient includes the change of the normal, so
+//! the forces have a potential and no moment. With k = κ·n and the moments
+//! m = S (D o + o' D (k - o)) taken from those of a flat sheet, the tangent has the change of m
+//! and the term of the second derivative of n, kᵀ m ∂nᵀ ∂n for an inextensible sheet.
 //!
 //! The rest curvature k₀ consists of the initial curvature (creases, curl), plastic curvature and
 //! creep (see [`crate::elements::creep`]). A crease is an angle: where a grid bends by the angle φ
-//! between neighbouring cells, k₀ is 2 sin(φ/2)/h, and the yield condition uses angles as well. The
-//! rest strain is k₀ in a creeping sheet. Otherwise it makes the stiffness of a crease that of a
-//! flat cell, D/h, so that loads open it equally on any grid
-//! ([`CurvatureGroup::rest_strain`]).
+//! between neighbouring cells, k₀ is 2 sin(φ/2)/h, and the yield condition uses angles as well.
+//! The rest strain is k₀ in a creeping sheet. Otherwise it makes the stiffness of a crease that
+//! of a flat cell, D/h: loads open it equally on any grid ([`CurvatureGroup::rest_strain`]).
 
 use std::f64::consts::FRAC_PI_2;
 
