@@ -49,9 +49,7 @@ fn pads_that_close_below_the_thickness_hold_a_sheet() {
             pad("left", -1.0),
             pad("right", 1.0)
         );
-        // A compressed sheet lies in the pads by what it is compressed.
-        let world = run_for(&scene, 0.8, false);
-        assert_eq!(world.report(0.0, &[]).status, "ok");
+        let world = run(&scene, 0.8);
         let fallen = centre(&world).y;
         assert!(fallen > -1e-4, "gap of {gap} m: at {fallen} m");
         assert!(world.events().iter().all(|e| e.kind != EventKind::GivenUp), "gap of {gap} m: by the solver");
@@ -131,4 +129,75 @@ fn a_block_on_the_floor_pushes_a_sheet_of_any_thickness_by_its_edge() {
         let moved = centre(&world).x;
         assert!((moved - 0.035).abs() < 5e-4, "{thickness} m: moved by {moved} m");
     }
+}
+
+/// Material of the compressed sheets.
+const PLASTIC: &str = "material: (young: 3e9, poisson: 0.3, density: 1200, thickness: 3e-4, damping_ratio: 0.02)";
+
+#[test]
+fn a_plate_presses_a_sheet_onto_a_box_edge() {
+    // The gap is a third of the thickness, and the overlap of plate and box smaller than the cells.
+    let scene = format!(
+        r#"(engine: "tr-bdf2", dt: 0.016666666666666666, contact: (friction: 0.5, restitution: 0),
+            sheets: [(name: "s", structure: "shell", grid: (12, 1, 7), size: (0.2, 0.1), {PLASTIC},
+                placement: (position: (0, 0.06, 0)))],
+            bodies: [(name: "box", shape: Box((0.05, 0.05, 0.05)), placement: (position: (0, 0.025, 0)), path: [(time: 0), (time: 3)]),
+                (name: "plate", shape: Box((0.04, 0.04, 0.04)), placement: (position: (0.02, 0.1, 0.01)),
+                    path: [(time: 0), (time: 0.4, offset: (0, -0.0299, 0))])])"#
+    );
+    let world = run(&scene, 0.6);
+    let plate = world.body_state("plate").expect("there").origin().y;
+    assert!((plate - 0.0701).abs() < 1e-9, "the plate is at {plate} m");
+}
+
+/// A sheet that hangs in a gripper, which closes to a gap below the thickness within two steps and
+/// then moves 0.2 m aside, 0.1 m up and 0.05 m back in 0.2 s.
+fn gripped(budget: &str) -> World {
+    let jaw = |name: &str, side: f64| {
+        let at = |x: f64| x - side * 6e-4;
+        format!(
+            "(name: \"{name}\", shape: Box((0.01, 0.02, 0.03)), placement: (position: ({}, 0.09, 0)), path: [(time: 0), \
+             (time: 0.03, offset: ({}, 0, 0)), (time: 0.1, offset: ({}, 0, 0)), (time: 0.3, offset: ({}, 0.1, 0.05))])",
+            side * 0.00565,
+            at(0.0),
+            at(0.0),
+            at(0.2)
+        )
+    };
+    let scene = format!(
+        r#"(engine: "tr-bdf2", dt: 0.016666666666666666, contact: (friction: 0.5, restitution: 0{budget}),
+            sheets: [(name: "s", structure: "shell", grid: (12, 1, 7), size: (0.2, 0.1), {PLASTIC},
+                placement: (rotation: (0, 0, 90)), pins: [(region: Left, until: 0.1)])],
+            bodies: [{}, {}])"#,
+        jaw("left", 1.0),
+        jaw("right", -1.0)
+    );
+    run_for(&scene, 0.45, false)
+}
+
+/// Distance of the node of the sheet that is nearest to the gripper from its end.
+fn nearest_to_gripper(world: &World) -> f64 {
+    let end = DVec3::new(0.2, 0.19, 0.05);
+    world.sheets()[0].state.x.iter().map(|x| x.distance(end)).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_gripper_that_moves_at_1_m_per_s_keeps_the_sheet() {
+    let world = gripped("");
+    assert_eq!(world.report(0.0, &[]).status, "ok", "{:?}", world.events());
+    let distance = nearest_to_gripper(&world);
+    assert!(distance < 0.015, "{distance} m");
+}
+
+#[test]
+fn a_step_budget_bounds_the_work_and_is_told() {
+    let world = gripped(", step_budget: 20000");
+    let told = world.events().iter().any(|e| e.kind == EventKind::GivenUp);
+    assert!(told, "{:?}", world.events());
+    assert!(world.contact_counters(0).given_up > 0);
+    assert!(nearest_to_gripper(&world) < 0.015);
+    assert_eq!(gripped(", step_budget: 20000").state_hash(), world.state_hash());
+    let refusal = Scene::parse(r#"(contact: (step_budget: 10), sheets: [(structure: "shell")])"#).err();
+    let refusal = refusal.map(|error| error.to_string()).unwrap_or_default();
+    assert!(refusal.contains("contact.step_budget"), "{refusal}");
 }

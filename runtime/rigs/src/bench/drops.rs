@@ -77,6 +77,7 @@ fn summary(drops: &[Drop]) -> Value {
         "count": drops.len(),
         "unstable": count(|d| d.unstable.is_some()),
         "through": count(|d| d.through.is_some()),
+        "reported_penetration": count(|d| d.penetrates.is_some()),
         "gained_energy": count(|d| d.energy_ratio > 1.001),
         "asleep_at_end": count(|d| d.asleep),
         "max_penetration_m": most(|d| d.penetration),
@@ -91,7 +92,7 @@ fn write_csv(file: &Path, drops: &[Drop]) -> Result<(), InputError> {
     let failed = |e: csv::Error| InputError::new("out", format!("{}: {e}", file.display()));
     let mut writer = csv::Writer::from_path(file).map_err(failed)?;
     type Column = (&'static str, fn(&Drop) -> String);
-    let columns: [Column; 10] = [
+    let columns: [Column; 11] = [
         ("index", |d| d.index.to_string()),
         ("what", |d| d.what.clone()),
         ("simulated_s", |d| d.simulated.to_string()),
@@ -102,6 +103,7 @@ fn write_csv(file: &Path, drops: &[Drop]) -> Result<(), InputError> {
         ("asleep", |d| d.asleep.to_string()),
         ("unstable", |d| d.unstable.clone().unwrap_or_default()),
         ("through", |d| d.through.clone().unwrap_or_default()),
+        ("penetrates", |d| d.penetrates.clone().unwrap_or_default()),
     ];
     writer.write_record(columns.map(|c| c.0)).map_err(failed)?;
     for drop in drops {

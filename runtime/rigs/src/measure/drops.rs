@@ -40,6 +40,8 @@ pub struct Drop {
     pub asleep: bool,
     /// Description of the instability; `None` for a stable run.
     pub unstable: Option<String>,
+    /// Penetration that the run reports; `None` without one.
+    pub penetrates: Option<String>,
     /// Description of the passage through a body; `None` without passage.
     pub through: Option<String>,
 }
@@ -84,6 +86,7 @@ pub fn throw(seed: u64, index: u64, engine: IntegratorKind) -> Result<Drop, Inpu
     let energy_ratio = 1.0 + watch.energy_gain(scale);
     let (penetration, asleep) = (watch.masses.max(watch.surface), watch.asleep());
     let outcome = runner.outcome(serde_json::Value::Null);
+    let is_penetration = outcome.status.starts_with("penetration");
     Ok(Drop {
         index,
         what,
@@ -93,7 +96,8 @@ pub fn throw(seed: u64, index: u64, engine: IntegratorKind) -> Result<Drop, Inpu
         step_ms: 1e3 * outcome.cpu / outcome.steps.max(1) as f64,
         worst_step_ms: 1e3 * outcome.worst,
         asleep,
-        unstable: (outcome.status != "ok").then_some(outcome.status),
+        penetrates: is_penetration.then(|| outcome.status.clone()),
+        unstable: (outcome.status != "ok" && !is_penetration).then_some(outcome.status),
         through,
     })
 }

@@ -138,7 +138,10 @@ impl DetectedContacts {
         };
         let opposes = |one: &ContactConstraint, other: &ContactConstraint| {
             let cosine = one.normal.dot(other.normal);
-            cosine < SETTINGS.opposed_normal_cosine && shares(&one.a, &other.a) && shares(&one.b, &other.b)
+            cosine < SETTINGS.opposed_normal_cosine
+                && shares(&one.a, &other.a)
+                && shares(&one.b, &other.b)
+                && !compress(island, [one, other], residual)
                 || cosine > -SETTINGS.opposed_normal_cosine && shares(&one.a, &other.b) && shares(&one.b, &other.a)
         };
         for i in (0..self.colliders.len()).rev() {
@@ -218,6 +221,14 @@ impl ContactWorkspace {
             }
         }
     }
+}
+
+/// Whether a sheet between the two bodies of opposed contacts is compressed: their faces are at a
+/// distance above `least` (m).
+fn compress(island: &IslandView, both: [&ContactConstraint; 2], least: f64) -> bool {
+    let [a, b] = both.map(|contact| position(island, &contact.b, StagePose::Free));
+    let bodies = both.iter().all(|contact| matches!(contact.b, ContactSide::Body { .. }));
+    bodies && (both[0].normal - both[1].normal).normalize_or_zero().dot(b - a) > least
 }
 
 /// Whether a contact penetrates after the displacement by contact.

@@ -37,10 +37,11 @@ settings! {
         pub restitution_speed: f64 = 0.2,
         /// Work budget of one step, in node-iterations: the sum of outer iterations × nodes,
         /// factorisations of the primal solver × (nodes + contacts), factorisations of the dual
-        /// solver × contacts² / 16, and PGS sweeps × contacts. Beyond it the outer iteration
-        /// ends and the remaining substeps are skipped. Steps that need more do not converge, such
-        /// as those of interpenetrating sheets. The largest value in the shipped scenes is 2.5
-        /// million: a ball that hits a house of fifteen cards.
+        /// solver × contacts² / 16, PGS sweeps × contacts, and 4 × Newton steps of the barrier
+        /// method × (nodes + pairs). Beyond it the outer iteration ends and the barrier method
+        /// solves the remaining substeps; beyond as much again it takes few Newton steps. The
+        /// largest value in the shipped scenes is 2.5 million: a ball that hits a house of fifteen
+        /// cards.
         pub maximum_work: u64 = 4_000_000,
         /// Work budget of one step of a single sheet on kinematic and static bodies, in
         /// node-iterations. The largest value in the shipped scenes is 120,000: a film drawn onto
@@ -96,6 +97,11 @@ settings! {
         pub least_share: f64 = 0.1,
         /// Fraction of a gap that a step keeps.
         pub kept_gap: f64 = 0.1,
+        /// Least distance, as a fraction of that at the start of a substep, of features that start
+        /// within the range: a sheet is compressed by less in a substep.
+        pub kept_distance: f64 = 0.5,
+        /// Sine of the angle below which two edges are parallel.
+        pub parallel_sine: f64 = 1e-3,
         /// Cosine between the normals of a rectangle and their mean above which it does not meet
         /// itself.
         pub graph_cosine: f64 = 0.3,
@@ -103,6 +109,10 @@ settings! {
         pub maximum_advancements: u32 = 64,
         /// Maximum number of Newton steps: the work budget of a substep.
         pub maximum_iterations: u32 = 40,
+        /// Maximum number of Newton steps of a substep beyond the work budget of the step.
+        pub iterations_beyond_budget: u32 = 10,
+        /// Work of a Newton step for each node and pair, in node-iterations.
+        pub work: u64 = 4,
         /// Displacement of a Newton step, as a multiple of the free and prescribed motion, up to
         /// which it is taken for a led body even if it raises the potential.
         pub reach: f64 = 4.0,
@@ -227,6 +237,10 @@ settings! {
     pub struct CoulombSettings {
         /// Maximum number of fixed-point iterations.
         pub maximum_iterations: u32 = 40,
+        /// Maximum number of Newton steps of a substep beyond the work budget of the step.
+        pub iterations_beyond_budget: u32 = 10,
+        /// Work of a Newton step for each node and pair, in node-iterations.
+        pub work: u64 = 4,
         /// Tolerance of the fixed-point iteration, as a fraction of the normal force.
         pub tolerance: f64 = 1e-12,
     }

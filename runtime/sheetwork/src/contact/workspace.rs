@@ -103,6 +103,8 @@ pub(crate) struct ContactWorkspace {
     pub policy: SolvePolicy,
     /// Work of the step so far, in node-iterations, compared to [`ContactSettings::maximum_work`].
     pub work: u64,
+    /// Work budget of the step; `None` for the default.
+    pub budget: Option<u64>,
     /// Contacts that were closed at the end of any stage of the step: sheet of the island, node,
     /// collider. A contact that rebounds within the step is open again at its end.
     pub closed_in_step: Vec<[u32; 3]>,
@@ -131,11 +133,6 @@ impl ContactWorkspace {
         self.saved_solver_bodies.clear();
         self.saved_solver_bodies.extend_from_slice(solver_bodies);
         self.impulses.begin_substep();
-    }
-
-    /// Exchange `solver_bodies` with the saved solver bodies.
-    pub fn swap_saved_bodies(&mut self, solver_bodies: &mut Vec<SolverBody>) {
-        std::mem::swap(solver_bodies, &mut self.saved_solver_bodies);
     }
 
     /// Forget the contacts of the sheet `id`, whose removal lowers higher identifiers by one.
@@ -208,12 +205,20 @@ impl ContactWorkspace {
 
     /// Whether the work budget of the step is spent.
     pub fn is_work_budget_spent(&self) -> bool {
-        self.work
-            > if self.is_single_sheet_on_fixed_bodies {
-                SETTINGS.maximum_work_of_single_sheet
-            } else {
-                SETTINGS.maximum_work
-            }
+        self.work > self.work_budget()
+    }
+
+    /// Whether the work budget of the barrier method is spent: as much again as that of the scene.
+    pub fn is_barrier_budget_spent(&self) -> bool {
+        self.work > self.work_budget() + self.budget.unwrap_or(SETTINGS.maximum_work)
+    }
+
+    fn work_budget(&self) -> u64 {
+        let default = match self.is_single_sheet_on_fixed_bodies {
+            true => SETTINGS.maximum_work_of_single_sheet,
+            false => SETTINGS.maximum_work,
+        };
+        self.budget.unwrap_or(default)
     }
 
     /// Begin the outer iteration of a stage.

@@ -7,8 +7,7 @@
 //! T kinetic energy, V elastic and potential energy, all in J. A linear solve over a large motion
 //! can break the inequality: after a hard impact nodes move along the tangent instead of the arc.
 //! Such a step is bisected; at the maximum bisection depth velocities are scaled to remove the
-//! excess. Where the step still ends within a body, the sheet is frozen at reduced speed for the
-//! step.
+//! excess, or the fallback replaces it.
 
 use crate::contact::IslandView;
 use crate::contact::settings::ContactSettings;
@@ -30,8 +29,6 @@ pub(crate) enum EnergyVerdict {
     Bisect,
     /// The fallback is to be applied.
     Fallback,
-    /// The sheet is unstable; later substeps are skipped.
-    Diverged,
 }
 
 /// Energies of an island, J.
@@ -95,6 +92,14 @@ impl EnergyBudget {
         }
     }
 
+    /// Remove what the present energies exceed these from the motion of all objects, as far as
+    /// there is any.
+    pub fn remove_gain(&self, island: &mut IslandView, field: &Field) {
+        let now = Self::of(island, field);
+        let gain = now.total() - self.total() - self.depenetration_work;
+        remove_kinetic_energy(island, gain, now.sheets + now.bodies);
+    }
+
     /// Compare with the present energies. With `last`, the step is scaled to fit the budget or
     /// fails. Without contact (`met`) a slight gain belongs to the integrator and is accepted. For
     /// `has_no_fixed_body` sheets only the velocities relative to the rigid motion are scaled,
@@ -122,8 +127,8 @@ impl EnergyBudget {
         if gain > SETTINGS.bisection_gain * free && !last {
             return EnergyVerdict::Bisect;
         }
-        if island.sheets.len() == 1 && (gain.is_nan() || gain > SETTINGS.divergence_gain * free) {
-            return EnergyVerdict::Diverged;
+        if gain.is_nan() {
+            return EnergyVerdict::Fallback;
         }
         if let Some(own) = has_no_fixed_body.then(|| rigid_equivalent_of_island(island)).flatten() {
             let within = now.sheets - own.kinetic_energy();

@@ -25,11 +25,12 @@ pub enum EventKind {
     Unstable,
     /// Detected instability, with the recovery action of `when_unstable`.
     Contained,
-    /// The contact solver did not converge in a substep. The island moved rigidly or was frozen for
-    /// that substep. Sent once per episode.
+    /// The contact solver had no solution of a substep, and the barrier method that replaced it
+    /// ended before it converged: motion may lag. Sent once per episode.
     GivenUp,
-    /// Penetration of a body, another sheet or itself by more than a tenth of the thickness. Sent
-    /// only when [`crate::world::World::set_penetration_check`] enables it.
+    /// Penetration of a body, another sheet or itself by more than a tenth of the thickness:
+    /// tested where the contact solution of a step was not accepted, or in every step with
+    /// [`crate::world::World::set_penetration_check`].
     Penetration,
     /// Interpenetration with another sheet, as from initial positions. Contact between the two is
     /// disabled until they are apart.

@@ -7,7 +7,7 @@
 //!     → energy budget and penetration
 //!
 //! [`IslandSolve::solve_stages`] returns a [`StageOutcome`]: the solution stands, a shorter substep
-//! is tried (rolled back and bisected, up to a maximum depth), or a [`Fallback`] replaces it.
+//! is tried (rolled back and bisected, up to a maximum depth), or the fallback replaces it.
 
 use crate::contact::IslandView;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode, StageSolve, solve_stage};
@@ -15,7 +15,6 @@ use crate::contact::settings::ContactSettings;
 use crate::contact::solve_policy::SolvePolicy;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::energy_budget::{EnergyBudget, EnergyVerdict};
-use crate::islands::fallback::Fallback;
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_progress::IslandProgress;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
@@ -48,7 +47,9 @@ pub(crate) enum StageOutcome {
     /// A stage did not converge, or the step gained energy: a shorter substep is tried.
     Bisect,
     /// The fallback replaces the solution.
-    Fallback(Fallback),
+    Fallback,
+    /// The island is stopped: this sheet started deep inside a body.
+    Stop(u32),
 }
 
 /// Contact in the stages of a substep so far.
@@ -92,7 +93,7 @@ impl IslandSolve<'_, '_, '_> {
         }
         self.begin_substep(&substep);
         if substep.bisections > 0 && self.workspace.is_work_budget_spent() {
-            self.apply_fallback(Fallback::SkipContact, &substep);
+            self.apply_fallback(&substep);
             return self.end_substep();
         }
         if substep.bisections >= self.progress.initial_bisection_level(self.view.sheets.len()) {
@@ -103,10 +104,11 @@ impl IslandSolve<'_, '_, '_> {
             let outcome = self.solve_stages(&substep);
             match outcome {
                 StageOutcome::Accepted => return self.end_substep(),
-                StageOutcome::Fallback(fallback) => {
-                    self.apply_fallback(fallback, &substep);
+                StageOutcome::Fallback => {
+                    self.apply_fallback(&substep);
                     return self.end_substep();
                 }
+                StageOutcome::Stop(sheet) => return self.stop_buried_sheet(sheet),
                 // An island of several sheets accepts the state reached at the last bisection.
                 StageOutcome::Bisect if is_shortest && self.view.sheets.len() > 1 => {
                     self.progress.report.unconverged += 1;
@@ -157,13 +159,11 @@ impl IslandSolve<'_, '_, '_> {
     }
 
     /// Finish a substep whose further bisection is not allowed, because self-contact was found or
-    /// the work budget of the step is spent: solve its stages once more, or restart without.
+    /// the work budget of the step is spent: solve its stages once more, or apply the fallback.
     fn finish_without_bisection(&mut self, substep: &Substep) {
         let is_affordable = !self.workspace.is_work_budget_spent();
-        match if is_affordable { self.solve_stages(substep) } else { StageOutcome::Bisect } {
-            StageOutcome::Accepted => {}
-            StageOutcome::Fallback(fallback) => self.apply_fallback(fallback, substep),
-            StageOutcome::Bisect => self.apply_fallback(Fallback::Restart, substep),
+        if !is_affordable || self.solve_stages(substep) != StageOutcome::Accepted {
+            self.apply_fallback(substep);
         }
     }
 
@@ -245,7 +245,7 @@ impl IslandSolve<'_, '_, '_> {
             self.workspace.log_stage_impulses(self.view, h);
         }
         if self.view.sheets.len() == 1 && is_unstable(self.view.sheet(0)) {
-            return self.bisect_or(Fallback::FreezeThenStop);
+            return self.bisect_or_fall_back();
         }
         self.detection.end_stage(self.view);
         *at += length;
@@ -277,7 +277,7 @@ impl IslandSolve<'_, '_, '_> {
         let policy = self.workspace.policy;
         match solved {
             StageSolve::Diverged => return StageOutcome::Bisect,
-            StageSolve::InitialPenetration(sheet) => return StageOutcome::Fallback(Fallback::StopBuriedSheet(sheet)),
+            StageSolve::InitialPenetration(sheet) => return StageOutcome::Stop(sheet),
             StageSolve::Unconverged | StageSolve::Separated if !policy.accepts_unconverged => {
                 return StageOutcome::Bisect;
             }
@@ -307,7 +307,7 @@ impl IslandSolve<'_, '_, '_> {
             return StageOutcome::Bisect;
         }
         if self.view.sheets.iter().any(|sheet| sheet.work.stage.has_failed) {
-            return self.bisect_or(Fallback::FreezeThenStop);
+            return self.bisect_or_fall_back();
         }
         StageOutcome::Accepted
     }
@@ -318,8 +318,8 @@ impl IslandSolve<'_, '_, '_> {
     }
 
     /// Bisection, or the fallback at the shortest substep.
-    fn bisect_or(&self, fallback: Fallback) -> StageOutcome {
-        if self.workspace.policy.is_shortest_substep { StageOutcome::Fallback(fallback) } else { StageOutcome::Bisect }
+    fn bisect_or_fall_back(&self) -> StageOutcome {
+        if self.workspace.policy.is_shortest_substep { StageOutcome::Fallback } else { StageOutcome::Bisect }
     }
 
     /// Solve the velocities of the closed contacts of a stage of weight `h` (s). Returns whether
@@ -356,18 +356,11 @@ impl IslandSolve<'_, '_, '_> {
             }
             _ => EnergyVerdict::Accept,
         };
-        let has_dynamic_body = self.view.solver_bodies.iter().any(|body| body.is_dynamic());
         let is_inside = before.is_some() && penetration > self.accepted_penetration();
         match verdict {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
-            EnergyVerdict::Diverged => StageOutcome::Fallback(Fallback::FreezeThenStopUnstable),
-            EnergyVerdict::Fallback => StageOutcome::Fallback(Fallback::MoveOrFreeze),
-            EnergyVerdict::Accept if crossed || is_inside && !has_dynamic_body => {
-                StageOutcome::Fallback(Fallback::MoveOrFreeze)
-            }
-            EnergyVerdict::Accept if is_inside && has_no_fixed_body && is_single => {
-                StageOutcome::Fallback(Fallback::MoveRigidly)
-            }
+            EnergyVerdict::Fallback => StageOutcome::Fallback,
+            EnergyVerdict::Accept if crossed || is_inside => StageOutcome::Fallback,
             EnergyVerdict::Accept => StageOutcome::Accepted,
         }
     }

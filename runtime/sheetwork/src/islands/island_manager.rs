@@ -12,7 +12,7 @@ use crate::islands::contact_log::ContactLog;
 use crate::islands::island_builder::{IslandBuilder, IslandRange};
 use crate::islands::island_detection::DetectionCache;
 use crate::islands::island_progress::IslandProgress;
-use crate::islands::step_report::StepReport;
+use crate::islands::step_report::{StepOutcome, StepReport};
 use crate::islands::unstable::stop_unstable;
 use crate::islands::{StepContext, instability};
 use crate::parallel::join;
@@ -148,6 +148,9 @@ impl IslandManager {
             if let Some(state) = &mut all.states[island.start as usize] {
                 body_updates.append(&mut state.body_updates);
                 report.add(&state.progress.report);
+                let is_uncertain = state.progress.report.outcome() > StepOutcome::Bisected;
+                let range = island.start as usize..island.end as usize;
+                all.sheets[range].iter_mut().for_each(|sheet| sheet.work.is_contact_uncertain = is_uncertain);
             }
         }
         exchanges.drain(..).rev().for_each(|(a, b)| all.swap(a as usize, b as usize));

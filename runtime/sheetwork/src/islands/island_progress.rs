@@ -10,24 +10,17 @@ pub(crate) struct IslandProgress {
     pub report: StepReport,
     /// Previous step in which contact was possible.
     pub previous: StepReport,
-    /// Consecutive steps that were rolled back after divergence.
-    pub consecutive_rollbacks: u32,
     /// Consecutive steps with a fallback.
     pub consecutive_fallbacks: u32,
     /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
     /// steps.
     pub energy_error: f64,
-    /// Solver bodies that move together with a sheet in the rigid-motion fallback.
-    pub moves_rigidly: Vec<bool>,
 }
 
 impl IslandProgress {
     /// Begin a step.
     pub fn begin_step(&mut self) {
         self.report = StepReport { islands: 1, ..StepReport::default() };
-        if self.previous.rollbacks == 0 {
-            self.consecutive_rollbacks = 0;
-        }
     }
 
     /// Forget contact: none is possible in the present step.
@@ -59,6 +52,4 @@ impl IslandProgress {
     }
 }
 
-state!(IslandProgress {
-    report, previous, consecutive_rollbacks, consecutive_fallbacks, energy_error; without moves_rigidly
-});
+state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error });

@@ -68,6 +68,8 @@ impl IslandContext<'_> {
             &mut **state.get_or_insert_default();
         let solver_bodies = std::mem::take(&mut workspace.solver_bodies);
         workspace.profiler.clone_from(context.profiler);
+        let budget_of = |work: f64| (work * sheets.iter().map(Sheet::node_count).sum::<usize>() as f64) as u64;
+        workspace.budget = context.work_per_node.map(budget_of);
         workspace.impulses.begin_step(sheets.iter().any(|sheet| sheet.work.forces.is_some()));
         let (around, reach) = self.extent(sheets);
         let mut island =

@@ -54,5 +54,8 @@ pub(crate) struct StepContext<'a> {
     pub sleep: bool,
     /// Whether contact between sheets is enabled.
     pub sheets_meet: bool,
+    /// Work budget of the step for each node of an island, in node-iterations; `None` for the
+    /// default.
+    pub work_per_node: Option<f64>,
     pub profiler: &'a Profiler,
 }

@@ -1,30 +1,18 @@
-//! Rigid-motion fallback: without a converged contact solution, free sheets of an island move as
-//! one rigid body with the bodies that they would penetrate, as in a perfectly plastic impact.
+//! Rigid motion with the momentum of sheets and bodies.
 //!
 //!   V = P/m,  ω = I⁻¹ L,  P = Σ m v,  L = Σ (x-c) × m v
 //!
 //! over nodes and bodies; c (m) is their centre of mass, m (kg) their mass, I (kg m²) their
-//! inertia. The motion conserves P (N s) and L (N m s) and removes relative motion. It causes
-//! neither strain nor new penetration among the objects that move together. Sheets that move
-//! without bodies keep half of their internal velocities, which carry no momentum. Where the motion
-//! would lead into a static or kinematic body, the fallback does not apply and the sheets are
-//! frozen.
+//! inertia. A fallback that ends before it converges lags behind the motion of free sheets: rigid
+//! motions added to the velocities restore P (N s) and L (N m s).
 
 use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::ContactSide;
 use crate::contact::IslandView;
-use crate::contact::detected_contacts::DetectedContacts;
-use crate::contact::gap::{StagePose, gap};
-use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::workspace::ContactWorkspace;
-use crate::islands::implicit_step::{IslandSolve, Substep};
-use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::rigid::{BodyState, MassProperties};
-use crate::sheet::{Sheet, stage, stage_trace};
-
-const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
-const STEP: StepSettings = StepSettings::DEFAULT;
+use crate::sheet::{Field, Sheet};
 
 /// Sums over nodes and bodies that move as one rigid body, about `from` (m).
 struct RigidSum {
@@ -107,98 +95,43 @@ pub(crate) fn is_free(island: &IslandView, workspace: &ContactWorkspace) -> bool
     workspace.detected.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
-impl IslandSolve<'_, '_, '_> {
-    /// Move the sheets rigidly from the start to the end of `substep`, together with the bodies
-    /// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static
-    /// or kinematic body is near: a sheet that lies on such a body must come to rest.
-    pub fn move_rigidly(&mut self, substep: &Substep) -> bool {
-        if !is_free(self.view, self.workspace) {
-            return false;
-        }
-        self.view.for_each_sheet(stage::restore_state);
-        let Some(own) = rigid_equivalent_of_island(self.view) else { return false };
-        self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
-        self.detection.begin_stage(self.view, substep.done, substep.done + substep.dt);
-        let Some((start, end)) = self.predict_rigid_motion(substep, &own) else {
-            self.workspace.swap_saved_bodies(&mut self.view.solver_bodies);
-            return false;
-        };
-        let kept = if self.progress.moves_rigidly.contains(&true) { 0.0 } else { STEP.velocity_retention };
-        self.view.for_each_sheet(|sheet| {
-            for i in 0..sheet.node_count() {
-                let (x, v) = (sheet.state.x.get(i), sheet.state.v.get(i));
-                let there = end.world_point(start.local_point(x));
-                let within = end.rotation() * (v - own.velocity_at(x));
-                sheet.state.x.set(i, there);
-                sheet.state.v.set(i, end.velocity_at(there) + within * kept);
-            }
-            stage::restart_engine(sheet);
-            stage_trace::update_trace(sheet, |trace, x| trace.ends.push((substep.done + substep.dt, x.clone())));
-        });
-        self.detection.end_stage(self.view);
-        true
+/// Momentum of the sheets and dynamic bodies of `island`, as their equivalent rigid body; `None`
+/// where fixed or prescribed nodes, loads or air change it.
+pub(crate) fn momentum_of_island(island: &IslandView, field: Field) -> Option<BodyState> {
+    let is_changed = |sheet: &Sheet| sheet.is_loaded() || sheet.parameters.drag.is_active(&field);
+    if field.air > 0.0 || island.sheets.iter().any(is_changed) {
+        return None;
     }
-
-    /// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and
-    /// at the end of `substep`. Writes the node positions to the stages of the sheets and the
-    /// motions to the solver bodies. `None` when a static or kinematic body would be penetrated.
-    fn predict_rigid_motion(&mut self, substep: &Substep, own: &BodyState) -> Option<(BodyState, BodyState)> {
-        let (island, along) = (&mut *self.view, &mut self.progress.moves_rigidly);
-        along.clear();
-        along.resize(island.solver_bodies.len(), false);
-        for _ in 0..=island.solver_bodies.len() {
-            let mut all = RigidSum::about(own.centre());
-            all.add_body(own);
-            let moved = island.solver_bodies.iter().zip(along.iter()).filter(|(_, along)| **along);
-            moved.for_each(|(body, _)| all.add_body(&body.start));
-            let start = all.body();
-            let end = start.free_flight(substep.dt, substep.field.gravity);
-            let turn = end.rotation().to_scaled_axis();
-            for (body, _) in island.solver_bodies.iter_mut().zip(along.iter()).filter(|(_, along)| **along) {
-                let centre = end.world_point(start.local_point(body.start.centre()));
-                let moved = body.start.displaced(centre - body.start.centre(), turn);
-                body.begin(moved.with_velocity(end.velocity_at(centre), end.spin()));
-            }
-            island.for_each_sheet(|sheet| {
-                for i in 0..sheet.node_count() {
-                    sheet.work.stage.free_positions.set(i, end.world_point(start.local_point(sheet.state.x.get(i))));
-                }
-            });
-            let found = &mut self.workspace.rechecked;
-            self.detection.detect_contacts(island, DetectionMode::FromStart, ContactMargins::resting(island), found);
-            if !add_met_bodies(island, found, along)? {
-                return Some((start, end));
-            }
-        }
-        None
-    }
+    let own = rigid_equivalent_of_island(island)?;
+    let mut all = RigidSum::about(own.centre());
+    all.add_body(&own);
+    island.solver_bodies.iter().filter(|body| body.is_dynamic()).for_each(|body| all.add_body(&body.start));
+    Some(all.body())
 }
 
-/// Mark in `along` the bodies that the rigid body would penetrate by the contacts `seen`. Returns
-/// whether new ones were marked; `None` when one of them is static or kinematic.
-fn add_met_bodies(island: &IslandView, seen: &DetectedContacts, along: &mut [bool]) -> Option<bool> {
-    let mut more = false;
-    let rounding = SETTINGS.penetration_rounding * island.half_thickness();
-    for (i, contact) in seen.contacts.iter().enumerate() {
-        let meets =
-            || gap(island, contact, StagePose::Free) < gap(island, contact, StagePose::Start).min(0.0) - rounding;
-        let goes = |side: &ContactSide| match side {
-            ContactSide::Body { body, .. } => along[*body as usize],
-            ContactSide::Sheet { .. } => true,
-        };
-        if goes(&contact.a) == goes(&contact.b) || i < seen.first_attachment && !meets() {
-            continue;
+/// Add rigid motions to the velocities of the sheets and dynamic bodies of `island`, after which
+/// together they have the momentum that `before` has after a time `dt` (s) of free flight.
+pub(crate) fn restore_momentum(island: &mut IslandView, before: &BodyState, (field, dt): (Field, f64)) {
+    let Some(now) = momentum_of_island(island, field) else { return };
+    let lost = before.momentum() + field.gravity * (before.mass() * dt) - now.momentum();
+    let turned = before.angular_momentum(before.centre()) - now.angular_momentum(now.centre());
+    // Each object turns about its own centre, which keeps its momentum.
+    let bodies = island.solver_bodies.iter().filter(|body| body.is_dynamic()).map(|body| body.start.inertia());
+    let sheets = island.sheets.iter().filter_map(rigid_equivalent).map(|own| own.inertia());
+    let spread = MassProperties::from_inertia(now.mass(), bodies.chain(sheets).fold(DMat3::ZERO, |sum, i| sum + i));
+    let still = BodyState::new(spread, now.centre(), glam::DQuat::IDENTITY, DVec3::ZERO, DVec3::ZERO);
+    let added = still.with_impulse(lost, turned);
+    island.for_each_sheet(|sheet| {
+        let Some(own) = rigid_equivalent(sheet) else { return };
+        for i in 0..sheet.node_count() {
+            let turn = added.spin().cross(sheet.state.x.get(i) - own.centre());
+            sheet.state.v.add(i, added.velocity() + turn);
         }
-        for side in [contact.a, contact.b] {
-            if let ContactSide::Body { body, .. } = side {
-                if !island.solver_bodies[body as usize].is_dynamic() {
-                    return None;
-                }
-                more |= !std::mem::replace(&mut along[body as usize], true);
-            }
-        }
+    });
+    for body in island.solver_bodies.iter_mut().filter(|body| body.is_dynamic()) {
+        let (v, spin) = (body.start.velocity() + added.velocity(), body.start.spin() + added.spin());
+        body.start = body.start.with_velocity(v, spin);
     }
-    Some(more)
 }
 
 #[cfg(test)]

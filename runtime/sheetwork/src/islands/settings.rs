@@ -6,8 +6,7 @@ use crate::units::settings::settings;
 settings! {
     /// Settings of the step of an island.
     pub struct StepSettings {
-        /// Fraction of its velocity that a frozen sheet or body keeps, and that a sheet keeps after
-        /// an energy gain by contact.
+        /// Fraction of its velocity that a sheet keeps after an energy gain by contact.
         pub velocity_retention: f64 = 0.5,
         /// Speed (m/s) of the reference kinetic energy below which energy gains are ignored.
         pub reference_speed: f64 = 5e-3,
@@ -17,7 +16,7 @@ settings! {
         pub bisection: BisectionSettings = BisectionSettings::DEFAULT,
         /// Energy budget of a step.
         pub energy: EnergyBudgetSettings = EnergyBudgetSettings::DEFAULT,
-        /// Rigid motion, freeze and rollback.
+        /// Barrier method in place of a step.
         pub fallback: FallbackSettings = FallbackSettings::DEFAULT,
         /// Detection of instability.
         pub instability: InstabilitySettings = InstabilitySettings::DEFAULT,
@@ -63,10 +62,6 @@ settings! {
         pub bisection_gain: f64 = 0.1,
         /// Energy gain tolerance: integrators gain as much without contact.
         pub gain_tolerance: f64 = 1e-3,
-        /// Energy gain above which a lone sheet has diverged, as one that begins deep within a body
-        /// and is expelled. In an island of several sheets the fallback applies instead, so that
-        /// one sheet does not stop the others.
-        pub divergence_gain: f64 = 1e6,
         /// Lift of the reference energy, in half thicknesses, below which gains of a single sheet
         /// are ignored. It exceeds the accuracy of a contact solve.
         pub lift_single: f64 = 0.4,
@@ -81,7 +76,7 @@ settings! {
         pub resting_speed: f64 = 0.03,
     }
 
-    /// Rigid motion, freeze and rollback of a step that did not converge.
+    /// Barrier method in place of a step that did not converge.
     pub struct FallbackSettings {
         /// Displacement of a body with prescribed motion in a substep, as a fraction of the sheet's
         /// diagonal, above which the substep is split at the first impact.
@@ -91,16 +86,6 @@ settings! {
         /// Maximum number of bisections of a substep of the barrier method in which a body does not
         /// arrive.
         pub barrier_bisections: u32 = 6,
-        /// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island
-        /// slower than [`Self::sleep_speed`] sleeps, since its contacts contradict one another, and
-        /// a faster one is unstable.
-        pub maximum_rollbacks: u32 = 10,
-        /// Speed (m/s) below which an island sleeps after [`Self::maximum_rollbacks`].
-        pub sleep_speed: f64 = 1e-2,
-        /// Lift of a body by contact that a fallback accepts, in half thicknesses.
-        pub lift: f64 = 0.004,
-        /// Increase of penetration by a rigid motion that counts as rounding, in half thicknesses.
-        pub penetration_rounding: f64 = 4e-6,
     }
 
     /// Detection of instability, and the step limit of sheets with limited strain.

@@ -14,10 +14,10 @@ pub enum StepOutcome {
     /// The contact solution of several sheets was accepted at the shortest substep before it
     /// converged.
     Unconverged,
-    /// Sheets moved rigidly or were frozen for a substep.
+    /// The barrier method replaced a substep.
+    Barrier,
+    /// The barrier method ended before it converged: motion may lag.
     Fallback,
-    /// A diverged substep was rolled back.
-    RolledBack,
     /// Sheets were stopped for the rest of the step, and are unstable or frozen from now on.
     Stopped,
 }
@@ -32,10 +32,10 @@ pub struct StepReport {
     pub deepest_bisection: u32,
     /// Substeps of several sheets accepted before the contact solution converged.
     pub unconverged: u32,
-    /// Substeps in which sheets moved rigidly or were frozen.
+    /// Substeps that the barrier method solved in place of the contact solver.
+    pub barrier: u32,
+    /// Substeps in which the barrier method ended before it converged.
     pub fallbacks: u32,
-    /// Diverged substeps that were rolled back.
-    pub rollbacks: u32,
     /// Islands that were stopped for the rest of the step, or sheets that became unstable in it,
     /// whichever are more.
     pub stopped: u32,
@@ -46,8 +46,8 @@ impl StepReport {
     pub fn outcome(&self) -> StepOutcome {
         match self {
             Self { stopped: 1.., .. } => StepOutcome::Stopped,
-            Self { rollbacks: 1.., .. } => StepOutcome::RolledBack,
             Self { fallbacks: 1.., .. } => StepOutcome::Fallback,
+            Self { barrier: 1.., .. } => StepOutcome::Barrier,
             Self { unconverged: 1.., .. } => StepOutcome::Unconverged,
             Self { deepest_bisection: 1.., .. } => StepOutcome::Bisected,
             _ => StepOutcome::Converged,
@@ -59,13 +59,13 @@ impl StepReport {
         self.islands += other.islands;
         self.deepest_bisection = self.deepest_bisection.max(other.deepest_bisection);
         self.unconverged += other.unconverged;
+        self.barrier += other.barrier;
         self.fallbacks += other.fallbacks;
-        self.rollbacks += other.rollbacks;
         self.stopped += other.stopped;
     }
 }
 
-state!(StepReport { islands, deepest_bisection, unconverged, fallbacks, rollbacks, stopped });
+state!(StepReport { islands, deepest_bisection, unconverged, barrier, fallbacks, stopped });
 
 #[cfg(test)]
 mod tests {
@@ -77,8 +77,8 @@ mod tests {
         assert_eq!(world.outcome(), StepOutcome::Converged);
         world.add(&StepReport { islands: 1, deepest_bisection: 2, ..StepReport::default() });
         assert_eq!(world.outcome(), StepOutcome::Bisected);
-        world.add(&StepReport { islands: 1, rollbacks: 1, fallbacks: 1, ..StepReport::default() });
+        world.add(&StepReport { islands: 1, barrier: 2, fallbacks: 1, ..StepReport::default() });
         world.add(&StepReport { islands: 1, deepest_bisection: 1, ..StepReport::default() });
-        assert_eq!((world.outcome(), world.islands, world.deepest_bisection), (StepOutcome::RolledBack, 3, 2));
+        assert_eq!((world.outcome(), world.islands, world.deepest_bisection), (StepOutcome::Fallback, 3, 2));
     }
 }

@@ -9,6 +9,7 @@ use crate::error::{InputError, check_range, reject_if};
 use crate::material::calibration::{Orthotropic, StiffnessTarget};
 use crate::mesh::outline::{check_cuts, check_holes, check_outline};
 use crate::mesh::structure::StructureKind;
+use crate::scene::contact::MINIMUM_STEP_BUDGET;
 use crate::scene::{
     Air, BodySpec, BodySpotSpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, OvenKey, PathKey,
     PinSpec, Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
@@ -130,6 +131,8 @@ fn check_name(of: &str, name: &str) -> ValidationResult {
 pub fn contact(contact: &ContactDefaults) -> ValidationResult {
     Id::ContactFriction.check("contact.friction", contact.friction)?;
     Id::ContactRestitution.check("contact.restitution", contact.restitution)?;
+    let is_small = contact.step_budget.is_some_and(|budget| budget < MINIMUM_STEP_BUDGET);
+    reject_if!(is_small, "contact.step_budget", "is below {MINIMUM_STEP_BUDGET} node-iterations");
     for (i, pair) in contact.pairs.iter().enumerate() {
         let at = |name: &str| format!("contact.pairs.{i}.{name}");
         Id::PairFriction.check_option(&at("friction"), pair.friction)?;

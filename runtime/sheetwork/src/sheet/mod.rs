@@ -149,6 +149,9 @@ pub(crate) struct StepWorkspace {
     pub touched_colliders: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
     /// Number of entries of `touched_colliders` that touch at the end of the step.
     pub touched_at_end: usize,
+    /// Whether the contact solution of the last step was not accepted and its penetration is not
+    /// checked yet.
+    pub is_contact_uncertain: bool,
     /// Record of the forces; `None` unless they are recorded.
     pub forces: Option<Box<forces::SheetForces>>,
 }

@@ -83,7 +83,7 @@ pub struct World {
     sleep: bool,
     buckling: bool,
     /// Check of penetration after each step; `None` while it is off.
-    penetration_check: Option<Box<penetration::PenetrationCheck>>,
+    penetration_check: penetration::PenetrationCheck,
     pool: Option<Arc<Pool>>,
     islands: IslandManager,
     records_forces: bool,
@@ -193,7 +193,7 @@ impl World {
             events: Vec::new(),
             sleep: true,
             buckling: false,
-            penetration_check: None,
+            penetration_check: penetration::PenetrationCheck::default(),
             pool: None,
             islands: IslandManager::default(),
             records_forces: false,
@@ -220,7 +220,8 @@ impl World {
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
         let records_forces = self.records_forces;
         let profiler = std::mem::take(&mut self.profiler);
-        let penetration_check = self.penetration_check.take().map(|_| Box::default());
+        let always = self.penetration_check.is_always();
+        let penetration_check = penetration::PenetrationCheck::new(always);
         *self = Self { sleep, buckling, penetration_check, pool, profiler, records_forces, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::collision::overlap::sheets::PlacedSheet;
+use crate::collision::overlap::sheets::{NearestPlace, PlacedSheet};
 use crate::collision::overlap::solid::ConvexSolid;
 use crate::collision::overlap::{BodyPose, OverlapSolid, half_thickness};
 use crate::rigid::RigidWorld;
@@ -23,12 +23,22 @@ pub(super) struct PlacedSolid<'a> {
 
 impl PlacedSolid<'_> {
     /// Greatest depth of a sheet, moved by `by`, in the solid, with the place; negative outside.
-    pub fn depth_of(&self, sheet: &PlacedSheet, by: DVec3) -> Option<(f64, DVec3)> {
+    pub fn depth_of(&self, sheet: &PlacedSheet, by: DVec3) -> Option<NearestPlace> {
         let reach = 2.0 * half_thickness(sheet.sheet);
         let away = |(centre, radius): (DVec3, f64)| {
             centre.clamp(sheet.low + by, sheet.high + by).distance(centre) > radius + reach
         };
         if self.sphere.is_some_and(away) { None } else { sheet.depth(by, &self.solid, &self.pose) }
+    }
+
+    /// Side of a triangle, 1 or -1 along its normal, on which the solid is nearer to its plane than
+    /// `half` (m) without reaching it; `None` if it is not.
+    pub fn side_of(&self, triangle: &[DVec3; 3], half: f64) -> Option<f64> {
+        let [a, b, c] = *triangle;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let overlap = |by: f64| self.solid.overlap(&triangle.map(|p| self.pose.local(p + normal * by)), 2.0 * half);
+        let depth = overlap(0.0);
+        (depth < 0.0 && depth > -half).then(|| (overlap(half) - overlap(-half)).signum())
     }
 }
 

@@ -57,14 +57,15 @@ impl Surroundings<'_> {
         let half = half_thickness(sheet.sheet);
         let tolerance = 2.0 * depth * half;
         for solid in self.solids {
-            let Some((depth, place)) = solid.depth_of(sheet, by).filter(|found| found.0 > tolerance) else { continue };
+            let Some(found) = solid.depth_of(sheet, by).filter(|found| found.distance > tolerance) else { continue };
+            let (depth, place) = (found.distance, found.place);
             let mut ways = solid.normals.clone();
             ways.extend([sheet.normal(), -sheet.normal()]);
             return Some(StartOverlap { with: format!("body {:?}", solid.name), place, depth: Some(depth), ways });
         }
         self.sheets.iter().find_map(|other| {
             let reach = gap * (half + half_thickness(other.sheet));
-            let (_, place) = sheet.nearest(by, other, reach, |_, _| false)?;
+            let place = sheet.nearest(by, other, reach, |_, _| false)?.place;
             let ways = [sheet.normal(), other.normal()].into_iter().flat_map(|n| [n, -n]).collect();
             Some(StartOverlap { with: format!("sheet {:?}", other.sheet.name), place, depth: None, ways })
         })

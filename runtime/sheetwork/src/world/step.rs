@@ -7,7 +7,7 @@ use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::profiler::Phase;
 use crate::rigid::{RigidView, RigidWorld};
-use crate::sheet::{Field, Status, air_parameters, attachment};
+use crate::sheet::{Field, Sheet, Status, air_parameters, attachment};
 use crate::world::World;
 
 const SETTINGS: FallbackSettings = StepSettings::DEFAULT.fallback;
@@ -128,6 +128,13 @@ impl World {
         steps
     }
 
+    /// The step budget of the scene, shared among the nodes of the awake sheets.
+    fn work_per_node(&self) -> Option<f64> {
+        let budget = self.scene.contact.step_budget? as f64;
+        let awake = self.sheets.iter().filter(|sheet| sheet.state.status == Status::Awake);
+        Some(budget / awake.map(Sheet::node_count).sum::<usize>().max(1) as f64)
+    }
+
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
         self.begin_forces();
         let context = StepContext {
@@ -137,6 +144,7 @@ impl World {
             view,
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
+            work_per_node: self.work_per_node(),
             profiler: &self.profiler,
         };
         self.sheets.iter_mut().for_each(|s| air_parameters::update_pressure(s, context.time + context.dt));

@@ -9,6 +9,17 @@ use crate::sheet::Sheet;
 /// Triangle of a sheet: nodes and corners.
 type PlacedTriangle = ([u32; 3], [DVec3; 3]);
 
+/// Where a surface is nearest to another object.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestPlace {
+    /// Distance of another sheet, or depth in a solid, m.
+    pub distance: f64,
+    /// Place, m.
+    pub place: DVec3,
+    /// Corners of the triangle, and of that of the other sheet, m.
+    pub triangles: [[DVec3; 3]; 2],
+}
+
 /// Surface of a sheet in its present position.
 pub(crate) struct PlacedSheet<'a> {
     pub sheet: &'a Sheet,
@@ -44,15 +55,16 @@ impl<'a> PlacedSheet<'a> {
 
     /// Greatest depth of the surface, moved by `by`, in a solid, with the place; negative outside.
     /// Exact down to the negative thickness.
-    pub fn depth(&self, by: DVec3, solid: &OverlapSolid, pose: &BodyPose) -> Option<(f64, DVec3)> {
+    pub fn depth(&self, by: DVec3, solid: &OverlapSolid, pose: &BodyPose) -> Option<NearestPlace> {
         let reach = 2.0 * half_thickness(self.sheet);
         let depth = |(_, t): &PlacedTriangle| {
             let t = t.map(|p| p + by);
             let local = t.map(|p| pose.local(p));
             let deepest = t.into_iter().zip(local).max_by(|a, b| solid.depth(a.1).total_cmp(&solid.depth(b.1)));
-            (solid.overlap(&local, reach), deepest.map_or(t[0], |d| d.0))
+            let place = deepest.map_or(t[0], |d| d.0);
+            NearestPlace { distance: solid.overlap(&local, reach), place, triangles: [t; 2] }
         };
-        self.triangles.iter().map(depth).max_by(|a, b| a.0.total_cmp(&b.0))
+        self.triangles.iter().map(depth).max_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
     /// Least distance below `reach` (m) from the surface, moved by `by`, to another, with the
@@ -63,14 +75,14 @@ impl<'a> PlacedSheet<'a> {
         other: &PlacedSheet,
         reach: f64,
         skips: impl Fn(&[u32; 3], &[u32; 3]) -> bool,
-    ) -> Option<(f64, DVec3)> {
+    ) -> Option<NearestPlace> {
         let around = (other.low, other.high);
         if apart((self.low + by, self.high + by), around, reach) {
             return None;
         }
-        let mut found: Option<(f64, DVec3)> = None;
+        let mut found: Option<NearestPlace> = None;
         for (nodes, t) in &self.triangles {
-            let least = found.map_or(reach, |f| f.0);
+            let least = found.map_or(reach, |f| f.distance);
             let t = t.map(|p| p + by);
             let own = bounds(t);
             if least <= 0.0 || apart(own, around, least) {
@@ -83,8 +95,9 @@ impl<'a> PlacedSheet<'a> {
                     continue;
                 }
                 let distance = distance::triangles(&t, u);
-                if distance < found.map_or(reach, |f| f.0) {
-                    found = Some((distance, t.iter().sum::<DVec3>() / 3.0));
+                if distance < found.map_or(reach, |f| f.distance) {
+                    let place = t.iter().sum::<DVec3>() / 3.0;
+                    found = Some(NearestPlace { distance, place, triangles: [t, *u] });
                 }
             }
         }
@@ -105,7 +118,7 @@ pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
         for (j, b) in placed.iter().enumerate().skip(i + 1) {
             let touching = half_thickness(a.sheet) + half_thickness(b.sheet);
             let nearest = a.nearest(DVec3::ZERO, b, touching + slack, |_, _| false);
-            found.extend(nearest.map(|(distance, _)| (i, j, touching - distance)));
+            found.extend(nearest.map(|found| (i, j, touching - found.distance)));
         }
     }
     found

@@ -45,6 +45,8 @@ pub(crate) type PairFriction<'a> = &'a dyn Fn(&IslandView, ContactPair) -> Optio
 pub(crate) struct BarrierReport {
     /// Number of factorisations.
     pub iterations: u32,
+    /// Work, in node-iterations.
+    pub work: u64,
     /// Whether the last step was below the tolerance.
     pub converged: bool,
     /// Whether kinematic bodies and prescribed nodes have reached their end.
@@ -80,8 +82,8 @@ pub(crate) struct BarrierSolver {
 
 impl BarrierSolver {
     /// Solve a substep of `h` (s), for which the sheets of `island` have begun a stage of backward
-    /// Euler and the bodies have their free motion. The iterates of the sheets and `ends` of the
-    /// bodies receive the solution.
+    /// Euler and the bodies have their free motion, in at most `most` Newton steps. The iterates
+    /// of the sheets and `ends` of the bodies receive the solution.
     pub fn solve<'a>(
         &mut self,
         island: &mut IslandView,
@@ -89,24 +91,32 @@ impl BarrierSolver {
         attachments: &[BarrierAttachment],
         friction: PairFriction,
         (field, h): (Field, f64),
+        most: u32,
     ) -> BarrierReport {
         self.begin(island, colliders, attachments);
+        self.prescribe(island, h, 1.0);
         let moves = self.prescribed.iter().any(|d| *d != DVec3::ZERO);
         let led = self.prescribed.iter().map(|d| d.length()).fold(0.0, f64::max);
         let fast = island.sheets.iter().map(Sheet::max_speed).fold(0.0, f64::max);
         self.reach = SETTINGS.reach * (led + (fast + field.gravity.length() * h) * h + self.thinnest(island));
         let (mut remaining, mut slides) = (if moves { 1.0 } else { 0.0 }, false);
-        let mut report = BarrierReport { iterations: 0, converged: false, arrived: !moves };
-        while report.iterations < SETTINGS.maximum_iterations && !report.converged {
+        let mut report = BarrierReport { iterations: 0, work: 0, converged: false, arrived: !moves };
+        while report.iterations < most && !report.converged {
             report.iterations += 1;
+            report.work += SETTINGS.work * (island.nodes() + self.active.len()) as u64;
             let Some(slope) = self.find_step(island, friction, (field, h, remaining)) else { break };
             let (taken, largest) = self.take_step(island, friction, (field, h), slope, &mut remaining);
             report.arrived = remaining <= 0.0;
             let near = report.arrived && taken * largest <= SETTINGS.displacement * self.thinnest(island);
-            if near || taken == 0.0 || report.iterations == SETTINGS.maximum_iterations / 2 {
+            if near || taken == 0.0 || report.iterations == most / 2 {
                 // The forces of the solution without friction bound it.
                 let begins = !slides && self.begin_friction(island, friction, h);
                 slides = true;
+                if begins {
+                    self.return_to_start(island);
+                    remaining = if moves { 1.0 } else { 0.0 };
+                    report.arrived = !moves;
+                }
                 report.converged = near && !begins;
                 if taken == 0.0 && !begins {
                     break;
@@ -180,22 +190,24 @@ impl BarrierSolver {
         self.surfaces.build(island, colliders);
         self.surfaces.attach(attachments);
         self.targets.clear();
-        island.sheets.iter_mut().for_each(|sheet| {
-            let stage = &mut sheet.work.stage;
-            self.targets.push(stage.free_positions.clone());
-            stage.iterate.copy_from(&sheet.state.x);
-        });
-        self.bodies.clear();
-        self.bodies.extend(island.solver_bodies.iter().map(|body| body.start));
+        self.targets.extend(island.sheets.iter().map(|sheet| sheet.work.stage.free_positions.clone()));
         self.tangent = IslandTangent::default();
         let count = self.surfaces.owners.len();
         for list in [&mut self.step, &mut self.prescribed, &mut self.surfaces.x] {
             list.clear();
             list.resize(count, DVec3::ZERO);
         }
-        self.place(island);
+        self.return_to_start(island);
         self.surfaces.start.clone_from(&self.surfaces.x);
         self.friction.clear();
+    }
+
+    /// Set the iterate to the state at the start of the substep.
+    fn return_to_start(&mut self, island: &mut IslandView) {
+        island.sheets.iter_mut().for_each(|sheet| sheet.work.stage.iterate.copy_from(&sheet.state.x));
+        self.bodies.clear();
+        self.bodies.extend(island.solver_bodies.iter().map(|body| body.start));
+        self.place(island);
     }
 
     /// Place the vertices at the iterate.

@@ -38,8 +38,6 @@ pub(super) struct Stencil {
     pub offset: f64,
     /// Distance at which the barrier is infinite, m; negative where the features start too near.
     pub limit: f64,
-    /// Distance above which a step stays, m.
-    pub floor: f64,
     pub friction: f64,
     /// Stiffness of the barrier, N/m; 0 for that of its vertices.
     pub stiffness: f64,
@@ -109,7 +107,7 @@ impl Stencil {
             Features::Edges => length(0).max(length(1)) + length(2).max(length(3)),
             Features::PointPlane => length(0) + length(1),
         };
-        let gap_at = |t: f64| self.closest([0, 1, 2, 3].map(|i| x[i] + d[i] * t)).distance - self.floor;
+        let gap_at = |t: f64| self.closest([0, 1, 2, 3].map(|i| x[i] + d[i] * t)).distance - self.limit;
         let first = gap_at(0.0);
         let kept = SETTINGS.kept_gap * first;
         let (mut t, mut gap) = (0.0, first);
@@ -142,7 +140,6 @@ mod tests {
             radius: 0.0,
             offset: 0.1,
             limit: 0.09,
-            floor: 0.09,
             friction: 0.0,
             stiffness: 0.0,
         };

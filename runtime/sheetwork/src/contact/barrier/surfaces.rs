@@ -247,6 +247,15 @@ impl Surfaces {
         })
     }
 
+    /// Whether two edges are parallel at the start: their ends, which are points over triangles,
+    /// are then as near as any of their points.
+    fn are_parallel(&self, p: Feature, q: Feature) -> bool {
+        let along = |edge: Feature| self.start[edge[1] as usize] - self.start[edge[0] as usize];
+        let (a, b) = (along(p), along(q));
+        a.cross(b).length_squared()
+            < SETTINGS.parallel_sine * SETTINGS.parallel_sine * a.length_squared() * b.length_squared()
+    }
+
     /// Vertex of a node.
     pub fn vertex(&self, sheet: u32, node: u32) -> usize {
         (self.first[sheet as usize] + node) as usize
@@ -334,20 +343,19 @@ impl Surfaces {
         })
     }
 
-    /// Stencil of `vertices`, with the sum of the half thicknesses and the friction; `None` where a
-    /// half space or a ball begins inside the other, without a way out.
+    /// Stencil of `vertices`, with the sum of the half thicknesses and the friction.
     fn stencil(
         &self,
         (features, vertices, radius): (Features, [u32; 4], f64),
         (offset, friction): (f64, f64),
-    ) -> Option<Stencil> {
-        let mut stencil =
-            Stencil { features, vertices, radius, offset, limit: 0.0, floor: 0.0, friction, stiffness: 0.0 };
+    ) -> Stencil {
+        let mut stencil = Stencil { features, vertices, radius, offset, limit: 0.0, friction, stiffness: 0.0 };
         let start = stencil.closest(vertices.map(|i| self.start[i as usize])).distance;
         let range = SETTINGS.range * stencil.offset;
-        stencil.limit = (stencil.offset - range).min(start - range);
-        stencil.floor = stencil.limit.max(SETTINGS.kept_gap * start);
-        (start > 0.0).then_some(stencil)
+        // Features that start nearer, as on a compressed sheet, keep a part of their distance.
+        let kept = if start > 0.0 { SETTINGS.kept_distance * start } else { start - range };
+        stencil.limit = (stencil.offset - range).min(kept);
+        stencil
     }
 
     /// Stencils between a sheet `a` and an object `b`.
@@ -373,7 +381,7 @@ impl Surfaces {
             p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
         };
         let law = (offset, friction);
-        let mut add = |features, vertices, radius| found.extend(self.stencil((features, vertices, radius), law));
+        let mut add = |features, vertices, radius| found.push(self.stencil((features, vertices, radius), law));
         if let Some([origin, along]) = b.plane {
             let n = (self.x[along as usize] - self.x[origin as usize]).normalize_or(DVec3::Y);
             for p in &a.points {
@@ -393,7 +401,7 @@ impl Surfaces {
             }
         });
         a.boxes[1].for_each_pair(&b.boxes[1], |p, q| {
-            if (itself.is_none() || p < q) && apart_at_rest(&p[..2], &q[..2]) {
+            if (itself.is_none() || p < q) && !self.are_parallel(p, q) && apart_at_rest(&p[..2], &q[..2]) {
                 add(Features::Edges, [p[0], p[1], q[0], q[1]], 0.0);
             }
         });
