@@ -188,7 +188,7 @@ fn a_contact_fallback_adds_no_energy() {
             ""
         };
         let mut world = world_of(&format!(
-            r#"(engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0.3, restitution: 0.1), {room}
+            r#"(engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0.3, restitution: 0.1, step_budget: 1000), {room}
             sheets: [(name: "s", structure: "shell", grid: (15, 1, 15), size: (0.2, 0.2), material: "{material}", pins: [{pins}],
                 placement: (position: (0, {height}, 0)))],
             bodies: [(name: "b", shape: {}, mass: 0.004, velocity: (0, -{speed:?}, 0), placement: (position: {position}, rotation: {rotation}))])"#,
@@ -248,14 +248,14 @@ fn a_needle_comes_to_rest_on_a_sheet_without_fallback() {
 
 /// Two free sheets, given by grid, size, material, position and rotation (degrees), that approach
 /// one another with `speeds` m/s along y.
-fn pair(sheets: [&str; 2], speeds: [f64; 2]) -> World {
+fn pair(sheets: [&str; 2], speeds: [f64; 2], budget: &str) -> World {
     let sheet = |k: usize| {
         let (name, about, speed) = (["a", "b"][k], sheets[k], speeds[k]);
         format!(r#"(name: "{name}", structure: "shell", {about}, velocity: (0, {speed:?}, 0))"#)
     };
     world_of(&format!(
         r#"(
-            engine: "tr-bdf2", dt: 0.0166666666666667, gravity: (0, 0, 0), contact: (friction: 0.3, restitution: 0.2),
+            engine: "tr-bdf2", dt: 0.0166666666666667, gravity: (0, 0, 0), contact: (friction: 0.3, restitution: 0.2, {budget}),
             sheets: [{}, {}],
         )"#,
         sheet(0),
@@ -287,13 +287,15 @@ fn two_colliding_free_sheets_conserve_momentum() {
         r#"grid: (9, 1, 9), size: (0.1, 0.1), material: "pvc", placement: (position: (0.02, 0.6, 0.31), rotation: (70, 0, 10))"#,
     ];
     let cases = [
-        (cards, [5.0, -5.0], false),
-        (hips_on_paper, [5.0, -5.0], true),
-        (rubber_on_pet, [2.5, -2.5], false),
-        (pet_on_pvc, [10.0, -20.0], true),
+        (cards, [5.0, -5.0]),
+        (hips_on_paper, [5.0, -5.0]),
+        (rubber_on_pet, [2.5, -2.5]),
+        (pet_on_pvc, [10.0, -20.0]),
     ];
-    for (k, (sheets, speeds, is_replaced)) in cases.into_iter().enumerate() {
-        let mut world = pair(sheets, speeds);
+    // A budget that the contact solver exceeds leaves the step to the barrier method.
+    let each = cases.into_iter().enumerate().flat_map(|case| [(case, ""), (case, "step_budget: 1000")]);
+    for ((k, (sheets, speeds)), budget) in each {
+        let mut world = pair(sheets, speeds, budget);
         let of = |world: &World| world.sheets().iter().map(|s| s.momentum()).sum::<DVec3>();
         let energy = |world: &World| world.sheets().iter().map(|s| s.energy(DVec3::ZERO).total).sum::<f64>();
         let scale: f64 = world.sheets().iter().map(|s| s.momentum().length()).sum();
@@ -307,6 +309,6 @@ fn two_colliding_free_sheets_conserve_momentum() {
             assert!(gain < 1.0 + 1e-9, "pair {k}, step {step}: {gain} of the energy");
         }
         assert!(energy(&world) < 0.9 * energy_at_start, "pair {k} has met");
-        assert_eq!(replaced > 0, is_replaced, "pair {k}");
+        assert!(replaced > 0 || budget.is_empty(), "pair {k}");
     }
 }
