@@ -286,12 +286,8 @@ fn two_colliding_free_sheets_conserve_momentum() {
         r#"grid: (11, 1, 9), size: (0.1, 0.08), material: "pet", placement: (position: (0, -0.6, 0.3), rotation: (0, 20, 70))"#,
         r#"grid: (9, 1, 9), size: (0.1, 0.1), material: "pvc", placement: (position: (0.02, 0.6, 0.31), rotation: (70, 0, 10))"#,
     ];
-    let cases = [
-        (cards, [5.0, -5.0]),
-        (hips_on_paper, [5.0, -5.0]),
-        (rubber_on_pet, [2.5, -2.5]),
-        (pet_on_pvc, [10.0, -20.0]),
-    ];
+    let cases =
+        [(cards, [5.0, -5.0]), (hips_on_paper, [5.0, -5.0]), (rubber_on_pet, [2.5, -2.5]), (pet_on_pvc, [10.0, -20.0])];
     // A budget that the contact solver exceeds leaves the step to the barrier method.
     let each = cases.into_iter().enumerate().flat_map(|case| [(case, ""), (case, "step_budget: 1000")]);
     for ((k, (sheets, speeds)), budget) in each {

@@ -1,7 +1,8 @@
 //! One rigid world for a game and its sheets: bevy_rapier3d owns the ramp and the ball; the sheet
 //! is in contact with them.
 //!
-//! bevy_rapier3d steps in `FixedUpdate`. The sheets step after it, against its sets.
+//! bevy_rapier3d steps in `FixedUpdate`. The sheets step after it, against its sets, and push its
+//! dynamic bodies.
 
 use bevy::prelude::*;
 use bevy_rapier3d::prelude::*;
@@ -22,13 +23,14 @@ fn main() {
 
 /// Step the sheets against the world of bevy_rapier3d after its own step.
 fn step_sheets(
-    rapier: Single<(&RapierContextSimulation, &RapierContextColliders, &RapierRigidBodySet)>,
+    rapier: Single<(&RapierContextSimulation, &RapierContextColliders, &mut RapierRigidBodySet)>,
     mut sheets: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
 ) {
-    let (simulation, colliders, bodies) = *rapier;
+    let (simulation, colliders, mut bodies) = rapier.into_inner();
     let view = RigidView::new(&simulation.broad_phase, &simulation.narrow_phase, &bodies.bodies, &colliders.colliders);
-    sheets.advance_with(&view, clock.due());
+    sheets.advance_with(&view.pushing(), clock.due());
+    sheets.write_lent_bodies(&mut bodies.bodies);
 }
 
 fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
@@ -64,4 +66,7 @@ fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials
 
     let above_ramp = ramp * Transform::from_xyz(-0.15, 0.06, 0.0);
     commands.spawn((Sheet::new("rubber").size(0.4, 0.4).friction(0.1), above_ramp));
+    // A trampoline below the ball.
+    let net = Sheet::new("rubber").size(0.5, 0.5).grid(17, 17).pin(Region::Border);
+    commands.spawn((net, Transform::from_xyz(0.45, 0.35, 0.0)));
 }

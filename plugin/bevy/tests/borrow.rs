@@ -15,9 +15,10 @@ struct Game(PhysicsWorld);
 fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
     game.0.integration_parameters.dt = clock.due() as f32;
     game.0.step();
-    let game = &game.0;
-    let view = RigidView::new(&game.broad_phase, &game.narrow_phase, &game.bodies, &game.colliders);
-    sheets.advance_with(&view, clock.due());
+    let rigid = &game.0;
+    let view = RigidView::new(&rigid.broad_phase, &rigid.narrow_phase, &rigid.bodies, &rigid.colliders);
+    sheets.advance_with(&view.pushing(), clock.due());
+    sheets.write_lent_bodies(&mut game.0.bodies);
 }
 
 #[test]
@@ -34,6 +35,21 @@ fn a_sheet_rests_on_a_body_of_the_callers_world() {
     run(&mut app, 3.0);
     let state = app.world().get::<SheetState>(sheet).expect("has one");
     assert!((state.centre.y - 0.1105).abs() < 1e-3 && state.contacts > 0, "{state:?}");
+}
+
+#[test]
+fn a_sheet_carries_a_dynamic_body_of_the_callers_world() {
+    let mut game = PhysicsWorld::new();
+    game.gravity = Vector::new(0.0, -9.81, 0.0);
+    let ball = game.insert_body(RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 1.2, 0.0)));
+    game.insert_collider(ColliderBuilder::ball(0.03).mass(0.02), Some(ball));
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    let net = Sheet::new("pet").size(0.3, 0.3).pin(Region::Border);
+    app.world_mut().spawn((net, Transform::from_xyz(0.0, 1.0, 0.0)));
+    run(&mut app, 2.0);
+    let height = app.world().resource::<Game>().0.bodies[ball].translation().y;
+    assert!((1.0..1.2).contains(&height), "{height} m");
 }
 
 #[test]

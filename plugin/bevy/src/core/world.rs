@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
+use rapier3d::prelude::RigidBodySet;
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::{Air, Scene};
 use sheetwork::{BodyId, InputError, World as Sheets};
@@ -182,6 +183,12 @@ impl SheetWorld {
         let steps = self.world.advance_with(view, duration);
         self.took(start.elapsed(), steps);
         steps
+    }
+
+    /// Write the states of the bodies that sheets have moved to the caller's `bodies`, after
+    /// [`SheetWorld::advance_with`] with a view that is [`RigidView::pushing`].
+    pub fn write_lent_bodies(&mut self, bodies: &mut RigidBodySet) {
+        self.world.write_lent_bodies(bodies);
     }
 
     /// Simulated time displayed in this frame, s. It lags [`World::time`](sheetwork::World::time)

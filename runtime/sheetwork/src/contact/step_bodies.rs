@@ -8,7 +8,9 @@ use glam::{DMat3, DVec3};
 use rapier3d::prelude::{Collider, ColliderHandle, SharedShape};
 
 use crate::collision::features::ColliderFeatures;
+use crate::contact::solver_body::frame_of_body;
 use crate::math::RigidFrame;
+use crate::rigid::lent::{LentBodies, LentBody};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
 
 /// A collider over one step.
@@ -31,6 +33,8 @@ pub(crate) struct StepBody {
     pub end: BodyState,
     /// Index in the world's list of bodies; `None` for a body owned by the caller.
     pub world_index: Option<u32>,
+    /// Index in the list of lent bodies, of a body owned by the caller that sheets move.
+    pub lent_index: Option<u32>,
     /// Whether the body sleeps.
     pub asleep: bool,
     /// Distance of the furthest point from the centre of mass, m; 0 for a body of the caller.
@@ -65,9 +69,14 @@ pub(crate) struct StepBodies {
 }
 
 impl StepBodies {
-    /// Update all states for a step of `dt` (s): bodies of the world from `rigid`, other bodies
-    /// from `view`.
-    pub fn update(&mut self, view: &RigidView, rigid: Option<&RigidWorld>, dt: f64) {
+    /// Update all states for a step of `dt` (s) in the gravity `g` (m/s²): bodies of the world from
+    /// `rigid`, those that the caller lends from `lent`, other bodies from `view`.
+    pub fn update(
+        &mut self,
+        view: &RigidView,
+        (rigid, lent): (Option<&RigidWorld>, &LentBodies),
+        (dt, g): (f64, DVec3),
+    ) {
         self.colliders.clear();
         self.bodies.clear();
         if let Some(rigid) = rigid {
@@ -79,6 +88,7 @@ impl StepBodies {
                     start: *start,
                     end: *end,
                     world_index: Some(index as u32),
+                    lent_index: None,
                     asleep,
                     extent,
                     ball,
@@ -86,12 +96,14 @@ impl StepBodies {
             }
         }
         let own = self.bodies.len();
+        self.bodies.extend(lent.bodies.iter().enumerate().map(|(index, body)| lent_body(index, body, dt, g)));
         let query = view.query();
         for (handle, collider) in view.colliders.iter() {
             if collider.is_sensor() || !query.filter.test(query.bodies, handle, collider) {
                 continue;
             }
-            let body = match view.body_of(handle).filter(|b| *b < own) {
+            let parent = || collider.parent().and_then(|parent| lent.index_of(parent));
+            let body = match view.body_of(handle).filter(|b| *b < own).or_else(|| parent().map(|index| own + index)) {
                 Some(body) => body,
                 None => {
                     self.bodies.push(caller_owned_body(view, collider, dt));
@@ -100,9 +112,12 @@ impl StepBodies {
             };
             let features = self.features_of(handle, collider);
             let over = &self.bodies[body];
-            let of_body = crate::contact::solver_body::frame_of_body(&over.end);
             let there = RigidFrame::from_pose(collider.position());
-            let frame = if body < own { relative_frame(&of_body, &there) } else { RigidFrame::IDENTITY };
+            let frame = match (over.world_index, over.lent_index, collider.position_wrt_parent()) {
+                (Some(_), ..) => relative_frame(&frame_of_body(&over.end), &there),
+                (_, Some(_), Some(in_body)) => RigidFrame::from_pose(in_body),
+                _ => RigidFrame::IDENTITY,
+            };
             let bounds = collider.compute_aabb();
             let (low, high) = (bounds.mins.as_dvec3(), bounds.maxs.as_dvec3());
             // The swept box extends the box at the end by the displacement of the centre and the
@@ -141,6 +156,19 @@ impl StepBodies {
     }
 }
 
+/// A dynamic body that the caller lends.
+fn lent_body(index: usize, body: &LentBody, dt: f64, g: DVec3) -> StepBody {
+    StepBody {
+        start: body.state,
+        end: body.state.free_flight(dt, g),
+        world_index: None,
+        lent_index: Some(index as u32),
+        asleep: body.is_asleep,
+        extent: 0.0,
+        ball: None,
+    }
+}
+
 /// A body that the caller moves: its present pose is the pose at the end of the step.
 fn caller_owned_body(view: &RigidView, collider: &Collider, dt: f64) -> StepBody {
     let pose = collider.position();
@@ -155,6 +183,7 @@ fn caller_owned_body(view: &RigidView, collider: &Collider, dt: f64) -> StepBody
         start: end.free_flight(-dt, DVec3::ZERO),
         end,
         world_index: None,
+        lent_index: None,
         asleep: false,
         extent: 0.0,
         ball: None,

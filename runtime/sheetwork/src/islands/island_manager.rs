@@ -21,9 +21,18 @@ use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::sheet::{Sheet, Status, node_contact, stage};
 
-/// State of a dynamic body of the world after the step of its island.
+/// A dynamic body that sheets have moved.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum UpdatedBody {
+    /// Body of the world, by its index.
+    Own(u32),
+    /// Lent body, by its index.
+    Lent(u32),
+}
+
+/// State of a dynamic body after the step of its island.
 pub(crate) struct BodyUpdate {
-    pub body: usize,
+    pub body: UpdatedBody,
     pub end: BodyState,
     /// Distance of the furthest point from the centre of mass, m.
     pub extent: f64,
@@ -125,7 +134,8 @@ impl IslandManager {
         }
         match context.view {
             Some(view) => {
-                context.profiler.measure(Phase::Islands, || self.surroundings.update(view, rigid, context.dt));
+                let (bodies, span) = ((rigid, context.lent), (context.dt, context.field.gravity));
+                context.profiler.measure(Phase::Islands, || self.surroundings.update(view, bodies, span));
             }
             None => {
                 self.surroundings.colliders.clear();

@@ -16,7 +16,7 @@ use crate::islands::explicit::sheet_step::apply_thickness_limit;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_builder::broad_phase_margin;
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
-use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
+use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets, UpdatedBody};
 use crate::islands::resting::update_rest_time;
 use crate::islands::rigid_motion::FreeRotation;
 use crate::islands::settings::{IslandSettings, StepSettings};
@@ -185,13 +185,14 @@ impl IslandContext<'_> {
     ) {
         for (number, (solver_body, index)) in solver_bodies.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
-            if let Some(own) = over.world_index.filter(|_| solver_body.is_dynamic()) {
+            let body = over.world_index.map(UpdatedBody::Own).or(over.lent_index.map(UpdatedBody::Lent));
+            if let Some(body) = body.filter(|_| solver_body.is_dynamic()) {
                 let pull = self.context.field.gravity * self.context.dt;
                 let resist = |radius| {
                     workspace.support_of(number as u32, solver_bodies).resist(&solver_body.start, radius, pull)
                 };
                 let end = over.ball.map_or(solver_body.start, resist);
-                updates.push(BodyUpdate { body: own as usize, end, extent: over.extent, sleeps: false });
+                updates.push(BodyUpdate { body, end, extent: over.extent, sleeps: false });
             }
         }
     }

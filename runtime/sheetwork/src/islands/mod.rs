@@ -37,6 +37,7 @@ pub(crate) mod unstable;
 
 use crate::profiler::Profiler;
 use crate::rigid::RigidView;
+use crate::rigid::lent::LentBodies;
 
 pub use crate::sheet::Field;
 
@@ -50,6 +51,8 @@ pub(crate) struct StepContext<'a> {
     pub dt: f64,
     /// Rigid bodies; `None` in a world without.
     pub view: Option<&'a RigidView<'a>>,
+    /// Bodies of the caller that sheets move.
+    pub lent: &'a LentBodies,
     /// Whether resting sheets may sleep.
     pub sleep: bool,
     /// Whether contact between sheets is enabled.

@@ -10,6 +10,7 @@
 //! C). Jacobi rotations give its principal axes.
 
 use glam::{DMat3, DQuat, DVec3};
+use rapier3d::prelude::{LockedAxes, RigidBody};
 
 use crate::rigid::settings::{RigidSettings, RotationSettings};
 use crate::scene::{Polyhedron, Shape};
@@ -35,6 +36,21 @@ impl MassProperties {
     /// mass.
     pub const fn immovable() -> Self {
         Self { mass: f64::INFINITY, centre: DVec3::ZERO, principal: DVec3::INFINITY, axes: DQuat::IDENTITY }
+    }
+
+    /// Mass properties of a dynamic body of a Rapier world. One that may not rotate about an axis
+    /// is too heavy to rotate about any.
+    pub(crate) fn from_rapier(body: &RigidBody) -> Self {
+        let own = &body.mass_properties().local_mprops;
+        let mass = f64::from(own.mass());
+        let most = DVec3::splat(SETTINGS.locked_inertia * mass);
+        let is_locked = body.locked_axes().intersects(LockedAxes::ROTATION_LOCKED);
+        Self {
+            mass,
+            centre: own.local_com.as_dvec3(),
+            principal: if is_locked { most } else { own.inv_principal_inertia.as_dvec3().recip().min(most) },
+            axes: own.principal_inertia_local_frame.as_dquat().normalize(),
+        }
     }
 
     /// Mass properties of a body of density 1 kg/m³ with this shape and its `polyhedra` (empty for

@@ -6,6 +6,7 @@
 
 pub(crate) mod body_contacts;
 pub(crate) mod impact;
+pub(crate) mod lent;
 pub(crate) mod mass_properties;
 pub(crate) mod rolling_ball;
 pub(crate) mod rolling_resistance;
@@ -23,6 +24,7 @@ use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
 pub use crate::rigid::body_contacts::BodyContact;
+pub use crate::rigid::lent::LentBody;
 pub use crate::rigid::mass_properties::MassProperties;
 pub(crate) use crate::rigid::rolling_resistance::Support;
 pub use crate::rigid::state::BodyState;

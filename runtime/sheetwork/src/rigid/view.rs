@@ -85,26 +85,36 @@ pub struct RigidView<'a> {
     pub colliders: &'a ColliderSet,
     /// Whether the bodies belong to the world, which moves them by their velocities alone.
     pub(crate) is_world_owned: bool,
+    /// Whether contact with sheets moves the dynamic bodies.
+    pushes: bool,
     /// Owners and materials of the world's colliders; `None` for a caller's sets.
     owners: Option<&'a ColliderOwners>,
 }
 
 impl<'a> RigidView<'a> {
     /// View of a caller's Rapier world. Its broad phase must be up to date with the poses of the
-    /// colliders.
+    /// colliders. All its bodies count as led: sheets do not move them, unless
+    /// [`RigidView::pushing`] says so.
     pub fn new(
         broad_phase: &'a BroadPhaseBvh,
         narrow_phase: &'a NarrowPhase,
         bodies: &'a RigidBodySet,
         colliders: &'a ColliderSet,
     ) -> Self {
-        Self { broad_phase, narrow_phase, bodies, colliders, is_world_owned: false, owners: None }
+        Self { broad_phase, narrow_phase, bodies, colliders, is_world_owned: false, pushes: false, owners: None }
+    }
+
+    /// The view with dynamic bodies that contact with sheets moves. After the step,
+    /// [`World::write_lent_bodies`](crate::World::write_lent_bodies) gives them their new states.
+    #[must_use]
+    pub fn pushing(self) -> Self {
+        Self { pushes: true, ..self }
     }
 
     /// View of the world's own sets.
     pub(crate) fn from_world(inner: &'a PhysicsWorld, owners: &'a ColliderOwners) -> Self {
         let view = Self::new(&inner.broad_phase, &inner.narrow_phase, &inner.bodies, &inner.colliders);
-        Self { is_world_owned: true, owners: Some(owners), ..view }
+        Self { is_world_owned: true, pushes: true, owners: Some(owners), ..view }
     }
 
     /// Query pipeline over all colliders except sensors.
@@ -113,17 +123,20 @@ impl<'a> RigidView<'a> {
         self.broad_phase.as_query_pipeline(self.narrow_phase.query_dispatcher(), self.bodies, self.colliders, filter)
     }
 
-    /// Query pipeline over static and kinematic colliders: all except sensors and the world's own
-    /// dynamic bodies. A caller's dynamic bodies count as kinematic.
+    /// Query pipeline over static and kinematic colliders: all except sensors and the dynamic
+    /// bodies that sheets move.
     pub(crate) fn query_fixed(&self) -> QueryPipeline<'a> {
         let query = self.query();
-        let filter = if self.is_world_owned { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
+        let filter = if self.pushes { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
         QueryPipeline { filter, ..query }
     }
 
-    /// Whether contact with sheets moves `body`.
+    /// Whether contact with sheets moves `body`. A lent one that may not move along an axis is led.
     pub(crate) fn is_dynamic(&self, body: &RigidBody) -> bool {
-        self.is_world_owned && body.is_dynamic()
+        self.pushes
+            && body.is_dynamic()
+            && body.mass() > 0.0
+            && (self.is_world_owned || !body.locked_axes().intersects(LockedAxes::TRANSLATION_LOCKED))
     }
 
     /// Index of the world's body that owns a collider; `None` for a caller's sets.

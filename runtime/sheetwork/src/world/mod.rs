@@ -46,6 +46,7 @@ use crate::islands::event::Event;
 use crate::islands::island_manager::IslandManager;
 use crate::parallel::Pool;
 use crate::profiler::{Profiler, StepObserver};
+use crate::rigid::lent::LentBodies;
 use crate::rigid::{BodyState, RigidWorld};
 use crate::scene::{Air, IntegratorKind, PairSpec, Scene, body_name, validate};
 use crate::sheet::refine::RefineWorkspace;
@@ -86,6 +87,8 @@ pub struct World {
     penetration_check: penetration::PenetrationCheck,
     pool: Option<Arc<Pool>>,
     islands: IslandManager,
+    /// Bodies of the caller that sheets move.
+    lent: LentBodies,
     records_forces: bool,
     /// Forces of the last step.
     forces: Vec<ForceEntry>,
@@ -196,6 +199,7 @@ impl World {
             penetration_check: penetration::PenetrationCheck::default(),
             pool: None,
             islands: IslandManager::default(),
+            lent: LentBodies::default(),
             records_forces: false,
             forces: Vec::new(),
             heat,

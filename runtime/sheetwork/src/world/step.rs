@@ -1,12 +1,15 @@
 //! One step of a world: the order of its phases. See `docs/architecture.md`.
 
+use rapier3d::prelude::RigidBodySet;
+
 use crate::islands::StepContext;
 use crate::islands::contact_log::ContactLog;
 use crate::islands::event::{Event, EventKind};
+use crate::islands::island_manager::UpdatedBody;
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::profiler::Phase;
-use crate::rigid::{RigidView, RigidWorld};
+use crate::rigid::{LentBody, RigidView, RigidWorld};
 use crate::sheet::{Field, Sheet, Status, air_parameters, attachment};
 use crate::world::World;
 
@@ -95,11 +98,34 @@ impl World {
     fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
         let Some(rigid) = rigid else { return };
         for update in &self.islands.body_updates {
-            rigid.set_state(update.body, update.end);
+            let UpdatedBody::Own(index) = update.body else { continue };
+            rigid.set_state(index as usize, update.end);
             if update.sleeps {
-                rigid.put_to_sleep(update.body);
+                rigid.put_to_sleep(index as usize);
             }
         }
+    }
+
+    /// Set the lent bodies to their state after a step of `dt` (s).
+    fn update_lent_bodies(&mut self, dt: f64) {
+        self.lent.fly(dt, self.gravity);
+        for update in &self.islands.body_updates {
+            if let UpdatedBody::Lent(index) = update.body {
+                self.lent.set(index as usize, update.end, update.sleeps);
+            }
+        }
+    }
+
+    /// Dynamic bodies of the caller after [`World::advance_with`] with a view that is
+    /// [`RigidView::pushing`].
+    pub fn lent_bodies(&self) -> &[LentBody] {
+        &self.lent.bodies
+    }
+
+    /// Write the states of the lent bodies that sheets have moved to the caller's `bodies`, which
+    /// were those of the view. Call it after [`World::advance_with`]; a second call writes nothing.
+    pub fn write_lent_bodies(&mut self, bodies: &mut RigidBodySet) {
+        self.lent.write_to(bodies);
     }
 
     /// Phases after the motion: fracture, events, buckling, levels of detail, local refinement.
@@ -119,9 +145,11 @@ impl World {
     pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
         let steps = steps_in(duration, self.dt);
         let dt = duration / steps as f64;
+        self.lent.begin(view, duration, self.gravity);
         for _ in 0..steps {
             self.release_due_pins(dt);
             self.step_sheets(Some(view), None, dt);
+            self.update_lent_bodies(dt);
             self.step_thermal(Some(view), None, dt);
             self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
         }
@@ -142,6 +170,7 @@ impl World {
             time: self.time,
             dt,
             view,
+            lent: &self.lent,
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
             work_per_node: self.work_per_node(),
