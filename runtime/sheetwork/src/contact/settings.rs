@@ -81,6 +81,10 @@ settings! {
 
     /// Barrier method.
     pub struct BarrierSettings {
+        /// Least and greatest growth of the diagonal of a system that is not positive definite, as
+        /// parts of its largest value.
+        pub least_shift: f64 = 1e-3,
+        pub maximum_shift: f64 = 10.0,
         /// Range of the barrier as a fraction of the sum of the half thicknesses: the accepted
         /// penetration.
         pub range: f64 = 0.1,

@@ -240,11 +240,7 @@ impl BarrierSolver {
             term.constraint.look_up_slots(self.tangent.pattern(), &mut self.slots);
         }
         self.fill_right(island, h);
-        let (terms, slots) = (&self.terms, &self.slots);
-        let factorized = self.tangent.factorize_with(&mut |values| {
-            terms.iter().for_each(|term| term.constraint.add_stiffness(&term.stiffness, slots, values));
-        });
-        if !factorized {
+        if !self.factorize() {
             return None;
         }
         let force = self.right.clone();
@@ -254,6 +250,30 @@ impl BarrierSolver {
         }
         self.spread(island);
         Some(-force.iter().zip(&self.right).map(|(f, d)| f * d).sum::<f64>())
+    }
+
+    /// Factorise the linear system, whose diagonal grows until it is positive definite: the tangent
+    /// of a strongly compressed sheet is not, and a larger diagonal only shortens the step.
+    fn factorize(&mut self) -> bool {
+        let Self { terms, slots, tangent, .. } = self;
+        let columns = &tangent.pattern().starts[..tangent.size()];
+        let diagonal: Vec<usize> = columns.iter().map(|start| 9 * *start as usize).collect();
+        let mut added = 0.0;
+        while added <= SETTINGS.maximum_shift {
+            let is_factorized = tangent.factorize_with(&mut |values| {
+                let largest = diagonal.iter().map(|first| values[*first].abs()).fold(0.0, f64::max);
+                terms.iter().for_each(|term| term.constraint.add_stiffness(&term.stiffness, slots, values));
+                diagonal
+                    .iter()
+                    .flat_map(|first| [0, 4, 8].map(|k| first + k))
+                    .for_each(|k| values[k] += added * largest);
+            });
+            if is_factorized {
+                return true;
+            }
+            added = (4.0_f64 * added).max(SETTINGS.least_shift);
+        }
+        false
     }
 
     /// Find the stencils at the iterate that contact can move.
