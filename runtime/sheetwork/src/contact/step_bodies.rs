@@ -80,20 +80,7 @@ impl StepBodies {
         self.colliders.clear();
         self.bodies.clear();
         if let Some(rigid) = rigid {
-            for index in 0..rigid.bodies().len() {
-                let (Some(start), Some(end)) = (rigid.start(index), rigid.state(index)) else { continue };
-                let asleep = rigid.is_asleep(index);
-                let (extent, ball) = (rigid.extent(index), rigid.radius(index));
-                self.bodies.push(StepBody {
-                    start: *start,
-                    end: *end,
-                    world_index: Some(index as u32),
-                    lent_index: None,
-                    asleep,
-                    extent,
-                    ball,
-                });
-            }
+            self.bodies.extend((0..rigid.bodies().len()).filter_map(|index| own_body(rigid, index)));
         }
         let own = self.bodies.len();
         self.bodies.extend(lent.bodies.iter().enumerate().map(|(index, body)| lent_body(index, body, dt, g)));
@@ -154,6 +141,19 @@ impl StepBodies {
             }
         }
     }
+}
+
+/// A body of the world.
+fn own_body(rigid: &RigidWorld, index: usize) -> Option<StepBody> {
+    Some(StepBody {
+        start: *rigid.start(index)?,
+        end: *rigid.state(index)?,
+        world_index: Some(index as u32),
+        lent_index: None,
+        asleep: rigid.is_asleep(index),
+        extent: rigid.extent(index),
+        ball: rigid.radius(index),
+    })
 }
 
 /// A dynamic body that the caller lends.

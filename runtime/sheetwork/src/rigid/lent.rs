@@ -8,6 +8,7 @@
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::{Pose, RigidBody, RigidBodyHandle, RigidBodySet};
 
+use crate::rigid::settings::RigidSettings;
 use crate::rigid::{BodyState, MassProperties, RigidView};
 
 /// A dynamic body of the caller after a step with sheets.
@@ -56,8 +57,7 @@ impl LentBody {
     }
 }
 
-/// Velocity change, as a part of the velocities, below which sheets have not moved a body.
-const ROUNDING: f64 = 1e-6;
+const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
 /// The lent bodies, in the order of the caller's set.
 #[derive(Default)]
@@ -85,7 +85,7 @@ impl LentBodies {
     /// on sheets that go to sleep.
     pub fn set(&mut self, index: usize, end: BodyState, sleeps: bool) {
         let body = &mut self.bodies[index];
-        let differs = |a: DVec3, b: DVec3| a.distance(b) > ROUNDING * (a.length() + b.length());
+        let differs = |a: DVec3, b: DVec3| a.distance(b) > SETTINGS.lent_rounding * (a.length() + b.length());
         let free = &body.state;
         body.is_moved |= differs(free.velocity(), end.velocity()) || differs(free.spin(), end.spin());
         body.state = end;

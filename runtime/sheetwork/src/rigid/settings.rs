@@ -5,6 +5,9 @@ use crate::units::settings::settings;
 settings! {
     /// Settings of rigid bodies.
     pub struct RigidSettings {
+        /// Velocity change of a lent body, as a part of its velocities, below which sheets have not
+        /// moved it.
+        pub lent_rounding: f64 = 1e-6,
         /// Approach speed above which restitution acts between bodies, m/s.
         pub restitution_speed: f64 = 0.01,
         /// Penetration tolerance of two bodies, m. A rolling ball is moved out of less at once.
