@@ -187,3 +187,27 @@ fn components_are_reflected_field_by_field() {
     assert_eq!(sheet.spec.damping, 0.25);
     assert_eq!(sheet.path::<(f64, f64)>(".spec.size").expect("reflected"), &(0.25, 0.25));
 }
+
+#[test]
+fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
+    let mut app = app();
+    let card = Sheet::new("paper").size(0.2, 0.1).grid(11, 6).pin(Region::Left);
+    let entity = app.world_mut().spawn((card, Transform::from_xyz(0.0, 1.0, 0.0))).id();
+    run(&mut app, 2.0);
+    let lowest = |app: &App| {
+        let sheets = app.world().resource::<SheetWorld>();
+        sheets.sheets()[0].state.x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min)
+    };
+    let hung = lowest(&app);
+    assert!(hung < 0.9, "it has not come down: {hung} m");
+    app.world_mut().get_mut::<Sheet>(entity).expect("there").spec.pins.clear();
+    run(&mut app, 0.1);
+    let fallen = lowest(&app);
+    assert!(fallen < hung && fallen > hung - 0.15, "{hung} m, then {fallen} m");
+    // Pinned again in the air.
+    app.world_mut().get_mut::<Sheet>(entity).expect("there").spec.pins.push(PinSpec::fixed(Region::All));
+    run(&mut app, 0.1);
+    let held = lowest(&app);
+    run(&mut app, 0.5);
+    assert_eq!(lowest(&app), held);
+}

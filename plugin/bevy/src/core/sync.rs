@@ -3,7 +3,7 @@
 use bevy::ecs::query::Has;
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
-use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
+use sheetwork::scene::{BodySpec, PathKey, PinSpec, Polyhedron, Shape, SheetSpec};
 use sheetwork::{InputError, SheetId};
 
 use super::motion::PoseHistory;
@@ -143,9 +143,10 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         flexion_limit: old.flexion_limit,
         inter_layer_stiffness: old.inter_layer_stiffness,
         grid: (old.grid.0, new.grid.1, old.grid.2),
+        pins: old.pins.clone(),
         ..new.clone()
     };
-    if alike != *old {
+    if alike != *old || !change_pins(world, motion.id(), &old.pins, &new.pins) {
         return false;
     }
     let grid = (new.grid.0, new.grid.2);
@@ -169,6 +170,22 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     running.wake();
     if let Err(problem) = changed {
         warn!("{}: {problem}", motion.name());
+    }
+    true
+}
+
+/// Unpin what the list of pins no longer has, and pin what is new, where the sheet is. Returns
+/// false, without a change, when a pin cannot change on a running sheet.
+fn change_pins(world: &mut SheetWorld, id: SheetId, old: &[PinSpec], new: &[PinSpec]) -> bool {
+    let gone: Vec<&PinSpec> = old.iter().filter(|pin| !new.contains(pin)).collect();
+    let added: Vec<&PinSpec> = new.iter().filter(|pin| !old.contains(pin)).collect();
+    if !gone.iter().chain(&added).all(|pin| pin.is_live()) {
+        return false;
+    }
+    let mut changes = gone.iter().map(|pin| world.unpin(id, &pin.region).map(|_| ())).collect::<Vec<_>>();
+    changes.extend(added.iter().map(|pin| world.pin(id, pin).map(|_| ())));
+    for problem in changes.into_iter().filter_map(Result::err) {
+        error!("pins of a sheet: {problem}");
     }
     true
 }

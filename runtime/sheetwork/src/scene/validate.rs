@@ -286,7 +286,8 @@ fn air_loads(s: &SheetSpec) -> ValidationResult {
     increasing("pressure", "time", "s", s.pressure.iter().map(|key| key.time))
 }
 
-fn pin(pin: &PinSpec) -> ValidationResult {
+/// Check a pin.
+pub(crate) fn pin(pin: &PinSpec) -> ValidationResult {
     region(&pin.region).map_err(|e| e.within("region"))?;
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::rigid::BodyState;
+use crate::scene::PathKey;
 use crate::sheet::{Sheet, stage};
 
 impl Sheet {
@@ -59,6 +60,28 @@ pub fn release_pins(sheet: &mut Sheet, t: f64) {
         set_free(sheet, &freed);
         stage::restart_engine(sheet);
     }
+}
+
+/// Pin `nodes`, a sorted list, where they are: fixed, or along `path`, whose offsets count from
+/// there, until the time `until` (s). Earlier pins let them go.
+pub(crate) fn pin_nodes(sheet: &mut Sheet, nodes: Vec<u32>, path: Vec<PathKey>, until: Option<f64>) {
+    sheet.pins.unpin(&nodes);
+    let start = nodes.iter().map(|node| sheet.state.x.get(*node as usize)).collect();
+    for node in &nodes {
+        sheet.inverse_mass[*node as usize] = 0.0;
+        sheet.state.v.set(*node as usize, DVec3::ZERO);
+    }
+    sheet.pins.add(nodes, start, path, until);
+    stage::restart_engine(sheet);
+    invalidate_system(sheet);
+}
+
+/// Unpin `nodes`, a sorted list; return how many a pin held.
+pub(crate) fn unpin_nodes(sheet: &mut Sheet, nodes: &[u32]) -> usize {
+    let freed = sheet.pins.unpin(nodes);
+    set_free(sheet, &freed);
+    stage::restart_engine(sheet);
+    freed.len()
 }
 
 fn set_free(sheet: &mut Sheet, freed: &[u32]) {

@@ -21,6 +21,8 @@ pub struct Pins {
     fixed_axes: Vec<FixedAxes>,
     /// Detached nodes, whose attachments are void; empty without any.
     detached: Vec<bool>,
+    /// Whether nodes were pinned or unpinned while the world ran.
+    is_changed: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -82,8 +84,30 @@ impl Pins {
         self.groups.push(PrescribedNodes { masses, start, path, until });
     }
 
+    /// Unpin `nodes`, a sorted list, while the world runs; return those that a pin held.
+    pub(crate) fn unpin(&mut self, nodes: &[u32]) -> Vec<u32> {
+        let mut freed = Vec::new();
+        for group in &mut self.groups {
+            let (kept, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut group.masses)
+                .into_iter()
+                .zip(std::mem::take(&mut group.start))
+                .partition(|(node, _)| nodes.binary_search(node).is_err());
+            (group.masses, group.start) = kept.into_iter().unzip();
+            freed.extend(gone.into_iter().map(|(node, _)| node));
+        }
+        self.groups.retain(|group| !group.masses.is_empty());
+        self.is_changed = true;
+        freed
+    }
+
+    /// Whether nodes were pinned or unpinned while the world ran.
+    pub(crate) fn is_changed(&self) -> bool {
+        self.is_changed
+    }
+
     /// Serialise the pins that can be released.
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_changed);
         to.count(self.groups.len() as u64);
         for group in &self.groups {
             to.count(group.masses.len() as u64);
@@ -99,6 +123,7 @@ impl Pins {
     /// Deserialise the pins of a sheet with `masses` nodes; true if they differ from the present
     /// ones.
     pub(crate) fn deserialise(&mut self, from: &mut StateReader, masses: usize) -> ReadResult<bool> {
+        let is_changed = from.flag()?;
         let mut groups = Vec::new();
         for _ in 0..from.length(3)? {
             let nodes: Vec<(u32, DVec3)> = from.states(25)?;
@@ -108,6 +133,7 @@ impl Pins {
             }
             groups.push(PrescribedNodes { masses: nodes, start, until: from.read()?, path: from.states(56)? });
         }
+        self.is_changed = is_changed;
         let changed = groups != self.groups;
         self.groups = groups;
         Ok(changed)

@@ -13,6 +13,7 @@ pub mod lod_cost;
 pub(crate) mod parameters;
 pub(crate) mod part_file;
 pub(crate) mod penetration;
+mod pins;
 mod placed_solids;
 pub(crate) mod playback;
 pub mod recording;

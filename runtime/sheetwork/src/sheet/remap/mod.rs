@@ -59,6 +59,7 @@ pub(crate) fn check_grid_change(sheet: &Sheet, spec: &SheetSpec) -> Result<(), I
         (spec.sticky, "the sheet is sticky, and what it sticks by are its masses"),
         (sheet.open_count() > 0, "cells of the sheet are open, which another grid does not have"),
         (spec.pins.iter().any(|p| p.body.is_some()), "the sheet is glued to a body by its masses"),
+        (sheet.pins.is_changed(), "masses of the sheet were pinned or unpinned while it ran"),
         (spec.pins.iter().any(|p| by_number(&p.region)), "the sheet is pinned at masses by number"),
         (matches!(sheet.state.status, Status::Unstable { .. }), "the sheet went unstable"),
     ];
