@@ -28,8 +28,9 @@ use super::reflect::SheetSpecReflect;
 /// simulation then moves the nodes: mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion)
 /// follow, the `Transform` does not.
 ///
-/// A change of material, damping, drag, friction, restitution or the grid of a shell acts on the
-/// running sheet. Any other change of the component rebuilds the sheet at its entity's transform.
+/// A change of material, damping, drag, friction, restitution, the grid of a shell, or of pins
+/// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from
+/// then. Any other change of the component rebuilds the sheet at its entity's transform.
 ///
 /// The default is `Sheet::new("card")`. [`Sheet::thesis`] is the soft lattice of the thesis.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
