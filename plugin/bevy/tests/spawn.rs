@@ -211,3 +211,26 @@ fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
     run(&mut app, 0.5);
     assert_eq!(lowest(&app), held);
 }
+
+#[test]
+fn writing_the_transform_moves_a_sheet_with_its_shape() {
+    let mut app = app();
+    let card = Sheet::new("paper").size(0.2, 0.1).grid(11, 6).pin(Region::Left);
+    let entity = app.world_mut().spawn((card, Transform::from_xyz(0.0, 1.0, 0.0))).id();
+    run(&mut app, 1.0);
+    let positions = |app: &App| app.world().resource::<SheetWorld>().sheets()[0].state.x.iter().collect::<Vec<_>>();
+    let before = positions(&app);
+    let turn = Quat::from_rotation_y(0.5);
+    let mut transform = app.world_mut().get_mut::<Transform>(entity).expect("there");
+    *transform = Transform::from_xyz(3.0, 2.0, 0.0).with_rotation(turn);
+    frame(&mut app, 1.0 / 64.0);
+    let after = positions(&app);
+    for (was, is) in before.iter().zip(&after) {
+        let wanted = turn.as_dquat() * (*was - bevy::math::DVec3::Y) + bevy::math::DVec3::new(3.0, 2.0, 0.0);
+        assert!(wanted.distance(*is) < 5e-3, "{wanted} {is}");
+    }
+    // The pinned edge stays at its new place.
+    run(&mut app, 1.0);
+    let left = |all: &[bevy::math::DVec3]| all[0];
+    assert!(left(&positions(&app)).distance(left(&after)) < 1e-9);
+}

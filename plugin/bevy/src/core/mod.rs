@@ -83,6 +83,7 @@ impl Plugin for SheetworkCorePlugin {
                     forces::request,
                     sync::sync_bodies,
                     sync::sync_sheets,
+                    sync::move_sheets,
                     sync::move_bodies,
                     heater::sync,
                     heat_gun::aim,

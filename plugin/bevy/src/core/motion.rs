@@ -30,6 +30,8 @@ pub struct SheetMotion {
     revision: u64,
     /// Levels of a locally refined mesh in the last state.
     refinement: Option<Arc<[u8]>>,
+    /// Transform of the entity that the sheet has followed; `None` before the first tick.
+    pub(super) given: Option<Transform>,
 }
 
 impl SheetMotion {
@@ -41,7 +43,8 @@ impl SheetMotion {
         x: &Vectors,
     ) -> Self {
         let states = [x.clone(), x.clone(), x.clone()];
-        Self { id, name, generation, built_from, states, times: [time; 3], still: 2, revision: 0, refinement: None }
+        let times = [time; 3];
+        Self { id, name, generation, built_from, states, times, still: 2, revision: 0, refinement: None, given: None }
     }
 
     /// Id of the sheet in the world: `world.get_sheet(motion.id())`.
@@ -94,6 +97,13 @@ impl SheetMotion {
     /// Levels of a locally refined mesh in the last state.
     pub(crate) fn refinement(&self) -> &Option<Arc<[u8]>> {
         &self.refinement
+    }
+
+    /// Store the node positions `x` of a sheet that was moved at once: there is no motion to show.
+    pub(super) fn jump(&mut self, x: &Vectors) {
+        self.states.iter_mut().for_each(|state| copy(state, x));
+        self.still = 0;
+        self.revision += 1;
     }
 
     /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].

@@ -26,7 +26,8 @@ use super::reflect::SheetSpecReflect;
 /// The entity's global transform is the initial pose: length along local x, width along z, upper
 /// side +y, origin in the middle of the bottom layer. Its scale multiplies size and gap. The
 /// simulation then moves the nodes: mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion)
-/// follow, the `Transform` does not.
+/// follow, the `Transform` does not. Writing the `Transform` moves the sheet at once, with its
+/// shape and velocities, by the difference to the value before.
 ///
 /// A change of material, damping, drag, friction, restitution, the grid of a shell, or of pins
 /// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from

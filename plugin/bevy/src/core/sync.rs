@@ -373,6 +373,44 @@ pub(super) fn move_bodies(
     }
 }
 
+/// Move the sheets whose transform was written, at once and with their velocities; a changed scale
+/// builds the sheet again. Motion of a parent does not move them.
+pub(super) fn move_sheets(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    mut sheets: Query<(Entity, Ref<Transform>, Option<&ChildOf>, &mut SheetMotion)>,
+    transforms: TransformHelper,
+) {
+    for (entity, transform, parent, mut motion) in &mut sheets {
+        let Some(given) = motion.given.filter(|_| motion.generation == world.generation()) else {
+            motion.bypass_change_detection().given = Some(*transform);
+            continue;
+        };
+        if *transform == given || !transform.is_changed() {
+            continue;
+        }
+        motion.given = Some(*transform);
+        if (transform.scale - given.scale).abs().max_element() > 1e-5 {
+            // The next run of `sync_sheets` adds it again at its new size.
+            world.remove_sheet(motion.id());
+            commands.entity(entity).try_remove::<SheetMotion>();
+            continue;
+        }
+        let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
+        let above = above.unwrap_or_default();
+        let (from, to) = (placement::pose_of(&(above * given)), placement::pose_of(&(above * *transform)));
+        let turn = (to.1 * from.1.conjugate()).normalize();
+        match world.move_sheet(motion.id(), to.0 - turn * from.0, turn) {
+            Ok(()) => {
+                if let Some(sheet) = world.get_sheet(motion.id()) {
+                    motion.jump(&sheet.state.x);
+                }
+            }
+            Err(problem) => error!("the transform of {} is not followed: {problem}", motion.name()),
+        }
+    }
+}
+
 /// Remove the sheet from the world with its component.
 pub(super) fn sheet_removed(
     removed: On<Remove, Sheet>,

@@ -246,6 +246,11 @@ impl Pins {
         !self.fixed_axes.is_empty() || self.masses().next().is_some()
     }
 
+    /// Whether any node is attached to a body.
+    pub(crate) fn is_attached(&self) -> bool {
+        !self.glue.is_empty()
+    }
+
     /// Whether any node is attached to a dynamic body.
     pub(crate) fn has_dynamic_attachments(&self) -> bool {
         self.dynamic_attachments().next().is_some()

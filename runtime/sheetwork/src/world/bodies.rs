@@ -114,7 +114,7 @@ impl World {
 }
 
 /// Whether a body may stand there: within the range of positions, with a rotation of unit length.
-fn is_valid_pose(position: DVec3, rotation: DQuat) -> bool {
+pub(crate) fn is_valid_pose(position: DVec3, rotation: DQuat) -> bool {
     let row = Id::PlacementPosition.row();
     let (min, max) = row.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
     position.to_array().iter().all(|p| (min..=max).contains(p)) && (rotation.length() - 1.0).abs() < 1e-3

@@ -26,7 +26,8 @@ mod start_overlap;
 pub(crate) mod state_hash;
 pub(crate) mod step;
 pub(crate) mod suggestions;
-pub(crate) mod thermal;
+pub(crate) mod teleport;
+mod thermal;
 
 use std::sync::Arc;
 

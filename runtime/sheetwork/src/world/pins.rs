@@ -18,7 +18,13 @@ impl World {
     pub fn pin(&mut self, id: SheetId, pin: &PinSpec) -> Result<usize, InputError> {
         scene::validate::pin(pin)?;
         if !pin.is_live() {
-            let field = if pin.clamp { "clamp" } else if pin.body.is_some() { "body" } else { "axes" };
+            let field = if pin.clamp {
+                "clamp"
+            } else if pin.body.is_some() {
+                "body"
+            } else {
+                "axes"
+            };
             let problem = "cannot be given to a running sheet; two pinned rows of nodes hold the slope";
             return Err(InputError::new(field, problem));
         }
@@ -42,7 +48,8 @@ impl World {
         let sheet = self.get_sheet_mut(id).ok_or_else(missing)?;
         let nodes = sorted(region::select(region, sheet)?);
         if let Some(node) = nodes.iter().find(|node| sheet.model.clamped[**node as usize]) {
-            let problem = format!("node {node} is clamped, which a running sheet cannot undo; pin two rows of nodes instead");
+            let problem =
+                format!("node {node} is clamped, which a running sheet cannot undo; pin two rows of nodes instead");
             return Err(InputError::new("region", problem));
         }
         Ok(attachment::unpin_nodes(sheet, &nodes))

@@ -136,7 +136,7 @@ impl World {
 
     /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
     /// visibility for heat.
-    fn discard_contact_cache(&mut self, index: usize) {
+    pub(crate) fn discard_contact_cache(&mut self, index: usize) {
         self.islands.forget_sheet(index, &mut self.sheet_contacts);
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
     }
