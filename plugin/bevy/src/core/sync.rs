@@ -38,10 +38,10 @@ pub(super) fn sync_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
-    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Rejected>)>,
+    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Rejected>, &Transform)>,
     transforms: TransformHelper,
 ) {
-    for (entity, sheet, name, motion, refused) in &mut sheets {
+    for (entity, sheet, name, motion, refused, transform) in &mut sheets {
         let stale = match &motion {
             None => !refused || sheet.is_changed(),
             Some(motion) => {
@@ -59,7 +59,8 @@ pub(super) fn sync_sheets(
             world.remove_sheet(motion.id());
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
-        let added = add_sheet(&mut world, &clock, &sheet, name, &there);
+        let mut added = add_sheet(&mut world, &clock, &sheet, name, &there);
+        added.iter_mut().for_each(|(motion, _)| motion.given = Some(*transform));
         insert_link::<SheetMotion>(commands.entity(entity), "sheet", added);
     }
 }
