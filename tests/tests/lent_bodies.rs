@@ -1,7 +1,7 @@
 //! Dynamic bodies of a caller's Rapier world that sheets push.
 
 use glam::DVec3;
-use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
+use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
 use sheetwork::World;
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::Scene;

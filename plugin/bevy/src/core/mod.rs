@@ -68,6 +68,12 @@ pub struct SheetworkCorePlugin {
 
 impl Plugin for SheetworkCorePlugin {
     fn build(&self, app: &mut App) {
+        if sheetwork::OPTIMISATION_LEVEL == "0" {
+            warn!(
+                "sheetwork was compiled without optimisation: a step takes about 80 times as long. Add \
+                 [profile.dev.package.\"*\"] with opt-level = 3 to the Cargo.toml of your workspace"
+            );
+        }
         app.insert_resource(SheetWorld::new(self.borrow_bodies)).init_resource::<SheetClock>();
         app.add_message::<SheetEvent>();
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
