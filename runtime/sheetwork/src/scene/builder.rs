@@ -186,6 +186,14 @@ impl Scene {
     }
 }
 
+impl PinSpec {
+    /// Whether a running sheet can be given this pin, and be freed from it: without `clamp`, `body`
+    /// and `axes`.
+    pub fn is_live(&self) -> bool {
+        !self.clamp && self.body.is_none() && self.axes == (true, true, true)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

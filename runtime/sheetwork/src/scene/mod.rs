@@ -529,12 +529,6 @@ impl PinSpec {
         Self { clamp: true, ..Self::fixed(region) }
     }
 
-    /// Whether a running sheet can be given this pin, and freed from it: without `clamp`, `body` and
-    /// `axes`.
-    pub fn is_live(&self) -> bool {
-        !self.clamp && self.body.is_none() && self.axes == Self::all_axes()
-    }
-
     fn all_axes() -> (bool, bool, bool) {
         (true, true, true)
     }
