@@ -1,8 +1,8 @@
 //! Dynamic bodies of a caller's Rapier world that sheets push.
 
 use glam::DVec3;
-use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
 use sheetwork::World;
+use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::Scene;
 
