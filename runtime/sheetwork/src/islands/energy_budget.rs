@@ -46,7 +46,7 @@ pub(crate) struct EnergyBudget {
 }
 
 impl EnergyBudget {
-    fn of(island: &IslandView, field: &Field) -> Self {
+    pub fn of(island: &IslandView, field: &Field) -> Self {
         let mut all = Self::default();
         for sheet in island.sheets.iter() {
             let energy = sheet.energy(field.gravity);
@@ -68,7 +68,7 @@ impl EnergyBudget {
         all
     }
 
-    fn total(&self) -> f64 {
+    pub fn total(&self) -> f64 {
         self.sheets + self.bodies + self.strain + self.gravity
     }
 

@@ -77,7 +77,7 @@ impl IslandSolve<'_, '_, '_> {
             self.progress.report.fallbacks += 1;
         }
         if let Some(momentum) = momentum.filter(|_| is_free(self.view, self.workspace)) {
-            restore_momentum(self.view, &momentum, (substep.field, substep.dt));
+            restore_momentum(self.view, &momentum, (substep.field, substep.dt), f64::INFINITY);
         }
         let end = substep.done + substep.dt;
         self.view

@@ -15,6 +15,8 @@ pub(crate) struct IslandProgress {
     /// Energy error (J) that exceeded the available kinetic energy and is carried to the next
     /// steps.
     pub energy_error: f64,
+    /// Least bisection level of the present step, for its rotation.
+    pub least_bisection: u32,
 }
 
 impl IslandProgress {
@@ -32,7 +34,8 @@ impl IslandProgress {
     /// Bisection level at which the step of `sheets` sheets starts. After an impact of several it
     /// is one less than the deepest level of the previous step.
     pub fn initial_bisection_level(&self, sheets: usize) -> u32 {
-        if sheets > 1 { self.previous.deepest_bisection.saturating_sub(1) } else { 0 }
+        let after_impact = if sheets > 1 { self.previous.deepest_bisection.saturating_sub(1) } else { 0 };
+        after_impact.max(self.least_bisection)
     }
 
     /// Whether an episode of steps with fallbacks begins with this one.
@@ -52,4 +55,4 @@ impl IslandProgress {
     }
 }
 
-state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error });
+state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error; without least_bisection });

@@ -18,6 +18,7 @@ use crate::islands::island_builder::broad_phase_margin;
 use crate::islands::island_detection::{DetectionCache, IslandDetection};
 use crate::islands::island_manager::{BodyUpdate, IslandContext, IslandState, SteppedSheets};
 use crate::islands::resting::update_rest_time;
+use crate::islands::rigid_motion::FreeRotation;
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::islands::unstable::{is_unstable, stop_unstable};
@@ -88,12 +89,19 @@ impl IslandContext<'_> {
         let part = Substep { field: context.field, time: context.time, done: 0.0, dt: context.dt, bisections: 0 };
         let folds = |sheet: &Sheet| may_fold(sheet, context.dt);
         let is_idle = detection.is_idle(&island) && !island.sheets.iter().any(folds);
+        let is_alone = !is_idle || island.solver_bodies.is_empty();
+        let rotation = is_alone.then(|| FreeRotation::of(&island, context.field, context.dt)).flatten();
+        progress.least_bisection = rotation.as_ref().map_or(0, |rotation| rotation.bisections(context.dt));
         if is_idle {
             island.for_each_sheet(|sheet| {
                 if !sheet.pins.is_empty() {
                     sheet.pins.prescribe_velocities(context.time, context.dt, &sheet.state.x, &mut sheet.state.v);
                 }
-                accelerations::advance(sheet, context.field, context.time, context.dt);
+                let parts = 1 << progress.least_bisection;
+                let dt = context.dt / f64::from(parts);
+                for part in 0..parts {
+                    accelerations::advance(sheet, context.field, context.time + dt * f64::from(part), dt);
+                }
             });
             workspace.reset();
             progress.report = StepReport { islands: 1, ..StepReport::default() };
@@ -105,6 +113,9 @@ impl IslandContext<'_> {
                 touches.iter_mut().for_each(|t| t.events.push((context.time + context.dt, EventKind::GivenUp, None)));
             }
             progress.previous = progress.report;
+        }
+        if let Some(rotation) = rotation {
+            rotation.restore(&mut island, context.field, context.dt);
         }
         if progress.count_fallback_step(SETTINGS.fallbacks_before_overlap_test) {
             island.for_each_sheet(Sheet::invalidate_interpenetration);

@@ -10,9 +10,14 @@ use glam::{DMat3, DVec3};
 
 use crate::collision::constraint::ContactSide;
 use crate::contact::IslandView;
+use crate::contact::solver_body::SolverBody;
 use crate::contact::workspace::ContactWorkspace;
+use crate::islands::energy_budget::EnergyBudget;
+use crate::islands::settings::StepSettings;
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::{Field, Sheet};
+
+const SETTINGS: StepSettings = StepSettings::DEFAULT;
 
 /// Sums over nodes and bodies that move as one rigid body, about `from` (m).
 struct RigidSum {
@@ -110,27 +115,68 @@ pub(crate) fn momentum_of_island(island: &IslandView, field: Field) -> Option<Bo
 }
 
 /// Add rigid motions to the velocities of the sheets and dynamic bodies of `island`, after which
-/// together they have the momentum that `before` has after a time `dt` (s) of free flight.
-pub(crate) fn restore_momentum(island: &mut IslandView, before: &BodyState, (field, dt): (Field, f64)) {
+/// together they have the momentum that `before` has after a time `dt` (s) of free flight, or the
+/// part of them that adds a kinetic energy of `most` (J).
+pub(crate) fn restore_momentum(island: &mut IslandView, before: &BodyState, (field, dt): (Field, f64), most: f64) {
     let Some(now) = momentum_of_island(island, field) else { return };
     let lost = before.momentum() + field.gravity * (before.mass() * dt) - now.momentum();
     let turned = before.angular_momentum(before.centre()) - now.angular_momentum(now.centre());
     // Each object turns about its own centre, which keeps its momentum.
-    let bodies = island.solver_bodies.iter().filter(|body| body.is_dynamic()).map(|body| body.start.inertia());
-    let sheets = island.sheets.iter().filter_map(rigid_equivalent).map(|own| own.inertia());
-    let spread = MassProperties::from_inertia(now.mass(), bodies.chain(sheets).fold(DMat3::ZERO, |sum, i| sum + i));
+    let bodies = island.solver_bodies.iter().filter(|body| body.is_dynamic()).map(|body| body.start);
+    let all = island.sheets.iter().filter_map(rigid_equivalent).chain(bodies);
+    let (mut inertia, mut own) = (DMat3::ZERO, DVec3::ZERO);
+    for object in all {
+        inertia += object.inertia();
+        own += object.angular_momentum(object.centre());
+    }
+    let spread = MassProperties::from_inertia(now.mass(), inertia);
     let still = BodyState::new(spread, now.centre(), glam::DQuat::IDENTITY, DVec3::ZERO, DVec3::ZERO);
-    let added = still.with_impulse(lost, turned);
+    let full = still.with_impulse(lost, turned);
+    // Kinetic energy that a part α of the motion adds: a α + b α².
+    let (a, b) = (now.momentum().dot(full.velocity()) + own.dot(full.spin()), full.kinetic_energy());
+    let part = if a + b <= most { 1.0 } else { (((a * a + 4.0 * b * most).sqrt() - a) / (2.0 * b)).clamp(0.0, 1.0) };
+    let (velocity, spin) = (full.velocity() * part, full.spin() * part);
     island.for_each_sheet(|sheet| {
         let Some(own) = rigid_equivalent(sheet) else { return };
         for i in 0..sheet.node_count() {
-            let turn = added.spin().cross(sheet.state.x.get(i) - own.centre());
-            sheet.state.v.add(i, added.velocity() + turn);
+            sheet.state.v.add(i, velocity + spin.cross(sheet.state.x.get(i) - own.centre()));
         }
     });
     for body in island.solver_bodies.iter_mut().filter(|body| body.is_dynamic()) {
-        let (v, spin) = (body.start.velocity() + added.velocity(), body.start.spin() + added.spin());
-        body.start = body.start.with_velocity(v, spin);
+        body.start = body.start.with_velocity(body.start.velocity() + velocity, body.start.spin() + spin);
+    }
+}
+
+/// Momentum and energy of an island that rotates freely, at the start of a step: an implicit
+/// integrator loses angular momentum where it rotates far in a step.
+pub(crate) struct FreeRotation {
+    momentum: BodyState,
+    /// Kinetic, elastic and potential energy, J.
+    energy: f64,
+}
+
+impl FreeRotation {
+    /// That of `island` before a step of `dt` (s); `None` for a slow rotation, or where other than
+    /// dynamic bodies are near.
+    pub fn of(island: &IslandView, field: Field, dt: f64) -> Option<Self> {
+        if !island.solver_bodies.iter().all(SolverBody::is_dynamic) {
+            return None;
+        }
+        let momentum = momentum_of_island(island, field)?;
+        let rotates = momentum.spin().length() * dt > SETTINGS.free_rotation;
+        rotates.then(|| Self { momentum, energy: EnergyBudget::of(island, &field).total() })
+    }
+
+    /// Number of bisections of a step of `dt` (s) after which the island rotates little in a part.
+    pub fn bisections(&self, dt: f64) -> u32 {
+        let rotation = self.momentum.spin().length() * dt / SETTINGS.rotation_of_part;
+        rotation.log2().ceil().clamp(0.0, SETTINGS.maximum_rotation_bisections) as u32
+    }
+
+    /// Restore the momentum after a step of `dt` (s), as far as the energy does not rise.
+    pub fn restore(&self, island: &mut IslandView, field: Field, dt: f64) {
+        let lost = self.energy - EnergyBudget::of(island, &field).total();
+        restore_momentum(island, &self.momentum, (field, dt), lost.max(0.0));
     }
 }
 

@@ -8,6 +8,12 @@ settings! {
     pub struct StepSettings {
         /// Fraction of its velocity that a sheet keeps after an energy gain by contact.
         pub velocity_retention: f64 = 0.5,
+        /// Rotation (rad) of a free island in a step above which its angular momentum is restored.
+        pub free_rotation: f64 = 0.01,
+        /// Maximum rotation (rad) of a free island in a part of a step without contact.
+        pub rotation_of_part: f64 = 0.35,
+        /// Maximum number of bisections for [`Self::rotation_of_part`].
+        pub maximum_rotation_bisections: f64 = 4.0,
         /// Speed (m/s) of the reference kinetic energy below which energy gains are ignored.
         pub reference_speed: f64 = 5e-3,
         /// Broad phase and islands.
