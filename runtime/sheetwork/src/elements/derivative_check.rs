@@ -13,6 +13,7 @@ pub fn law() -> ElementLaw {
         membrane: [[3.0, 0.8, 0.0], [0.8, 2.0, 0.0], [0.0, 0.0, 0.9]],
         bending: [[1.1, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 0.4]],
         retardation: 0.02,
+        membrane_retardation: 0.02,
         arms: [0.0; crate::material::loss_factor::ARMS],
     }
 }

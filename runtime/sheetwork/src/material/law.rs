@@ -10,8 +10,10 @@ pub struct ElementLaw {
     pub membrane: [[f64; 3]; 3],
     /// Bending stiffness, N m.
     pub bending: [[f64; 3]; 3],
-    /// Retardation time τ, s; 0 for a sheet without Kelvin-Voigt damping.
+    /// Retardation time τ of bending, s; 0 for a sheet without Kelvin-Voigt damping.
     pub retardation: f64,
+    /// Retardation time of the membrane, s.
+    pub membrane_retardation: f64,
     /// Modulus of each Maxwell arm relative to the stiffnesses, which then are the relaxed ones; 0
     /// without a flat loss factor.
     pub arms: [f64; ARMS],
@@ -22,6 +24,6 @@ impl ElementLaw {
     /// stiffnesses at rest.
     #[must_use]
     pub fn with_loss_factor(self, eta: f64) -> Self {
-        Self { retardation: 0.0, arms: fit_arms(eta), ..self }
+        Self { retardation: 0.0, membrane_retardation: 0.0, arms: fit_arms(eta), ..self }
     }
 }

@@ -7,6 +7,7 @@
 //! of their class; `thesis` is the soft sheet of the thesis, whose planar springs of 0.185 N/m
 //! (table 4.3) equal E t with its layer distance of 1 mm as t.
 
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use serde::de::value::MapAccessDeserializer;
@@ -201,16 +202,19 @@ impl Material {
     }
 
     /// Stiffness and damping of a sheet of this material whose longer side is `length` (m), with a
-    /// damping ratio `damping_ratio` of its slowest bending motion as a cantilever of that length.
+    /// damping ratio `damping_ratio` of its slowest bending motion as a cantilever of that length,
+    /// and of its slowest stretching motion when held at both ends.
     ///
-    ///   ω = 1.8751² √(D/ρt)/L²,  ζ = τ ω/2,
+    ///   ω = 1.8751² √(D/ρt)/L²,  ω = π √(A/ρt)/L,  ζ = τ ω/2,
     ///
-    /// the angular frequency of that motion and the damping of a Kelvin-Voigt solid, give the
-    /// retardation time τ (s).
+    /// the angular frequencies of these motions, A membrane stiffness, and the damping of a
+    /// Kelvin-Voigt solid, give the two retardation times τ (s).
     pub fn law(&self, length: f64, damping_ratio: f64) -> ElementLaw {
         let StiffnessTarget { membrane, bending } = self.target();
         let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
-        ElementLaw { membrane, bending, retardation: 2.0 * damping_ratio / slowest, arms: [0.0; ARMS] }
+        let stretching = PI * (membrane[0][0] / self.areal_mass()).sqrt() / length;
+        let (retardation, membrane_retardation) = (2.0 * damping_ratio / slowest, 2.0 * damping_ratio / stretching);
+        ElementLaw { membrane, bending, retardation, membrane_retardation, arms: [0.0; ARMS] }
     }
 }
 

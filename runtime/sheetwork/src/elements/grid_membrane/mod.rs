@@ -360,7 +360,7 @@ impl Element for CellMembrane {
         let area = 1.0 / (self.cell.iu * self.cell.iv);
         let a = &law.membrane;
         self.cell.c = [0.5 * a[0][0] * area, 0.5 * a[1][1] * area, 0.25 * a[0][1] * area, a[2][2] * area];
-        self.cell.retardation = law.retardation;
+        self.cell.retardation = law.membrane_retardation;
         self.arms.set_law(law, 5 * LANES * self.packets.len());
         if !self.arms.is_empty() {
             self.reset_rates();

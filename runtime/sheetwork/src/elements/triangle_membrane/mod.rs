@@ -274,7 +274,7 @@ impl Element for EdgeMembrane {
     }
 
     fn set_law(&mut self, law: &ElementLaw) {
-        self.retardation = law.retardation;
+        self.retardation = law.membrane_retardation;
         self.arms.set_law(law, self.strains.len());
         if !self.arms.is_empty() {
             self.reset_rates();

@@ -44,6 +44,7 @@ const LAW: ElementLaw = ElementLaw {
     membrane: [[900.0, 200.0, 30.0], [200.0, 500.0, -40.0], [30.0, -40.0, 150.0]],
     bending: [[0.04, 0.01, 0.002], [0.01, 0.02, 0.0], [0.002, 0.0, 0.01]],
     retardation: 0.004,
+    membrane_retardation: 0.004,
     arms: [0.0; crate::material::loss_factor::ARMS],
 };
 
