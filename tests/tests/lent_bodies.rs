@@ -6,6 +6,7 @@ use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuild
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::Scene;
 
+/// Tick of the game, s.
 const DT: f64 = 1.0 / 60.0;
 
 /// Radius of the ball, m.

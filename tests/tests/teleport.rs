@@ -67,6 +67,9 @@ fn a_moved_sheet_takes_its_pins_along_and_refuses_what_it_cannot_do() {
     assert!(world.move_sheet(id, DVec3::X * 1e9, DQuat::IDENTITY).is_err());
     let (mut clamped, id) = spinning(", pins: [(region: Left, clamp: true)]");
     clamped.move_sheet(id, DVec3::X, DQuat::IDENTITY).expect("not rotated");
+    // A product of a rotation and its inverse is the identity to rounding.
+    let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.9, -0.7);
+    clamped.move_sheet(id, DVec3::X, turn * turn.conjugate()).expect("not rotated");
     let refused = clamped.move_sheet(id, DVec3::ZERO, DQuat::from_rotation_x(0.1)).expect_err("rotated");
     assert!(refused.to_string().contains("clamp"), "{refused}");
 }

@@ -188,12 +188,18 @@ fn components_are_reflected_field_by_field() {
     assert_eq!(sheet.path::<(f64, f64)>(".spec.size").expect("reflected"), &(0.25, 0.25));
 }
 
-#[test]
-fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
+/// A sheet of paper pinned along its left edge at a height of 1 m, after `seconds`.
+fn hanging_card(seconds: f64) -> (App, Entity) {
     let mut app = app();
     let card = Sheet::new("paper").size(0.2, 0.1).grid(11, 6).pin(Region::Left);
     let entity = app.world_mut().spawn((card, Transform::from_xyz(0.0, 1.0, 0.0))).id();
-    run(&mut app, 2.0);
+    run(&mut app, seconds);
+    (app, entity)
+}
+
+#[test]
+fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
+    let (mut app, entity) = hanging_card(2.0);
     let lowest = |app: &App| {
         let sheets = app.world().resource::<SheetWorld>();
         sheets.sheets()[0].state.x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min)
@@ -214,10 +220,7 @@ fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
 
 #[test]
 fn writing_the_transform_moves_a_sheet_with_its_shape() {
-    let mut app = app();
-    let card = Sheet::new("paper").size(0.2, 0.1).grid(11, 6).pin(Region::Left);
-    let entity = app.world_mut().spawn((card, Transform::from_xyz(0.0, 1.0, 0.0))).id();
-    run(&mut app, 1.0);
+    let (mut app, entity) = hanging_card(1.0);
     let positions = |app: &App| app.world().resource::<SheetWorld>().sheets()[0].state.x.iter().collect::<Vec<_>>();
     let before = positions(&app);
     let turn = Quat::from_rotation_y(0.5);

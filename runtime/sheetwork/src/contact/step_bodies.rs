@@ -69,8 +69,8 @@ pub(crate) struct StepBodies {
 }
 
 impl StepBodies {
-    /// Update all states for a step of `dt` (s) in the gravity `g` (m/s²): bodies of the world from
-    /// `rigid`, those that the caller lends from `lent`, other bodies from `view`.
+    /// Update all states for a step of `dt` (s) in the gravity `g` (m/s²): those of the world's
+    /// bodies from `rigid`, of the caller's from `lent` if sheets move them, else from `view`.
     pub fn update(
         &mut self,
         view: &RigidView,

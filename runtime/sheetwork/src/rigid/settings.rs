@@ -84,8 +84,8 @@ settings! {
     pub struct RotationSettings {
         /// Maximum rotation per step of the midpoint rule, rad.
         pub maximum_rotation: f64 = 0.125,
-        /// Inertia of a body of the caller about an axis about which it may not rotate, in m² times
-        /// its mass.
+        /// Inertia per mass of a caller's body that may not rotate about some axis, m²: so large
+        /// that contact with a sheet does not turn it.
         pub locked_inertia: f64 = 1e9,
         /// Maximum number of steps of the midpoint rule per free flight.
         pub maximum_steps: f64 = 4000.0,

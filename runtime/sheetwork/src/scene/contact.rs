@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// scale of a body.
 pub const MINIMUM_CONTACT_OFFSET: f64 = 1e-5;
 
-/// Least step budget of a scene, node-iterations.
+/// Least step budget of a scene, node-iterations: some iterations of the smallest sheets.
 pub const MINIMUM_STEP_BUDGET: u64 = 1000;
 
 /// Half thickness to which tolerances of a surface without thickness refer, m.

@@ -29,7 +29,8 @@ impl World {
             return Err(InputError::new(field, problem));
         }
         let now = self.time;
-        let sheet = self.get_sheet_mut(id).ok_or_else(missing)?;
+        let index = self.index_of_sheet(id)?;
+        let sheet = &mut self.sheets[index];
         let nodes = sorted(region::select(&pin.region, sheet)?);
         let mut path = pin.path.clone();
         path.iter_mut().for_each(|key| key.time += now);
@@ -45,7 +46,8 @@ impl World {
     /// When there is no such sheet, the region is empty, or one of its nodes is clamped; nothing
     /// changes then.
     pub fn unpin(&mut self, id: SheetId, region: &Region) -> Result<usize, InputError> {
-        let sheet = self.get_sheet_mut(id).ok_or_else(missing)?;
+        let index = self.index_of_sheet(id)?;
+        let sheet = &mut self.sheets[index];
         let nodes = sorted(region::select(region, sheet)?);
         if let Some(node) = nodes.iter().find(|node| sheet.model.clamped[**node as usize]) {
             let problem =
@@ -54,10 +56,6 @@ impl World {
         }
         Ok(attachment::unpin_nodes(sheet, &nodes))
     }
-}
-
-fn missing() -> InputError {
-    InputError::new("sheet", "is not there")
 }
 
 fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {

@@ -44,6 +44,11 @@ impl World {
         found.ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
     }
 
+    /// Index of the sheet `id`.
+    pub(crate) fn index_of_sheet(&self, id: SheetId) -> Result<usize, InputError> {
+        self.sheet_ids.position(id.0).ok_or_else(|| InputError::new("sheet", "was removed"))
+    }
+
     /// Ids of all sheets, in the order of [`World::sheets`].
     pub fn sheet_ids(&self) -> impl ExactSizeIterator<Item = SheetId> + '_ {
         self.sheet_ids.iter().map(SheetId)

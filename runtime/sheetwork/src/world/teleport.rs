@@ -23,12 +23,12 @@ impl World {
         if !is_valid_pose(by, rotation) {
             return Err(InputError::new("by", "must be finite and within 10 km, with a rotation of unit length"));
         }
-        let index = self.sheet_ids.position(id.0).ok_or_else(|| InputError::new("sheet", "is not there"))?;
+        let index = self.index_of_sheet(id)?;
         let (rotation, time, sheet) = (rotation.normalize(), self.time, &mut self.sheets[index]);
         if sheet.pins.is_attached() {
             return Err(InputError::new("sheet", format!("{}: is attached to a body; move the body", sheet.name)));
         }
-        if sheet.model.clamped.contains(&true) && rotation.angle_between(DQuat::IDENTITY) > PIN_TOLERANCE {
+        if sheet.model.clamped.contains(&true) && rotation.xyz().length() > PIN_TOLERANCE {
             return Err(InputError::new(
                 "rotation",
                 format!("{}: is clamped, and a clamp keeps its slope", sheet.name),
