@@ -2,8 +2,8 @@
 
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
-    BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
-    SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    BodyShape, Sheet, SheetBody, SheetClock, SheetContact, SheetContacts, SheetDetail, SheetEvent, SheetForces,
+    SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
@@ -13,6 +13,7 @@ pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
 pub use crate::link::{SheetLink, SheetLinkPlugin};
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
+pub use sheetwork::ContactEventKind;
 pub use sheetwork::islands::event::EventKind;
 pub use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 pub use sheetwork::mesh::structure::StructureKind;

@@ -1,10 +1,11 @@
 //! Events of sheets, as Bevy messages.
 
+use bevy::ecs::entity::Entities;
 use bevy::prelude::*;
 use sheetwork::islands::event::{EventKind, InstabilityReport};
 use sheetwork::sheet::FractureOpening;
 
-use super::{BodyMotion, SheetMotion, SheetWorld};
+use super::{BodyMotion, SheetMotion, SheetWorld, contacts};
 
 /// Event of a sheet, such as first contact, slip off a body, or rest.
 #[derive(Message, Clone, Debug, PartialEq)]
@@ -19,7 +20,8 @@ pub struct SheetEvent {
     pub entity: Option<Entity>,
     /// Name of the body involved, if any.
     pub body: Option<String>,
-    /// Entity of that body, while it exists.
+    /// Entity of that body, while it exists; for a body of the caller's Rapier world, the entity in
+    /// the user data of its collider, where bevy_rapier3d keeps it.
     pub body_entity: Option<Entity>,
     /// Place and cause of a fracture, for a fracture event.
     pub opening: Option<FractureOpening>,
@@ -34,6 +36,7 @@ pub(super) fn send(
     mut world: ResMut<SheetWorld>,
     sheets: Query<(Entity, &SheetMotion)>,
     bodies: Query<(Entity, &BodyMotion)>,
+    entities: &Entities,
     mut out: MessageWriter<SheetEvent>,
 ) {
     // A reset shortens the list.
@@ -51,7 +54,9 @@ pub(super) fn send(
             sheet: event.sheet.clone(),
             entity: sheet.map(|(entity, _)| entity),
             body: event.body.clone(),
-            body_entity: body.map(|(entity, _)| entity),
+            body_entity: body
+                .map(|(entity, _)| entity)
+                .or_else(|| event.user_data.and_then(|data| contacts::lent_entity(data, entities))),
             opening: event.opening,
             alarm: event.alarm,
             impulse: event.impulse_n_s,

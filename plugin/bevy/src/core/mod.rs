@@ -6,6 +6,7 @@
 
 mod body;
 mod clock;
+mod contacts;
 mod detail;
 mod event;
 mod forces;
@@ -26,6 +27,7 @@ use bevy::transform::TransformSystems;
 
 pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
+pub use contacts::{SheetContact, SheetContactPair, SheetContacts};
 pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
 pub use forces::SheetForces;
@@ -75,10 +77,10 @@ impl Plugin for SheetworkCorePlugin {
             );
         }
         app.insert_resource(SheetWorld::new(self.borrow_bodies)).init_resource::<SheetClock>();
-        app.add_message::<SheetEvent>();
+        app.add_message::<SheetEvent>().add_message::<SheetContact>();
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
-        app.add_observer(heater::removed).add_observer(heat_gun::removed);
+        app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
@@ -93,12 +95,13 @@ impl Plugin for SheetworkCorePlugin {
                     sync::move_bodies,
                     heater::sync,
                     heat_gun::aim,
+                    contacts::request,
                     detail::follow.run_if(resource_exists::<SheetDetail>),
                 )
                     .chain()
                     .in_set(SheetworkSet::Sync),
                 step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
-                (step::write_sheets, step::write_bodies, forces::write, event::send)
+                (step::write_sheets, step::write_bodies, forces::write, event::send, contacts::send)
                     .chain()
                     .in_set(SheetworkSet::Writeback),
             ),

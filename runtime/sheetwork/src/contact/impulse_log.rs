@@ -20,6 +20,8 @@ pub(crate) struct LoggedImpulse {
     pub impulse: DVec3,
     /// Place of each side that is on a sheet, m.
     pub places: [DVec3; 2],
+    /// Unit normal from side b to side a; zero for a numerical impulse.
+    pub normal: DVec3,
 }
 
 /// Impulses of an island in a step.
@@ -72,6 +74,7 @@ impl ImpulseLog {
                 sides: [side; 2],
                 impulse,
                 places: [sheet.centre_of_mass(); 2],
+                normal: DVec3::ZERO,
             });
         }
     }
@@ -93,6 +96,7 @@ impl ContactWorkspace {
                 sides: [contact.a, contact.b],
                 impulse: force * h,
                 places: [place(&contact.a), place(&contact.b)],
+                normal: contact.normal,
             });
         }
     }

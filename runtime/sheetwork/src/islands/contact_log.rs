@@ -7,7 +7,7 @@ use crate::islands::event::{EventKind, InstabilityReport};
 use crate::islands::settings::{StepSettings, TouchSettings};
 use crate::rigid::RigidView;
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Status};
 
 const SETTINGS: TouchSettings = StepSettings::DEFAULT.touch;
 
@@ -45,6 +45,8 @@ pub(crate) struct ContactLog {
     pub events: Vec<(f64, EventKind, Option<ColliderHandle>)>,
     /// Data of those events that carry an alarm, in their order.
     pub alarms: Vec<InstabilityReport>,
+    /// Whether the last report of [`ContactLog::report_sleep`] was of sleep.
+    is_asleep: bool,
 }
 
 /// Writer of contacts to a sheet's record, which maps colliders to bodies.
@@ -79,6 +81,17 @@ impl ContactLog {
         self.alarms.push(alarm);
     }
 
+    /// Record the begin or end of sleep in a step from `start` to `end` (s), at whose end the sheet
+    /// has `status`. The two alternate: sleep of no length is not recorded, nor is an instability.
+    pub fn report_sleep(&mut self, status: Status, start: f64, end: f64) {
+        match (self.is_asleep, status) {
+            (false, Status::Asleep) => self.events.push((end, EventKind::AtRest, None)),
+            (true, Status::Awake) => self.events.insert(0, (start, EventKind::Woke, None)),
+            _ => return,
+        }
+        self.is_asleep = !self.is_asleep;
+    }
+
     /// Reset the counts of the last step before a step that begins at `time` (s). A contact of the
     /// last step lasts up to `time`, sleep included.
     pub fn begin(&mut self, time: f64) {
@@ -105,6 +118,7 @@ impl ContactLog {
 
     /// Serialise the record, after a step.
     pub fn serialise(&self, to: &mut StateWriter) {
+        to.flag(self.is_asleep);
         to.count(self.list.len() as u64);
         for t in &self.list {
             let (collider, body) = (t.collider.into_raw_parts(), t.body.map(RigidBodyHandle::into_raw_parts));
@@ -122,6 +136,7 @@ impl ContactLog {
         self.events.clear();
         self.alarms.clear();
         self.list.clear();
+        self.is_asleep = from.flag()?;
         for _ in 0..from.length(14)? {
             let has_body = from.flag()?;
             let collider = ColliderHandle::from_raw_parts(from.count_u32()?, from.count_u32()?);

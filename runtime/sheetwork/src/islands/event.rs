@@ -17,7 +17,8 @@ pub enum EventKind {
     /// in contact is at least 95 % of those of the bottom layer, and the layer is plane to 2 % of
     /// the sheet's diagonal.
     Flat,
-    /// Start of sleeping: every node was slower than 1 mm/s for half a second.
+    /// Start of sleeping: every node was slower than 1 mm/s for half a second. Alternates with
+    /// [`EventKind::Woke`].
     AtRest,
     /// End of sleeping.
     Woke,
@@ -81,6 +82,9 @@ pub struct Event {
     /// Contact impulse of the step of a first contact, N s; `None` unless forces are recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impulse_n_s: Option<f64>,
+    /// User data of the collider, where the body belongs to the caller's rigid world.
+    #[serde(skip)]
+    pub user_data: Option<u128>,
 }
 
 /// Recovery action for an unstable sheet.
@@ -174,6 +178,7 @@ impl Event {
             grid: None,
             alarm: None,
             impulse_n_s: None,
+            user_data: None,
         }
     }
 }

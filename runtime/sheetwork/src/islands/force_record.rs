@@ -1,12 +1,15 @@
 //! Records of forces of the sheets of an island ([`crate::sheet::forces`]), from the log of its
 //! contact impulses.
 
+use glam::DVec3;
+
 use crate::collision::constraint::{ContactSide, SheetPoint};
 use crate::contact::impulse_log::LoggedImpulse;
 use crate::contact::workspace::ContactWorkspace;
 use crate::islands::implicit_step::{IslandSolve, Substep};
 use crate::islands::island_detection::DetectionCache;
 use crate::islands::island_manager::IslandContext;
+use crate::sheet::forces::ImpulseSample;
 use crate::sheet::{ForceKind, ForcePartner, Sheet, stage};
 
 impl IslandSolve<'_, '_, '_> {
@@ -20,7 +23,8 @@ impl IslandSolve<'_, '_, '_> {
             let before = stage::saved_momentum(sheet) + substep.field.gravity * (sheet.total_mass() * substep.dt);
             let impulse = sheet.momentum() - before;
             let places = [sheet.centre_of_mass(); 2];
-            log.list.push(LoggedImpulse { kind: ForceKind::Numerical, sides: [side; 2], impulse, places });
+            let kind = ForceKind::Numerical;
+            log.list.push(LoggedImpulse { kind, sides: [side; 2], impulse, places, normal: DVec3::ZERO });
         }
     }
 }
@@ -46,15 +50,33 @@ impl IslandContext<'_> {
                     ForceKind::Numerical => ForcePartner::None,
                     _ => self.partner_of(&logged.sides[1 - k], sheet, ids, work),
                 };
+                let velocity = self.relative_velocity(logged, k, sheets, work);
                 let Some(forces) = &mut sheets[sheet as usize].work.forces else { continue };
                 let impulse = logged.impulse * *sign;
-                forces.add((logged.kind, partner), impulse, logged.places[k].cross(impulse));
+                let sample = ImpulseSample { place: logged.places[k], normal: logged.normal * *sign, velocity };
+                forces.add((logged.kind, partner), impulse, &sample);
                 point.terms().for_each(|(i, weight)| forces.add_on_node(i, impulse * weight));
             }
         }
         if sheets.iter().any(|sheet| sheet.state.adhesion.is_some()) {
             self.record_bond_partners(sheets, ids, workspace, work);
         }
+    }
+
+    /// Velocity of side `k` of an impulse relative to the other side at the start of the step, m/s.
+    fn relative_velocity(&self, logged: &LoggedImpulse, k: usize, sheets: &[Sheet], work: &DetectionCache) -> DVec3 {
+        let velocity = |side: &ContactSide| match side {
+            ContactSide::Sheet { sheet, point } => {
+                let forces = sheets[*sheet as usize].work.forces.as_ref();
+                forces.map_or(DVec3::ZERO, |forces| forces.velocity_at_start(point.terms()))
+            }
+            ContactSide::Body { body, .. } => {
+                let index = work.bodies().get(*body as usize);
+                let body = index.and_then(|index| self.surroundings.bodies.get(*index as usize));
+                body.map_or(DVec3::ZERO, |body| body.start.velocity_at(logged.places[k]))
+            }
+        };
+        velocity(&logged.sides[k]) - velocity(&logged.sides[1 - k])
     }
 
     /// Note the other side of the closed contacts of every node.

@@ -11,8 +11,6 @@
 use crate::contact::step_bodies::StepBodies;
 use crate::islands::StepContext;
 use crate::islands::broad_phase::{SweepAndPrune, SweptBox};
-use crate::islands::contact_log::ContactLog;
-use crate::islands::event::EventKind;
 use crate::islands::settings::{IslandSettings, StepSettings};
 use crate::islands::union_find::UnionFind;
 use crate::rigid::BodyContact;
@@ -59,7 +57,6 @@ impl IslandBuilder {
     pub fn build(
         &mut self,
         sheets: &mut [Sheet],
-        logs: &mut [ContactLog],
         context: &StepContext,
         surroundings: &StepBodies,
         body_contacts: &[BodyContact],
@@ -84,20 +81,14 @@ impl IslandBuilder {
             let whole = &mut self.boxes[sheets.len() + part.body as usize];
             (whole.low, whole.high) = (whole.low.min(part.low), whole.high.max(part.high));
         }
-        self.wake_sheets(sheets, logs, context, surroundings);
+        self.wake_sheets(sheets, context, surroundings);
         self.unite_objects(sheets, body_contacts, context.sheets_meet);
         self.order_sheets(sheets.len());
     }
 
     /// Wake sleeping sheets that are moved by a prescribed attachment or an attached body, or may
     /// meet a moving object, until no further one does.
-    fn wake_sheets(
-        &mut self,
-        sheets: &mut [Sheet],
-        logs: &mut [ContactLog],
-        context: &StepContext,
-        surroundings: &StepBodies,
-    ) {
+    fn wake_sheets(&mut self, sheets: &mut [Sheet], context: &StepContext, surroundings: &StepBodies) {
         let count = sheets.len();
         if sheets.iter().all(|s| s.state.status != Status::Asleep) {
             return;
@@ -114,7 +105,6 @@ impl IslandBuilder {
         loop {
             for i in woken.drain(..).map(|i| i as usize) {
                 sheets[i].wake();
-                logs[i].events.push((context.time, EventKind::Woke, None));
                 self.is_active[i] = true;
                 let fall = context.field.gravity.length() * context.dt * context.dt;
                 self.boxes[i].reach = fall + broad_phase_margin(&sheets[i]);

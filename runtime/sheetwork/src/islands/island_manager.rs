@@ -146,9 +146,7 @@ impl IslandManager {
         instability::update_policies(sheets, touches, context);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         let Self { surroundings, builder, exchanges, body_updates, report, states } = self;
-        context
-            .profiler
-            .measure(Phase::Islands, || builder.build(sheets, touches, context, surroundings, body_contacts));
+        context.profiler.measure(Phase::Islands, || builder.build(sheets, context, surroundings, body_contacts));
         let mut all = SteppedSheets { sheets, contacts, touches, states };
         exchanges_to(&builder.order, exchanges);
         exchanges.iter().for_each(|(a, b)| all.swap(*a as usize, *b as usize));

@@ -134,7 +134,7 @@ impl IslandContext<'_> {
             self.update_bodies(&solver_bodies, work, workspace, body_updates);
         }
         if context.sleep {
-            self.sleep_if_resting(sheets, touches, body_updates);
+            self.sleep_if_resting(sheets, body_updates);
         }
         workspace.solver_bodies = solver_bodies;
     }
@@ -241,7 +241,7 @@ impl IslandContext<'_> {
     }
 
     /// Put the island to sleep when all its objects have been resting for the sleep delay.
-    pub fn sleep_if_resting(&self, sheets: &mut [Sheet], touches: &mut [ContactLog], updates: &mut [BodyUpdate]) {
+    pub fn sleep_if_resting(&self, sheets: &mut [Sheet], updates: &mut [BodyUpdate]) {
         let dt = self.context.dt;
         let mut all = true;
         for sheet in sheets.iter_mut() {
@@ -257,14 +257,13 @@ impl IslandContext<'_> {
         if !all || !updates.iter().all(slow) {
             return;
         }
-        for (sheet, touches) in sheets.iter_mut().zip(touches) {
+        for sheet in sheets.iter_mut() {
             if sheet.state.status != Status::Awake {
                 continue;
             }
             sheet.state.status = Status::Asleep;
             sheet.state.v.clear();
             stage::restart_engine(sheet);
-            touches.events.push((self.context.time + dt, EventKind::AtRest, None));
         }
         updates.iter_mut().for_each(|c| c.sleeps = true);
     }

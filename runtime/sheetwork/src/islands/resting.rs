@@ -5,19 +5,17 @@
 
 use crate::islands::StepContext;
 use crate::islands::contact_log::ContactLog;
-use crate::islands::event::EventKind;
 use crate::math::Vectors;
 use crate::scene::sleep::SLEEP;
 use crate::sheet::{Sheet, Status, creep};
 
 /// Put a resting sheet to sleep after the sleep delay. `last` is the length of the last substep, s.
-pub(crate) fn fall_asleep(sheet: &mut Sheet, touches: &mut ContactLog, context: &StepContext, last: f64) {
+pub(crate) fn fall_asleep(sheet: &mut Sheet, touches: &ContactLog, context: &StepContext, last: f64) {
     // Sleeping requires a pin or a contact: a free sheet can drift slowly.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !creep::is_creeping(sheet);
     if update_rest_time(sheet, held, (last, context.dt)) {
         sheet.state.status = Status::Asleep;
         sheet.state.v.clear();
-        touches.events.push((context.time + context.dt, EventKind::AtRest, None));
     }
 }
 

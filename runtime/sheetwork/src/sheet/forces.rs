@@ -79,6 +79,37 @@ pub(crate) struct PairImpulse {
     pub moment: DVec3,
     /// Sum of the magnitudes of its parts, N s.
     pub magnitude: f64,
+    /// Sum of the places of its parts times their magnitudes, N s m.
+    pub centre: DVec3,
+    /// Sum of the normals of its parts, each to the sheet, times their magnitudes, N s.
+    pub normal: DVec3,
+    /// Largest speed of approach and of slip of its parts at the start of the step, m/s.
+    pub speeds: (f64, f64),
+}
+
+/// Place of a part of an impulse, m; the unit normal of its contact to the sheet, or zero; and the
+/// velocity of the sheet relative to the partner there at the start of the step, m/s.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ImpulseSample {
+    pub place: DVec3,
+    pub normal: DVec3,
+    pub velocity: DVec3,
+}
+
+impl ImpulseSample {
+    /// A part at `place` (m) without contact.
+    pub fn at(place: DVec3) -> Self {
+        Self { place, ..Self::default() }
+    }
+
+    /// Speed of approach along the normal and of slip across it, m/s.
+    fn speeds(&self) -> (f64, f64) {
+        if self.normal == DVec3::ZERO {
+            return (0.0, 0.0);
+        }
+        let along = self.velocity.dot(self.normal);
+        ((-along).max(0.0), (self.velocity - self.normal * along).length())
+    }
 }
 
 /// Forces on a sheet: those of the last step, and the impulses of the present one.
@@ -149,18 +180,50 @@ impl SheetForces {
         self.is_cancelled = true;
     }
 
-    /// Add an impulse (N s) with its moment about the origin (N m s).
-    pub fn add(&mut self, (kind, partner): (ForceKind, ForcePartner), impulse: DVec3, moment: DVec3) {
-        let magnitude = impulse.length();
-        let found = self.next.iter_mut().find(|pair| (pair.kind, pair.partner) == (kind, partner));
-        match found {
-            Some(pair) => {
-                pair.impulse += impulse;
-                pair.moment += moment;
-                pair.magnitude += magnitude;
-            }
-            None => self.next.push(PairImpulse { kind, partner, impulse, moment, magnitude }),
-        }
+    /// Velocity at the start of the step of the weighted mean of nodes, m/s.
+    pub fn velocity_at_start(&self, terms: impl Iterator<Item = (u32, f64)>) -> DVec3 {
+        terms.map(|(i, weight)| self.v_start.get(i as usize) * weight).sum()
+    }
+
+    /// Add an impulse (N s).
+    pub fn add(&mut self, key: (ForceKind, ForcePartner), impulse: DVec3, sample: &ImpulseSample) {
+        let (magnitude, speeds) = (impulse.length(), sample.speeds());
+        let pair = self.pair(key);
+        pair.impulse += impulse;
+        pair.moment += sample.place.cross(impulse);
+        pair.magnitude += magnitude;
+        pair.centre += sample.place * magnitude;
+        pair.normal += sample.normal * magnitude;
+        pair.speeds = (pair.speeds.0.max(speeds.0), pair.speeds.1.max(speeds.1));
+    }
+
+    /// Add an impulse (N s) that has no single place, with its moment about the origin (N m s).
+    fn add_moment(&mut self, key: (ForceKind, ForcePartner), impulse: DVec3, moment: DVec3) {
+        let pair = self.pair(key);
+        pair.impulse += impulse;
+        pair.moment += moment;
+        pair.magnitude += impulse.length();
+    }
+
+    /// Entry of a kind and partner.
+    fn pair(&mut self, (kind, partner): (ForceKind, ForcePartner)) -> &mut PairImpulse {
+        let found = self.next.iter().position(|pair| (pair.kind, pair.partner) == (kind, partner));
+        let index = found.unwrap_or_else(|| {
+            let zero = DVec3::ZERO;
+            let (impulse, moment, centre, normal) = (zero, zero, zero, zero);
+            self.next.push(PairImpulse {
+                kind,
+                partner,
+                impulse,
+                moment,
+                magnitude: 0.0,
+                centre,
+                normal,
+                speeds: (0.0, 0.0),
+            });
+            self.next.len() - 1
+        });
+        &mut self.next[index]
     }
 
     /// Add a contact impulse (N s) on node `i`.
@@ -186,7 +249,10 @@ impl SheetForces {
                 if unknown {
                     partner = self.main_partner();
                 }
-                self.add((ForceKind::Contact, partner), impulse, sheet.state.x.get(i).cross(impulse));
+                let change = sheet.state.v.get(i) - self.v_free.get(i);
+                let normal = impulse.normalize_or_zero();
+                let sample = ImpulseSample { place: sheet.state.x.get(i), normal, velocity: -change };
+                self.add((ForceKind::Contact, partner), impulse, &sample);
                 self.add_on_node(i as u32, impulse);
             }
         }
@@ -204,7 +270,7 @@ impl SheetForces {
         }
         let (partner, part) = (self.main_partner(), total / touching().count() as f64);
         for i in touching() {
-            self.add((ForceKind::Contact, partner), part, sheet.state.x.get(i).cross(part));
+            self.add((ForceKind::Contact, partner), part, &ImpulseSample::at(sheet.state.x.get(i)));
             self.add_on_node(i as u32, part);
         }
     }
@@ -253,7 +319,7 @@ impl SheetForces {
         let Some(stuck) = sheet.state.adhesion.as_ref().filter(|stuck| stuck.substep == 0.0) else { return };
         for (i, force) in stuck.previous_bond_force.iter().enumerate().filter(|(_, force)| *force != DVec3::ZERO) {
             let partner = self.bond_partner.get(i).copied().unwrap_or(ForcePartner::None);
-            self.add((ForceKind::Bond, partner), force * dt, sheet.state.x.get(i).cross(force * dt));
+            self.add((ForceKind::Bond, partner), force * dt, &ImpulseSample::at(sheet.state.x.get(i)));
         }
     }
 
@@ -270,9 +336,9 @@ impl SheetForces {
             load += applied;
         }
         let none = ForcePartner::None;
-        self.add((ForceKind::Gravity, none), field.gravity * sheet.total_mass() * dt, moments[0] * dt);
+        self.add_moment((ForceKind::Gravity, none), field.gravity * sheet.total_mass() * dt, moments[0] * dt);
         if load != DVec3::ZERO || moments[1] != DVec3::ZERO {
-            self.add((ForceKind::Load, none), load * dt, moments[1] * dt);
+            self.add_moment((ForceKind::Load, none), load * dt, moments[1] * dt);
         }
     }
 
@@ -283,11 +349,11 @@ impl SheetForces {
         let in_air = field.air > 0.0 || sheet.parameters.drag.is_active(field);
         if !sheet.grabs.is_empty() && (is_pinned || in_air) {
             let (force, moment) = grab_force(sheet);
-            self.add((ForceKind::Grab, none), force * dt, moment * dt);
+            self.add_moment((ForceKind::Grab, none), force * dt, moment * dt);
         }
         if in_air && is_pinned {
             let (force, moment) = air_force(sheet, field, &mut self.v_free);
-            self.add((ForceKind::Air, none), force * dt, moment * dt);
+            self.add_moment((ForceKind::Air, none), force * dt, moment * dt);
         }
         let (rest, moment) = self.rest(sheet);
         let kind = match sheet.grabs.is_empty() {
@@ -300,10 +366,10 @@ impl SheetForces {
         if kind == ForceKind::Pins {
             self.add_pins(sheet, field, rest / dt, dt);
         } else if kind != ForceKind::Numerical {
-            self.add((kind, none), rest, moment);
+            self.add_moment((kind, none), rest, moment);
         }
         let (rest, moment) = self.rest(sheet);
-        self.add((ForceKind::Numerical, none), rest, moment);
+        self.add_moment((ForceKind::Numerical, none), rest, moment);
         // Its parts are differences of momenta.
         let numerical = self.next.iter_mut().filter(|pair| pair.kind == ForceKind::Numerical);
         numerical.for_each(|pair| pair.magnitude = pair.impulse.length());
@@ -329,7 +395,7 @@ impl SheetForces {
         for_each_pinned(sheet, &mut claimed, |owner, i, axes| {
             self.pins.add(i, share * axes);
             let force = self.pins.get(i) * axes;
-            self.add(owner, force * dt, sheet.state.x.get(i).cross(force * dt));
+            self.add(owner, force * dt, &ImpulseSample::at(sheet.state.x.get(i)));
         });
         self.v_free = claimed;
     }

@@ -51,11 +51,23 @@ impl World {
     /// Record the forces of every step from the next one on, or stop. Default: off. Results do not
     /// depend on it.
     pub fn record_forces(&mut self, records: bool) {
-        if !records {
+        self.records_forces = records;
+        self.discard_unused_forces();
+    }
+
+    /// Whether the sheets record their forces, for the caller or for the contacts.
+    fn needs_forces(&self) -> bool {
+        self.records_forces || self.contacts.is_some()
+    }
+
+    /// Discard the records of forces that nothing needs.
+    pub(super) fn discard_unused_forces(&mut self) {
+        if !self.records_forces {
             self.forces.clear();
+        }
+        if !self.needs_forces() {
             self.sheets.iter_mut().for_each(|sheet| sheet.work.forces = None);
         }
-        self.records_forces = records;
     }
 
     /// Forces of the last step, sheet by sheet; empty unless [`World::record_forces`] is on. Those
@@ -105,7 +117,10 @@ impl World {
 
     /// Begin the records of a step.
     pub(super) fn begin_forces(&mut self) {
-        for sheet in self.sheets.iter_mut().filter(|_| self.records_forces) {
+        if !self.needs_forces() {
+            return;
+        }
+        for sheet in &mut self.sheets {
             let mut forces = sheet.work.forces.take().unwrap_or_default();
             forces.begin(sheet);
             sheet.work.forces = Some(forces);
@@ -114,16 +129,17 @@ impl World {
 
     /// End the records of a step of `dt` (s) and list them.
     pub(super) fn finish_forces(&mut self, dt: f64) {
-        if !self.records_forces {
+        if !self.needs_forces() {
             return;
         }
+        let listed = self.records_forces;
         let field = self.field();
         self.forces.clear();
         for (index, sheet) in self.sheets.iter_mut().enumerate() {
             crate::sheet::forces::with_record(sheet, |forces, sheet: &mut Sheet| {
                 forces.finish(sheet, &field, dt);
                 let per_time = 1.0 / forces.dt;
-                self.forces.extend(forces.pairs.iter().map(|pair| ForceEntry {
+                self.forces.extend(forces.pairs.iter().filter(|_| listed).map(|pair| ForceEntry {
                     sheet: index,
                     kind: pair.kind,
                     partner: pair.partner,

@@ -4,6 +4,7 @@
 //! by path, with the checks of a scene file.
 
 pub(crate) mod bodies;
+pub(crate) mod contacts;
 pub(crate) mod failure_events;
 pub(crate) mod forces;
 pub(crate) mod ids;
@@ -33,6 +34,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::contacts::{ContactEvent, ContactEventKind, ContactPair, ContactPartner};
 pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::parameters::Parameter;
@@ -92,6 +94,7 @@ pub struct World {
     /// Bodies of the caller that sheets move.
     lent: LentBodies,
     records_forces: bool,
+    contacts: Option<Box<contacts::ContactRecords>>,
     /// Forces of the last step.
     forces: Vec<ForceEntry>,
     /// Thermal model; `None` without heat.
@@ -203,6 +206,7 @@ impl World {
             islands: IslandManager::default(),
             lent: LentBodies::default(),
             records_forces: false,
+            contacts: None,
             forces: Vec::new(),
             heat,
             lod,
@@ -228,7 +232,8 @@ impl World {
         let profiler = std::mem::take(&mut self.profiler);
         let always = self.penetration_check.is_always();
         let penetration_check = penetration::PenetrationCheck::new(always);
-        *self = Self { sleep, buckling, penetration_check, pool, profiler, records_forces, ..fresh };
+        let contacts = self.contacts.take().map(|records| Box::new(records.restarted()));
+        *self = Self { sleep, buckling, penetration_check, pool, profiler, records_forces, contacts, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }

@@ -5,9 +5,11 @@ use std::collections::BTreeSet;
 use crate::contact::SheetContact;
 use crate::error::{BuildError, InputError};
 use crate::islands::contact_log::ContactLog;
+use crate::islands::island_builder::broad_phase_margin;
+use crate::rigid::RigidWorld;
 use crate::scene::{Scene, SheetSpec, validate};
-use crate::sheet::Sheet;
 use crate::sheet::temperature::spots;
+use crate::sheet::{Sheet, Status, node_contact};
 use crate::thermal::ThermalModel;
 use crate::world::ids::SheetId;
 use crate::world::{World, attach_to_bodies, lod, unique_name};
@@ -125,6 +127,7 @@ impl World {
     /// Remove the sheet `id`. Returns `false` when it was removed before.
     pub fn remove_sheet(&mut self, id: SheetId) -> bool {
         let Some(index) = self.sheet_ids.position(id.0) else { return false };
+        self.wake_around(index);
         self.sheet_ids.remove(index);
         self.sheets.remove(index);
         self.lod.iter_mut().for_each(|detail| detail.remove(index));
@@ -135,5 +138,19 @@ impl World {
         self.structure.remove_sheet(index, &self.scene);
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
         true
+    }
+
+    /// Wake the dynamic bodies, and the sheets that may rest on the sheet `index`, before it goes
+    /// elsewhere.
+    pub(super) fn wake_around(&mut self, index: usize) {
+        let (low, high) = node_contact::bounding_box(&self.sheets[index]);
+        for sheet in self.sheets.iter_mut().filter(|sheet| sheet.state.status == Status::Asleep) {
+            let reach = broad_phase_margin(sheet);
+            let (from, to) = node_contact::resting_box(sheet);
+            if from.cmple(high + reach).all() && to.cmpge(low - reach).all() {
+                sheet.wake();
+            }
+        }
+        self.rigid.iter_mut().for_each(RigidWorld::wake_all);
     }
 }

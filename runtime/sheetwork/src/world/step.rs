@@ -1,6 +1,6 @@
 //! One step of a world: the order of its phases. See `docs/architecture.md`.
 
-use rapier3d::prelude::RigidBodySet;
+use rapier3d::prelude::{ColliderHandle, RigidBodySet};
 
 use crate::islands::StepContext;
 use crate::islands::contact_log::ContactLog;
@@ -71,19 +71,13 @@ impl World {
         self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
         self.update_bodies(rigid.as_mut());
         self.rigid = rigid;
-        self.finish_step(dt, |world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+        self.finish_step(dt, None);
     }
 
     /// Release the pins whose time has come; a sheet without them may wake.
     fn release_due_pins(&mut self, dt: f64) {
         let now = self.time + 1e-9 * dt;
-        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.contact_logs) {
-            let slept = sheet.state.status == Status::Asleep;
-            attachment::release_pins(sheet, now);
-            if slept && sheet.state.status != Status::Asleep {
-                touches.events.push((self.time, EventKind::Woke, None));
-            }
-        }
+        self.sheets.iter_mut().for_each(|sheet| attachment::release_pins(sheet, now));
     }
 
     /// Step the rigid bodies without the sheets, and lead the nodes that are attached to them.
@@ -128,10 +122,12 @@ impl World {
         self.lent.write_to(bodies);
     }
 
-    /// Phases after the motion: fracture, events, buckling, levels of detail, local refinement.
-    fn finish_step(&mut self, dt: f64, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
+    /// Phases after the motion: fracture, events, contacts, buckling, levels of detail, local
+    /// refinement. `lent` is the caller's rigid world, if there is one.
+    fn finish_step(&mut self, dt: f64, lent: Option<&RigidView>) {
         self.fracture_sheets();
-        self.collect_events(name);
+        self.collect_events(dt, lent);
+        self.update_contacts(lent);
         self.detect_buckling(self.time - dt);
         self.check_penetration();
         self.update_lod(dt);
@@ -151,7 +147,7 @@ impl World {
             self.step_sheets(Some(view), None, dt);
             self.update_lent_bodies(dt);
             self.step_thermal(Some(view), None, dt);
-            self.finish_step(dt, |_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
+            self.finish_step(dt, Some(view));
         }
         steps
     }
@@ -198,22 +194,33 @@ impl World {
     }
 
     /// Move the events of the sheets to the world's list, sheet by sheet: their order is
-    /// independent of threads.
-    fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
+    /// independent of threads. `dt` is the length of the step, s.
+    fn collect_events(&mut self, dt: f64, lent: Option<&RigidView>) {
         for index in 0..self.contact_logs.len() {
-            if self.contact_logs[index].events.is_empty() {
+            let log = &mut self.contact_logs[index];
+            log.report_sleep(self.sheets[index].state.status, self.time - dt, self.time);
+            if log.events.is_empty() {
                 continue;
             }
-            let mut alarms = std::mem::take(&mut self.contact_logs[index].alarms).into_iter();
-            for (time_s, kind, collider) in std::mem::take(&mut self.contact_logs[index].events) {
-                let body = collider.and_then(|c| name(self, c));
+            let mut alarms = std::mem::take(&mut log.alarms).into_iter();
+            for (time_s, kind, collider) in std::mem::take(&mut log.events) {
+                let body = collider.and_then(|collider| self.name_of_collider(collider, lent));
                 let alarm = if kind.has_alarm() { alarms.next() } else { None };
                 let place_m = alarm.map(|a| a.place_m);
                 let event = Event::new(time_s, kind, &self.sheets[index].name, body);
                 let first = collider.filter(|_| kind == EventKind::FirstContact);
                 let impulse_n_s = first.and_then(|c| self.contact_impulse(index, c, event.body.as_deref()));
-                self.events.push(Event { alarm, place_m, impulse_n_s, ..event });
+                let user_data = lent.zip(collider).and_then(|(view, c)| Some(view.colliders.get(c)?.user_data));
+                self.events.push(Event { alarm, place_m, impulse_n_s, user_data, ..event });
             }
+        }
+    }
+
+    /// Name of the body of a collider; "collider N" for one of the caller's rigid world.
+    fn name_of_collider(&self, collider: ColliderHandle, lent: Option<&RigidView>) -> Option<String> {
+        match lent {
+            Some(_) => Some(format!("collider {}", collider.into_raw_parts().0)),
+            None => self.rigid.as_ref()?.name_of(collider).map(str::to_owned),
         }
     }
 }

@@ -34,6 +34,8 @@ impl World {
                 format!("{}: is clamped, and a clamp keeps its slope", sheet.name),
             ));
         }
+        self.wake_around(index);
+        let sheet = &mut self.sheets[index];
         for i in 0..sheet.node_count() {
             let (x, v) = (sheet.state.x.get(i), sheet.state.v.get(i));
             sheet.state.x.set(i, rotation * x + by);

@@ -192,7 +192,7 @@ impl IslandContext<'_> {
             }
             self.finish_sheets(sheets, touches);
             if self.context.sleep {
-                self.sleep_if_resting(sheets, touches, body_updates);
+                self.sleep_if_resting(sheets, body_updates);
             }
         }
         workspace.solver_bodies = solver_bodies;
