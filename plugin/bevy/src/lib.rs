@@ -67,9 +67,9 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetContact, SheetContactPair, SheetContacts,
-    SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWorld,
-    SheetworkCorePlugin, SheetworkSet, StepTimes,
+    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact,
+    SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetMotion,
+    SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;

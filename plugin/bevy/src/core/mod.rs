@@ -4,6 +4,7 @@
 //! those that report; `world` and `clock` the resources; `polyhedra` the asset of body shapes.
 //! `sync` adds entities to the world, `step` advances it.
 
+mod attachments;
 mod body;
 mod clock;
 mod contacts;
@@ -25,6 +26,7 @@ mod world;
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
 
+pub use attachments::SheetAttachments;
 pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
 pub use contacts::{SheetContact, SheetContactPair, SheetContacts};
@@ -81,6 +83,7 @@ impl Plugin for SheetworkCorePlugin {
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
         app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
+        app.add_observer(attachments::removed);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
@@ -93,6 +96,7 @@ impl Plugin for SheetworkCorePlugin {
                     sync::sync_sheets,
                     sync::move_sheets,
                     sync::move_bodies,
+                    attachments::sync,
                     heater::sync,
                     heat_gun::aim,
                     contacts::request,

@@ -6,8 +6,8 @@ use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use rapier3d::prelude::RigidBodySet;
 use sheetwork::rigid::RigidView;
-use sheetwork::scene::{Air, Scene};
-use sheetwork::{BodyId, InputError, World as Sheets};
+use sheetwork::scene::{Air, Region, Scene};
+use sheetwork::{BodyId, InputError, SheetId, World as Sheets};
 
 /// Prescribed motion of a kinematic body during this tick.
 #[derive(Clone, Debug)]
@@ -33,6 +33,8 @@ pub struct SheetWorld {
     borrowed: bool,
     generation: u32,
     pub(super) moves: Vec<KinematicMotion>,
+    /// Attachments to bodies of the caller that are not made yet.
+    later: Vec<(SheetId, (Region, Entity))>,
     pub(super) events_seen: u64,
     step_time: Duration,
     /// Wall-clock time of a step, exponential mean over ticks, s.
@@ -65,6 +67,7 @@ impl SheetWorld {
             borrowed,
             generation: 0,
             moves: Vec::new(),
+            later: Vec::new(),
             events_seen: 0,
             step_time: Duration::ZERO,
             mean_step: 0.0,
@@ -98,6 +101,7 @@ impl SheetWorld {
         self.world = make(&empty, self.borrowed)?;
         self.generation += 1;
         self.moves.clear();
+        self.later.clear();
         self.events_seen = 0;
         (self.unstepped, self.shown, self.fitted) = (0.0, 0.0, None);
         Ok(())
@@ -181,8 +185,28 @@ impl SheetWorld {
         }
         let start = Instant::now();
         let steps = self.world.advance_with(view, duration);
+        self.attach_waiting(view);
         self.took(start.elapsed(), steps);
         steps
+    }
+
+    /// Attach a region of a sheet to a body of the caller after its next step.
+    pub(super) fn attach_later(&mut self, sheet: SheetId, attachment: (Region, Entity)) {
+        self.later.push((sheet, attachment));
+    }
+
+    /// Make the attachments to bodies of the caller that wait, now that both worlds are at one time.
+    fn attach_waiting(&mut self, view: &RigidView) {
+        for (sheet, (region, entity)) in std::mem::take(&mut self.later) {
+            let is_it = |user_data: u128| user_data == u128::from(entity.to_bits());
+            let Some((handle, _)) = view.bodies.iter().find(|(_, body)| is_it(body.user_data)) else {
+                error!("no body of the Rapier world has {entity} in its user data");
+                continue;
+            };
+            if let Err(problem) = self.world.attach_lent(sheet, &region, (view.bodies, handle)) {
+                error!("attachment to {entity}: {problem}");
+            }
+        }
     }
 
     /// Write the states of the bodies that sheets have moved to the caller's `bodies`, after

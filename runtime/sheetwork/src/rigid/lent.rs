@@ -57,6 +57,16 @@ impl LentBody {
     }
 }
 
+/// Pose and motion of a body of the caller that leads nodes attached to it.
+pub(crate) fn lent_pose(body: &RigidBody) -> BodyState {
+    let pose = body.position();
+    let (origin, rotation) = (pose.translation.as_dvec3(), pose.rotation.as_dquat());
+    let spin = body.angvel().as_dvec3();
+    let velocity = body.linvel().as_dvec3() + spin.cross(origin - body.center_of_mass().as_dvec3());
+    let still = BodyState::fixed_at(origin, rotation);
+    if body.is_fixed() { still } else { still.with_velocity(velocity, spin) }
+}
+
 const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
 /// The lent bodies, in the order of the caller's set.

@@ -1,10 +1,12 @@
 //! Attachments of a sheet to bodies: binding, motion, and release.
 
 use glam::DVec3;
+use rapier3d::prelude::RigidBodyHandle;
 
 use crate::error::InputError;
 use crate::rigid::BodyState;
 use crate::scene::PathKey;
+use crate::sheet::attached_body::AttachedTo;
 use crate::sheet::{Sheet, stage};
 
 impl Sheet {
@@ -50,6 +52,40 @@ pub(crate) fn has_dynamic_attachments(sheet: &Sheet) -> bool {
 pub(crate) fn detach_body(sheet: &mut Sheet, index: usize) {
     let freed = sheet.pins.detach_body(index);
     set_free(sheet, &freed);
+}
+
+/// Attach `nodes`, a sorted list, where they are to a body in the state `state`; earlier pins let
+/// them go. Nodes attached to a dynamic body start with its motion.
+pub(crate) fn attach_nodes(sheet: &mut Sheet, nodes: &[u32], owner: AttachedTo, state: BodyState) {
+    sheet.pins.unpin(nodes);
+    sheet.pins.attach(nodes.iter().map(|node| (*node, sheet.state.x.get(*node as usize))), owner, state);
+    for node in nodes.iter().map(|node| *node as usize) {
+        let led = !state.is_dynamic();
+        let velocity = if led { DVec3::ZERO } else { state.velocity_at(sheet.state.x.get(node)) };
+        sheet.state.v.set(node, velocity);
+        sheet.inverse_mass[node] = if led || sheet.is_detached(node) { 0.0 } else { 1.0 / sheet.model.mass[node] };
+    }
+    stage::restart_engine(sheet);
+    invalidate_system(sheet);
+}
+
+/// Release the attachments to lent bodies that are gone.
+pub(crate) fn detach_lent(sheet: &mut Sheet, gone: impl Fn(RigidBodyHandle) -> bool) {
+    if sheet.pins.is_attached_to_lent(&gone) {
+        let freed = sheet.pins.detach_lent(gone);
+        set_free(sheet, &freed);
+        sheet.wake();
+    }
+}
+
+/// Fix exactly the nodes that are pinned or detached.
+pub(crate) fn fix_pinned_nodes(sheet: &mut Sheet) {
+    let mut held = vec![false; sheet.node_count()];
+    sheet.pins.masses().for_each(|m| held[m as usize] = true);
+    for (i, held) in held.into_iter().enumerate() {
+        sheet.inverse_mass[i] = if held || sheet.is_detached(i) { 0.0 } else { 1.0 / sheet.model.mass[i] };
+    }
+    invalidate_system(sheet);
 }
 
 /// Release the pins that end by time `t` (s); their nodes keep the prescribed velocity.

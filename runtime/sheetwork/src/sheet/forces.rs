@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use crate::elements::spring::SpringWorkspace;
 use crate::math::Vectors;
+use crate::sheet::attached_body::AttachedTo;
 use crate::sheet::{Field, Sheet, SheetState, Status};
 
 /// Kind of a force on a sheet.
@@ -421,7 +422,8 @@ fn for_each_pinned(
     for (owner, i, axes) in sheet.pins.prescribed() {
         let (i, owner) = match owner {
             Ok(pin) => (i as usize, (ForceKind::Pins, ForcePartner::Pin(pin))),
-            Err(body) => (i as usize, (ForceKind::Attachment, ForcePartner::Body(body))),
+            Err(AttachedTo::Own(body)) => (i as usize, (ForceKind::Attachment, ForcePartner::Body(body))),
+            Err(AttachedTo::Lent(_)) => (i as usize, (ForceKind::Attachment, ForcePartner::None)),
         };
         let axes = axes * (DVec3::ONE - claimed.get(i));
         claimed.add(i, axes);

@@ -10,6 +10,7 @@ pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
 mod assembly;
 #[doc(hidden)]
+pub(crate) mod attached_body;
 pub mod attachment;
 pub(crate) mod b_spline;
 pub(crate) mod bonds;

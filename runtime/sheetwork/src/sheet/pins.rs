@@ -7,11 +7,13 @@
 //! attachment force.
 
 use glam::DVec3;
+use rapier3d::prelude::RigidBodyHandle;
 
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
+use crate::sheet::attached_body::{AttachedBody, AttachedTo, Attachment, BodyMotion};
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,39 +34,6 @@ struct PrescribedNodes {
     path: Vec<PathKey>,
     /// Release time, s.
     until: Option<f64>,
-}
-
-/// Nodes attached to a body.
-#[derive(Clone, Debug, PartialEq)]
-struct Attachment {
-    name: String,
-    /// Each node, its initial position (m), and its position in the frame of the body (m) once the
-    /// body is known.
-    masses: Vec<(u32, DVec3, DVec3)>,
-    body: Option<AttachedBody>,
-}
-
-/// Body of an attachment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct AttachedBody {
-    index: usize,
-    /// Whether the body is kinematic or static and prescribes the nodes; otherwise the contact
-    /// solver acts on them.
-    is_kinematic: bool,
-    /// States of the body at the start and the end of the world's step, start time of the step (s)
-    /// and its length (s).
-    from: BodyState,
-    to: BodyState,
-    time: f64,
-    dt: f64,
-}
-
-impl AttachedBody {
-    /// State of the body at time `t` (s); exactly the final state at the end of the step.
-    fn at(&self, t: f64) -> BodyState {
-        let done = t - self.time;
-        if done >= self.dt * (1.0 - 1e-12) { self.to } else { self.from.free_flight(done, DVec3::ZERO) }
-    }
 }
 
 /// Node fixed along some axes of the world.
@@ -96,7 +65,40 @@ impl Pins {
             freed.extend(gone.into_iter().map(|(node, _)| node));
         }
         self.groups.retain(|group| !group.masses.is_empty());
+        for glue in &mut self.glue {
+            let (kept, gone): (Vec<_>, Vec<_>) =
+                std::mem::take(&mut glue.masses).into_iter().partition(|node| nodes.binary_search(&node.0).is_err());
+            glue.masses = kept;
+            freed.extend(gone.into_iter().map(|node| node.0));
+        }
+        self.glue.retain(|glue| !glue.masses.is_empty());
         self.is_changed = true;
+        freed
+    }
+
+    /// Attach nodes of a running sheet, each with its present position (m), to a body in the state
+    /// `state`. No pin holds them.
+    pub(crate) fn attach(&mut self, masses: impl Iterator<Item = (u32, DVec3)>, owner: AttachedTo, state: BodyState) {
+        self.glue.push(Attachment::new(masses, owner, state));
+        self.is_changed = true;
+    }
+
+    /// Remove the attachments to those lent bodies that are `gone`; return the nodes that they
+    /// prescribed.
+    pub(crate) fn detach_lent(&mut self, gone: impl Fn(RigidBodyHandle) -> bool) -> Vec<u32> {
+        self.detach_if(|body| if let AttachedTo::Lent(handle) = body.owner { gone(handle) } else { false })
+    }
+
+    /// Whether nodes are attached to a lent body that is `gone`.
+    pub(crate) fn is_attached_to_lent(&self, gone: impl Fn(RigidBodyHandle) -> bool) -> bool {
+        let mut owners = self.glue.iter().filter_map(|g| Some(g.body?.owner));
+        owners.any(|owner| if let AttachedTo::Lent(handle) = owner { gone(handle) } else { false })
+    }
+
+    fn detach_if(&mut self, on_it: impl Fn(&AttachedBody) -> bool) -> Vec<u32> {
+        let led = |g: &&Attachment| g.body.is_some_and(|body| body.is_kinematic && on_it(&body));
+        let freed = self.glue.iter().filter(led).flat_map(|g| g.masses.iter().map(|m| m.0)).collect();
+        self.glue.retain(|g| !g.body.is_some_and(|body| on_it(&body)));
         freed
     }
 
@@ -118,6 +120,8 @@ impl Pins {
             group.until.serialise(to);
             to.states(&group.path);
         }
+        to.count(self.glue.len() as u64);
+        self.glue.iter().for_each(|glue| glue.serialise(to));
     }
 
     /// Deserialise the pins of a sheet with `masses` nodes; true if they differ from the present
@@ -133,9 +137,14 @@ impl Pins {
             }
             groups.push(PrescribedNodes { masses: nodes, start, until: from.read()?, path: from.states(56)? });
         }
+        let mut glue = Vec::new();
+        for _ in 0..from.length(10)? {
+            glue.push(Attachment::deserialise(from, masses)?);
+        }
         self.is_changed = is_changed;
-        let changed = groups != self.groups;
-        self.groups = groups;
+        let alike = glue.len() == self.glue.len() && glue.iter().zip(&self.glue).all(|(a, b)| a.is_alike(b));
+        let changed = groups != self.groups || !alike;
+        (self.groups, self.glue) = (groups, glue);
         Ok(changed)
     }
 
@@ -173,47 +182,46 @@ impl Pins {
         let mut led = Vec::new();
         for glue in self.glue.iter_mut().filter(|g| g.body.is_none()) {
             let Some((index, state)) = find(&glue.name) else { return Err(glue.name.clone()) };
-            glue.masses.iter_mut().for_each(|(_, place, local)| *local = state.local_point(*place));
-            let leads = !state.is_dynamic();
-            if leads {
+            if glue.bind(AttachedTo::Own(index), state) {
                 led.extend(glue.masses.iter().map(|m| m.0));
             }
-            glue.body = Some(AttachedBody { index, is_kinematic: leads, from: state, to: state, time: 0.0, dt: 0.0 });
         }
         Ok(led)
     }
 
-    /// Set the step of the bodies, from `time` on and `dt` long (s); `find` gives the states of a
-    /// body at its start and end.
+    /// Set the step of the bodies, from `time` on and `dt` long (s); `find` gives the motion of a
+    /// body that is there. Returns whether one has become kinematic or dynamic.
     pub(crate) fn set_body_motion(
         &mut self,
         time: f64,
         dt: f64,
-        find: impl Fn(usize) -> Option<(BodyState, BodyState)>,
-    ) {
+        find: impl Fn(AttachedTo) -> Option<BodyMotion>,
+    ) -> bool {
+        let mut is_changed = false;
         for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()) {
-            if let Some((from, to)) = find(hold.index) {
-                *hold = AttachedBody { from, to, time, dt, ..*hold };
-            }
+            is_changed |= hold.set_motion(find(hold.owner), (time, dt));
         }
+        is_changed
     }
 
-    /// Remove the attachments to the removed body `index` and decrement the indices of later
-    /// bodies; return the nodes that the body prescribed.
+    /// Remove the attachments to the removed body `index` of the world and decrement the indices of
+    /// later bodies; return the nodes that the body prescribed.
     pub(crate) fn detach_body(&mut self, index: usize) -> Vec<u32> {
-        let on_it = |g: &Attachment| g.body.is_some_and(|h| h.index == index);
-        let led = |g: &&Attachment| on_it(g) && g.body.is_some_and(|h| h.is_kinematic);
-        let freed = self.glue.iter().filter(led).flat_map(|g| g.masses.iter().map(|m| m.0)).collect();
-        self.glue.retain(|g| !on_it(g));
-        for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()).filter(|h| h.index > index) {
-            hold.index -= 1;
+        let freed = self.detach_if(|body| body.owner == AttachedTo::Own(index));
+        for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()) {
+            if let AttachedTo::Own(other) = hold.owner
+                && other > index
+            {
+                hold.owner = AttachedTo::Own(other - 1);
+                hold.index = hold.index.map(|other| other - 1);
+            }
         }
         freed
     }
 
     /// Dynamic attached nodes: node, index of the body, position in the frame of the body (m).
     pub fn dynamic_attachments(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
-        let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.is_kinematic).map(|h| (g, h.index)));
+        let free = self.glue.iter().filter_map(|g| Some((g, g.body.filter(|h| !h.is_kinematic)?.index?)));
         let all = free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)));
         all.filter(|(mass, ..)| !self.detached.get(*mass as usize).is_some_and(|gone| *gone))
     }
@@ -266,10 +274,10 @@ impl Pins {
 
     /// Fixed and prescribed nodes with their pin (nodes fixed along some axes come last) or, as an
     /// error, the body that they are attached to, and their fixed axes (1).
-    pub(crate) fn prescribed(&self) -> impl Iterator<Item = (Result<usize, usize>, u32, DVec3)> + '_ {
+    pub(crate) fn prescribed(&self) -> impl Iterator<Item = (Result<usize, AttachedTo>, u32, DVec3)> + '_ {
         let groups = self.groups.iter().enumerate();
         let pinned = groups.flat_map(|(k, g)| g.masses.iter().map(move |i| (Ok(k), *i, DVec3::ONE)));
-        let attached = self.kinematic_attachments().map(|(hold, i, _)| (Err(hold.index), i, DVec3::ONE));
+        let attached = self.kinematic_attachments().map(|(hold, i, _)| (Err(hold.owner), i, DVec3::ONE));
         let last = Ok(self.groups.len());
         let fixed = self.fixed_axes.iter().map(move |r| (last, r.mass, r.replaced(DVec3::ZERO, DVec3::ONE)));
         pinned.chain(attached).chain(fixed)

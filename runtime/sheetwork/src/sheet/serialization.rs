@@ -198,16 +198,6 @@ pub(super) fn deserialise_adhesion(sheet: &mut Sheet, from: &mut StateReader) ->
     Ok(())
 }
 
-/// Fix exactly the nodes that are pinned or detached.
-fn fix_pinned_nodes(sheet: &mut Sheet) {
-    let mut held = vec![false; sheet.node_count()];
-    sheet.pins.masses().for_each(|m| held[m as usize] = true);
-    for (i, held) in held.into_iter().enumerate() {
-        sheet.inverse_mass[i] = if held || sheet.is_detached(i) { 0.0 } else { 1.0 / sheet.model.mass[i] };
-    }
-    attachment::invalidate_system(sheet);
-}
-
 fn deserialise_fracture(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
     if sheet.state.fracture.is_none() {
         return Ok(());
@@ -343,7 +333,7 @@ fn deserialise_pins(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
     let others = pins.deserialise(from, sheet.node_count());
     sheet.pins = pins;
     if others? {
-        fix_pinned_nodes(sheet);
+        attachment::fix_pinned_nodes(sheet);
     }
     Ok(())
 }

@@ -1,11 +1,16 @@
-//! Pinning and unpinning of nodes of a sheet in a running world. The state of the sheet is kept.
-//! Both are part of a snapshot; a reset returns to the pins of the description.
+//! Pinning, attachment to bodies, and release of nodes of a sheet in a running world. The state of
+//! the sheet is kept. They are part of a snapshot; a reset returns to the pins of the description.
+
+use rapier3d::prelude::{RigidBodyHandle, RigidBodySet};
 
 use crate::error::InputError;
+use crate::rigid::BodyState;
+use crate::rigid::lent::lent_pose;
 use crate::scene::{PinSpec, Region};
+use crate::sheet::attached_body::AttachedTo;
 use crate::sheet::{attachment, region};
 use crate::world::World;
-use crate::{SheetId, scene};
+use crate::{BodyId, SheetId, scene};
 
 impl World {
     /// Pin nodes of the sheet `id` where they are: fixed, or along a path. The times of the path
@@ -39,8 +44,58 @@ impl World {
         Ok(count)
     }
 
-    /// Unpin the nodes of `region` of the sheet `id`; they start with the velocity of their pin.
-    /// Returns how many of them were pinned. The sheet keeps its grid from then on.
+    /// Attach nodes of the sheet `id`, where they are, to a body of the world: it takes them along,
+    /// and if it is dynamic their force moves it. A row of nodes is a hinge; two rows hold the
+    /// slope. A node that a pin or another body holds is taken over. Returns the number of nodes.
+    /// The sheet keeps its grid from then on.
+    ///
+    /// # Errors
+    /// When there is no such sheet or body, the region is empty, or one of its nodes is clamped;
+    /// nothing changes then.
+    pub fn attach(&mut self, id: SheetId, region: &Region, body: BodyId) -> Result<usize, InputError> {
+        let gone = || InputError::new("body", "was removed");
+        let body = self.body_ids.position(body.0).ok_or_else(gone)?;
+        let state = *self.rigid.as_ref().and_then(|rigid| rigid.state(body)).ok_or_else(gone)?;
+        self.attach_to(id, region, AttachedTo::Own(body), state)
+    }
+
+    /// As [`World::attach`], to a body of the caller's rigid world, of which `bodies` are the bodies
+    /// between two calls of [`World::advance_with`]. If the view of these calls is
+    /// [`RigidView::pushing`](crate::RigidView::pushing), a dynamic body is moved by the sheet;
+    /// otherwise it leads it. A removed body lets the nodes go.
+    ///
+    /// # Errors
+    /// As [`World::attach`].
+    pub fn attach_lent(
+        &mut self,
+        id: SheetId,
+        region: &Region,
+        (bodies, handle): (&RigidBodySet, RigidBodyHandle),
+    ) -> Result<usize, InputError> {
+        let body = bodies.get(handle).ok_or_else(|| InputError::new("body", "is not in this set"))?;
+        self.attach_to(id, region, AttachedTo::Lent(handle), lent_pose(body))
+    }
+
+    fn attach_to(
+        &mut self,
+        id: SheetId,
+        region: &Region,
+        owner: AttachedTo,
+        state: BodyState,
+    ) -> Result<usize, InputError> {
+        let index = self.index_of_sheet(id)?;
+        let sheet = &mut self.sheets[index];
+        let nodes = sorted(region::select(region, sheet)?);
+        if let Some(node) = nodes.iter().find(|node| sheet.model.clamped[**node as usize]) {
+            return Err(InputError::new("region", format!("node {node} is clamped, and a clamp keeps its slope")));
+        }
+        attachment::attach_nodes(sheet, &nodes, owner, state);
+        Ok(nodes.len())
+    }
+
+    /// Let go of the nodes of `region` of the sheet `id`: unpin them, and detach them from bodies.
+    /// They start with the velocity that they had. Returns how many of them were held. The sheet
+    /// keeps its grid from then on.
     ///
     /// # Errors
     /// When there is no such sheet, the region is empty, or one of its nodes is clamped; nothing

@@ -1,5 +1,6 @@
 //! One step of a world: the order of its phases. See `docs/architecture.md`.
 
+use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, RigidBodySet};
 
 use crate::islands::StepContext;
@@ -9,7 +10,9 @@ use crate::islands::island_manager::UpdatedBody;
 use crate::islands::settings::{FallbackSettings, StepSettings};
 use crate::islands::step_report::StepReport;
 use crate::profiler::Phase;
+use crate::rigid::lent::lent_pose;
 use crate::rigid::{LentBody, RigidView, RigidWorld};
+use crate::sheet::attached_body::{AttachedTo, BodyMotion};
 use crate::sheet::{Field, Sheet, Status, air_parameters, attachment};
 use crate::world::World;
 
@@ -84,8 +87,34 @@ impl World {
     fn step_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
         let Some(rigid) = rigid else { return };
         self.profiler.measure(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
-        let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
-        self.sheets.iter_mut().for_each(|s| s.pins.set_body_motion(self.time, dt, states));
+        let motion = |owner| {
+            let AttachedTo::Own(index) = owner else { return None };
+            Some(BodyMotion { index: Some(index), from: *rigid.start(index)?, to: *rigid.state(index)? })
+        };
+        self.sheets.iter_mut().for_each(|s| _ = s.pins.set_body_motion(self.time, dt, motion));
+    }
+
+    /// Lead the nodes that are attached to bodies of the caller's rigid world in a step of `dt` (s),
+    /// which ends `remaining` (s) before the state in `view`. Bodies that are gone let them go.
+    fn step_lent_attachments(&mut self, view: &RigidView, dt: f64, remaining: f64) {
+        let lent = &self.lent;
+        let gravity = self.gravity;
+        let motion = |owner| {
+            let AttachedTo::Lent(handle) = owner else { return None };
+            if let Some(index) = lent.index_of(handle) {
+                let from = lent.bodies[index].state;
+                return Some(BodyMotion { index: Some(index), from, to: from.free_flight(dt, gravity) });
+            }
+            let end = lent_pose(view.bodies.get(handle)?);
+            let at = |before: f64| end.free_flight(-before, DVec3::ZERO);
+            Some(BodyMotion { index: None, from: at(remaining + dt), to: at(remaining) })
+        };
+        for sheet in self.sheets.iter_mut().filter(|sheet| sheet.pins.is_attached()) {
+            attachment::detach_lent(sheet, |handle| !view.bodies.contains(handle));
+            if sheet.pins.set_body_motion(self.time, dt, motion) {
+                attachment::fix_pinned_nodes(sheet);
+            }
+        }
     }
 
     /// Set the dynamic bodies to their state after contact with sheets.
@@ -142,8 +171,9 @@ impl World {
         let steps = steps_in(duration, self.dt);
         let dt = duration / steps as f64;
         self.lent.begin(view, duration, self.gravity);
-        for _ in 0..steps {
+        for step in 1..=steps {
             self.release_due_pins(dt);
+            self.step_lent_attachments(view, dt, (steps - step) as f64 * dt);
             self.step_sheets(Some(view), None, dt);
             self.update_lent_bodies(dt);
             self.step_thermal(Some(view), None, dt);

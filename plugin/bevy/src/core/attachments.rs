@@ -1,0 +1,90 @@
+//! Attachment of sheets to bodies by entity: to bodies of the plugin, and to those of a caller's
+//! Rapier world that carry their entity in the user data, as bevy_rapier3d's do.
+
+use bevy::prelude::*;
+use sheetwork::scene::Region;
+use sheetwork::{InputError, SheetId};
+
+use super::{BodyMotion, SheetMotion, SheetWorld};
+
+/// Parts of a sheet that are attached to bodies, where they are. Add it to the entity of a
+/// [`Sheet`](super::Sheet), change it or remove it at any time: new entries are attached from the
+/// next tick on, and entries that are gone let go.
+///
+/// A kinematic or static body leads the nodes. A dynamic one is moved by the sheet; one of the
+/// caller's Rapier world only if the view is
+/// [`pushing`](sheetwork::RigidView::pushing). A row of nodes is a hinge; two rows hold the slope.
+#[derive(Component, Clone, Debug, Default, PartialEq)]
+pub struct SheetAttachments(pub Vec<(Region, Entity)>);
+
+impl SheetAttachments {
+    /// Attachment of one region to the body of `entity`.
+    pub fn new(region: Region, entity: Entity) -> Self {
+        Self(vec![(region, entity)])
+    }
+
+    /// A further attachment.
+    #[must_use]
+    pub fn and(mut self, region: Region, entity: Entity) -> Self {
+        self.0.push((region, entity));
+        self
+    }
+}
+
+/// Attachments that the world has, with the sheet they were given to.
+#[derive(Component, Clone, Debug)]
+pub(super) struct Attached {
+    sheet: SheetId,
+    list: Vec<(Region, Entity)>,
+}
+
+/// Give changed attachments to the world.
+pub(super) fn sync(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    sheets: Query<(Entity, &SheetMotion, &SheetAttachments, Option<&Attached>)>,
+    bodies: Query<&BodyMotion>,
+) {
+    for (entity, motion, wanted, attached) in &sheets {
+        let present = attached.filter(|attached| attached.sheet == motion.id()).map_or(&[][..], |a| &a.list);
+        if present == wanted.0 || motion.sheet(&world).is_none() {
+            continue;
+        }
+        let mut list = present.to_vec();
+        for gone in present.iter().filter(|old| !wanted.0.contains(old)) {
+            list.retain(|kept| kept != gone);
+            report(entity, world.unpin(motion.id(), &gone.0));
+        }
+        for new in wanted.0.iter().filter(|new| !present.contains(new)) {
+            let body = bodies.get(new.1).ok().filter(|body| body.generation == world.generation());
+            match body.and_then(|body| body.ids.first().copied()) {
+                Some(body) => report(entity, world.attach(motion.id(), &new.0, body)),
+                None if world.borrows_bodies() => world.attach_later(motion.id(), new.clone()),
+                // The body may be there in the next tick.
+                None => continue,
+            }
+            list.push(new.clone());
+        }
+        commands.entity(entity).try_insert(Attached { sheet: motion.id(), list });
+    }
+}
+
+/// Let go of the attachments of a removed component.
+pub(super) fn removed(
+    removed: On<Remove, SheetAttachments>,
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    sheets: Query<(&SheetMotion, &Attached)>,
+) {
+    let Ok((motion, attached)) = sheets.get(removed.entity) else { return };
+    if motion.sheet(&world).is_some() {
+        attached.list.iter().for_each(|(region, _)| report(removed.entity, world.unpin(motion.id(), region)));
+    }
+    commands.entity(removed.entity).try_remove::<Attached>();
+}
+
+fn report(entity: Entity, result: Result<usize, InputError>) {
+    if let Err(problem) = result {
+        error!("attachments of {entity}: {problem}");
+    }
+}
