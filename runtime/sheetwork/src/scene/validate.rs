@@ -224,7 +224,7 @@ pub(crate) fn warp_direction(s: &SheetSpec, m: &Material) -> ValidationResult {
     Ok(())
 }
 
-fn sheet(s: &SheetSpec) -> ValidationResult {
+pub(crate) fn sheet(s: &SheetSpec) -> ValidationResult {
     s.material.check(|constants| material("material", constants))?;
     s.material.check(|constants| warp_direction(s, constants))?;
     grid(s)?;

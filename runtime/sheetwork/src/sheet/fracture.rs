@@ -76,6 +76,8 @@ pub(crate) struct FractureState {
     can_grow: bool,
     /// Initially open cells; empty without slits.
     initial_cells: Vec<bool>,
+    /// Whether the description of the sheet has tearing or slits; otherwise it was cut.
+    is_described: bool,
 }
 
 impl FractureState {
@@ -97,7 +99,13 @@ impl FractureState {
             is_reported: false,
             can_grow: runs,
             initial_cells: Vec::new(),
+            is_described: true,
         }
+    }
+
+    /// State of a running sheet that is cut.
+    fn of_cut(sheet: &Sheet) -> Self {
+        Self { is_described: false, ..Self::new(sheet, false) }
     }
 
     /// Whether each cell is open.
@@ -310,6 +318,49 @@ pub(crate) fn open_slits(sheet: &mut Sheet, slits: &[Slit]) -> Result<(), InputE
         set_open(sheet, &[]);
     }
     Ok(())
+}
+
+/// Open the cells that `slit` crosses in a running sheet; return how many were closed.
+///
+/// # Errors
+/// When it crosses no cell; nothing changes then.
+pub(crate) fn cut(sheet: &mut Sheet, slit: Slit) -> Result<usize, InputError> {
+    let crossed = match &sheet.state.fracture {
+        Some(tears) => slits::slit_cells(&tears.open, &[slit])?,
+        None => slits::slit_cells(&closed_cells(sheet), &[slit])?,
+    };
+    prepare_cut(sheet);
+    let Some(tears) = &mut sheet.state.fracture else { return Ok(0) };
+    let closed = |c: &usize| crossed[*c] && !tears.open.cells()[*c];
+    let cells: Vec<usize> = (0..crossed.len()).filter(closed).collect();
+    cells.iter().for_each(|c| tears.open.set(*c));
+    if !cells.is_empty() {
+        update_open_cells(sheet);
+        move_detached_nodes(sheet);
+    }
+    Ok(cells.len())
+}
+
+/// Give a sheet whose cells cannot open the state of one that is cut.
+pub(crate) fn prepare_cut(sheet: &mut Sheet) {
+    if sheet.state.fracture.is_none() {
+        sheet.state.fracture = Some(Box::new(FractureState::of_cut(sheet)));
+    }
+}
+
+/// Close the cells of a sheet that is cut only; false for one whose description has open cells.
+pub(crate) fn undo_cuts(sheet: &mut Sheet) -> bool {
+    if is_described(sheet) {
+        return false;
+    }
+    set_open(sheet, &[]);
+    sheet.state.fracture = None;
+    true
+}
+
+/// Whether the description of the sheet has tearing or slits.
+pub(crate) fn is_described(sheet: &Sheet) -> bool {
+    sheet.state.fracture.as_ref().is_some_and(|tears| tears.is_described)
 }
 
 /// Whether each cell has opened since the start, without the slits; empty for a sheet that

@@ -23,7 +23,9 @@ pub(crate) fn serialise_layout(sheet: &Sheet, to: &mut StateWriter) {
     for count in [sheet.node_count(), sheet.springs.len(), own, sheet.model.layers.len()] {
         to.count(count as u64);
     }
-    to.count(sheet.open_cells().map_or(0, <[bool]>::len) as u64);
+    // A cut of a running sheet is state.
+    let cells = sheet.open_cells().filter(|_| fracture::is_described(sheet));
+    to.count(cells.map_or(0, <[bool]>::len) as u64);
     to.flag(sheet.state.inelastic.is_some());
 }
 
@@ -138,10 +140,10 @@ pub(crate) fn serialise_state(sheet: &Sheet, to: &mut StateWriter, clearance: im
     sheet.pins.serialise(to);
     to.number(sheet.parameters.drag.pressure);
     sheet.state.serialise_motion(to);
-    if let Some(tears) = fracture {
+    to.option(fracture.as_ref(), |tears, to| {
         to.flags(tears.cells());
         tears.serialise(to);
-    }
+    });
     to.option(heat.as_ref(), |heat, to| heat.serialise(to));
     if is_changed(sheet) {
         serialise_changes(sheet, to);
@@ -199,9 +201,10 @@ pub(super) fn deserialise_adhesion(sheet: &mut Sheet, from: &mut StateReader) ->
 }
 
 fn deserialise_fracture(sheet: &mut Sheet, from: &mut StateReader) -> ReadResult {
-    if sheet.state.fracture.is_none() {
-        return Ok(());
+    if !from.flag()? {
+        return if sheet.state.fracture.is_none() || fracture::undo_cuts(sheet) { Ok(()) } else { Err(CorruptState) };
     }
+    fracture::prepare_cut(sheet);
     let mut cells = Vec::new();
     from.flags(&mut cells)?;
     if sheet.open_cells().is_none_or(|own| own.len() != cells.len()) {

@@ -51,7 +51,7 @@ pub(crate) fn to_state(sheet: &Sheet) -> SavedSheetState {
 
 /// Whether `state` is compatible with this sheet.
 pub(crate) fn accepts_state(sheet: &Sheet, state: &SavedSheetState) -> bool {
-    let cells = sheet.open_cells().map_or(0, <[bool]>::len);
+    let cells = sheet.open_cells().map_or_else(|| state.open.len(), <[bool]>::len);
     // A later change of the slits leaves the nodes as they are.
     let same_cells = state.open.len() == cells || !state.open.contains(&true);
     let points = if sheet.model.described_temperature.has_gradient { 2 } else { 1 };
@@ -69,6 +69,9 @@ pub(crate) fn restore(sheet: &mut Sheet, state: &SavedSheetState) -> ReadResult 
     let mut from = StateReader::new(&state.bytes);
     sheet.wake();
     let rest = sheet.state.deserialise_motion(&mut from)?;
+    if state.open.contains(&true) {
+        fracture::prepare_cut(sheet);
+    }
     fracture::set_open(sheet, &state.open);
     if state.temperatures_per_node > 0 {
         serialization::deserialise_temperatures(sheet, &mut from)?;

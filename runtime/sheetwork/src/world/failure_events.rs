@@ -1,9 +1,12 @@
 //! Failure of sheets: detection after every step, and its events. Fracture: `sheet/fracture`;
-//! buckling: `sheet/buckling`.
+//! buckling: `sheet/buckling`. Cuts of a running sheet.
 
+use crate::error::InputError;
 use crate::islands::event::{Event, EventKind};
+use crate::scene;
 use crate::sheet::{Status, buckling, fracture};
 use crate::world::World;
+use crate::world::ids::SheetId;
 
 impl World {
     /// Test sheets for fracture, after motion and heat.
@@ -25,6 +28,26 @@ impl World {
         if let Some(heat) = self.heat.as_mut().filter(|_| changed) {
             heat.discard_views();
         }
+    }
+
+    /// Cut the sheet `id` along the line from `from` to `to`, (u, v) of the material, each 0 to 1: the
+    /// cells that it crosses open, as along [`SheetSpec::slits`](crate::scene::SheetSpec::slits).
+    /// Returns how many were closed. They are part of snapshots; a reset closes them. The cut grows
+    /// only in a sheet with `tearing`. The sheet keeps its grid from then on.
+    ///
+    /// # Errors
+    /// When there is no such sheet, the line is out of range, has no length or crosses no cell, or
+    /// the sheet is of a file, changes its grid by itself, or has a drawn contact surface; nothing
+    /// changes then.
+    pub fn cut(&mut self, id: SheetId, from: (f64, f64), to: (f64, f64)) -> Result<usize, InputError> {
+        let index = self.index_of_sheet(id)?;
+        let mut spec = self.scene.sheets[index].clone();
+        spec.slits = vec![(from, to)];
+        scene::validate::sheet(&spec)?;
+        let opened = fracture::cut(&mut self.sheets[index], (from, to))?;
+        self.sheet_contacts[index].prepare_opened(&self.sheets[index]);
+        self.heat.iter_mut().for_each(|heat| heat.discard_views());
+        Ok(opened)
     }
 
     /// Enable or disable the detection of buckling: an [`EventKind::Buckled`] for each occurrence,
