@@ -208,6 +208,13 @@ impl Sheet {
         self
     }
 
+    /// Let the sheet tear where it is strained beyond the fracture strain of its material, and melt
+    /// where it is hotter than its melting temperature.
+    pub fn tearing(mut self) -> Self {
+        self.spec.tearing = true;
+        self
+    }
+
     /// Attach the nodes of `region` to the body of that name, at their positions when the sheet is
     /// built. The body must exist before the sheet.
     pub fn glue(mut self, region: Region, body: impl Into<String>) -> Self {
