@@ -344,7 +344,8 @@ fn region_vectors(field: &str, list: &[RegionVector], value: Id) -> ValidationRe
     })
 }
 
-fn region(region: &Region) -> ValidationResult {
+/// Check the coordinates of a region.
+pub(crate) fn region(region: &Region) -> ValidationResult {
     let unit = |value: f64| Id::RegionCoordinate.check("", value);
     match region {
         Region::Point(u, v) => unit(*u).and(unit(*v)),

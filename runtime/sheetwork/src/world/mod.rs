@@ -8,6 +8,7 @@ pub(crate) mod failure_events;
 pub(crate) mod forces;
 pub(crate) mod ids;
 pub mod journal;
+pub(crate) mod loads;
 pub(crate) mod lod;
 pub mod lod_cost;
 pub(crate) mod parameters;
@@ -35,6 +36,7 @@ use glam::DVec3;
 
 pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
+pub use crate::world::loads::ForceTarget;
 pub use crate::world::parameters::Parameter;
 pub use crate::world::penetration::{PenetratedObject, Penetration};
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport, UnresolvedFolds};
@@ -91,6 +93,8 @@ pub struct World {
     islands: IslandManager,
     /// Bodies of the caller that sheets move.
     lent: LentBodies,
+    /// Forces of the program on sheets.
+    loads: loads::Loads,
     records_forces: bool,
     /// Forces of the last step.
     forces: Vec<ForceEntry>,
@@ -202,6 +206,7 @@ impl World {
             pool: None,
             islands: IslandManager::default(),
             lent: LentBodies::default(),
+            loads: loads::Loads::default(),
             records_forces: false,
             forces: Vec::new(),
             heat,

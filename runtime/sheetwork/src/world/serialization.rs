@@ -19,7 +19,7 @@ use crate::world::World;
 use crate::world::remap::{deserialise_grids, grid_of, serialise_grids};
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// Message about a snapshot of another world.
 const OTHER_STRUCTURE: &str = "is of other sheets or bodies than there are now";
 /// Bytes of position and velocity of a node.
@@ -142,6 +142,7 @@ impl World {
         self.contact_logs.iter().for_each(|t| t.serialise(to));
         self.lod.iter().for_each(|detail| detail.serialise(to));
         self.penetration_check.serialise(to);
+        self.serialise_loads(to);
         to.number(self.time);
         to.count(self.steps);
         to.count(self.event_count());
@@ -177,6 +178,7 @@ impl World {
         self.contact_logs.iter_mut().try_for_each(|t| t.deserialise(&mut from))?;
         self.lod.iter_mut().try_for_each(|detail| detail.deserialise(&mut from))?;
         self.penetration_check.deserialise(&mut from)?;
+        self.deserialise_loads(&mut from)?;
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
         self.events.truncate(usize::try_from(told.saturating_sub(self.drained_events)).unwrap_or(usize::MAX));
