@@ -68,7 +68,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
     BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces,
-    SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
+    SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    StepTimes,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;

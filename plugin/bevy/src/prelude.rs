@@ -3,7 +3,7 @@
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
     BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
-    SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    SheetMotion, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;

@@ -1,6 +1,6 @@
 //! The simulated world inside Bevy's: entities in, time integration, motion out.
 //!
-//! `sheet`, `body`, `heater` and `heat_gun` hold the components that describe; `state` and `motion`
+//! `sheet`, `body`, `heater`, `heat_gun` and `wind` hold the components that describe; `state` and `motion`
 //! those that report; `world` and `clock` the resources; `polyhedra` the asset of body shapes.
 //! `sync` adds entities to the world, `step` advances it.
 
@@ -19,6 +19,7 @@ mod sheet;
 mod state;
 mod step;
 pub(crate) mod sync;
+mod wind;
 mod world;
 
 use bevy::prelude::*;
@@ -35,6 +36,7 @@ pub use motion::{BodyMotion, SheetMotion};
 pub use polyhedra::SheetPolyhedra;
 pub use sheet::Sheet;
 pub use state::SheetState;
+pub use wind::SheetWind;
 pub use world::SheetWorld;
 
 /// Stages of the simulation in `FixedUpdate`, in this order.
@@ -93,6 +95,7 @@ impl Plugin for SheetworkCorePlugin {
                     sync::move_bodies,
                     heater::sync,
                     heat_gun::aim,
+                    wind::sync,
                     detail::follow.run_if(resource_exists::<SheetDetail>),
                 )
                     .chain()
@@ -120,6 +123,7 @@ impl Plugin for SheetworkCorePlugin {
             .register_type::<SheetBody>()
             .register_type::<SheetHeater>()
             .register_type::<SheetHeatGun>()
+            .register_type::<SheetWind>()
             .register_type::<SheetState>()
             .register_type::<SheetClock>()
             .register_type::<SheetDetail>();

@@ -12,10 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::collision::geometry::closest_points::point_triangle;
 use crate::error::{InputError, check_range};
-use crate::math::Vectors;
 use crate::scene::{Region, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::{Sheet, region};
+use crate::sheet::{Sheet, Vectors, region};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::ids::SheetId;
@@ -47,6 +46,19 @@ struct Load {
     /// Nodes and their fractions of the force, on a grid of `node_count` nodes.
     shares: Vec<(u32, f64)>,
     node_count: usize,
+    /// Whether it has acted in a step.
+    has_acted: bool,
+}
+
+impl Load {
+    /// Add `sign` times the acceleration by the load to that which the integrator has stored, so
+    /// that the impulse of the load is exact.
+    fn shift_acceleration(&self, sheet: &mut Sheet, sign: f64) {
+        for (node, share) in self.shares.iter().filter(|_| self.node_count == sheet.inverse_mass.len()) {
+            let per_force = sign * share * sheet.inverse_mass[*node as usize];
+            sheet.engine.add_acceleration(*node as usize, self.force * per_force);
+        }
+    }
 }
 
 /// Forces of the program during the next step or advance.
@@ -73,7 +85,7 @@ impl World {
         let target = material_target(target, sheet)?;
         let shares = shares(&target, sheet)?;
         let node_count = sheet.node_count();
-        self.loads.list.push(Load { sheet: id, target, force, shares, node_count });
+        self.loads.list.push(Load { sheet: id, target, force, shares, node_count, has_acted: false });
         sheet.wake();
         Ok(())
     }
@@ -106,6 +118,9 @@ impl World {
                 load.shares = shares(&load.target, sheet).unwrap_or_default();
                 load.node_count = sheet.node_count();
             }
+            if !std::mem::replace(&mut load.has_acted, true) {
+                load.shift_acceleration(sheet, 1.0);
+            }
             if !constant[..*used].iter().any(|(at, _)| *at == index) {
                 if *used == constant.len() {
                     constant.push((index, Vectors::default()));
@@ -129,7 +144,12 @@ impl World {
 
     /// Remove the loads at the end of a step or an advance.
     pub(crate) fn clear_loads(&mut self) {
-        self.loads.list.clear();
+        let Self { loads: Loads { list, .. }, sheets, sheet_ids, .. } = self;
+        for load in list.drain(..).filter(|load| load.has_acted) {
+            if let Some(sheet) = sheet_ids.position(load.sheet.0).and_then(|index| sheets.get_mut(index)) {
+                load.shift_acceleration(sheet, -1.0);
+            }
+        }
     }
 
     /// Serialise the loads.
@@ -149,7 +169,8 @@ impl World {
             if !force.is_finite() {
                 return Err(CorruptState);
             }
-            loads.push(Load { sheet: SheetId(slot), target, force, shares, node_count: sheet.node_count() });
+            let node_count = sheet.node_count();
+            loads.push(Load { sheet: SheetId(slot), target, force, shares, node_count, has_acted: false });
         }
         self.loads.list = loads;
         Ok(())

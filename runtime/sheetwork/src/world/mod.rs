@@ -29,6 +29,7 @@ pub(crate) mod step;
 pub(crate) mod suggestions;
 pub(crate) mod teleport;
 mod thermal;
+pub(crate) mod wind;
 
 use std::sync::Arc;
 
@@ -52,9 +53,10 @@ use crate::parallel::Pool;
 use crate::profiler::{Profiler, StepObserver};
 use crate::rigid::lent::LentBodies;
 use crate::rigid::{BodyState, RigidWorld};
-use crate::scene::{Air, IntegratorKind, PairSpec, Scene, body_name, validate};
+use crate::scene::{Air, IntegratorKind, PairSpec, Scene, WindZone, body_name, validate};
 use crate::sheet::refine::RefineWorkspace;
 use crate::sheet::temperature::spots;
+use crate::sheet::wind::WindField;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status, attachment, equilibrium};
 use crate::thermal::ThermalModel;
 use crate::thermal::source::heater;
@@ -93,6 +95,9 @@ pub struct World {
     islands: IslandManager,
     /// Bodies of the caller that sheets move.
     lent: LentBodies,
+    wind_zones: Vec<WindZone>,
+    /// Wind zones as a step evaluates them; `None` without zones.
+    wind: Option<Box<WindField>>,
     /// Forces of the program on sheets.
     loads: loads::Loads,
     records_forces: bool,
@@ -206,6 +211,8 @@ impl World {
             pool: None,
             islands: IslandManager::default(),
             lent: LentBodies::default(),
+            wind_zones: scene.wind_zones.clone(),
+            wind: wind::field_of(&scene.wind_zones),
             loads: loads::Loads::default(),
             records_forces: false,
             forces: Vec::new(),
@@ -290,6 +297,9 @@ impl World {
     /// without advancing time. `tolerance` is the largest displacement of the last iteration, m.
     /// Returns the result of each sheet, in order.
     pub fn find_equilibrium(&mut self, tolerance: f64) -> Vec<Equilibrium> {
+        let rigid = self.rigid.take();
+        self.update_wind(rigid.as_ref().map(RigidWorld::view).as_ref(), 0.0);
+        self.rigid = rigid;
         let field = self.field();
         self.sheets.iter_mut().map(|s| equilibrium::find_equilibrium(s, field, tolerance)).collect()
     }

@@ -172,6 +172,7 @@ impl World {
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
         self.begin_loads();
+        self.update_wind(view, dt);
         self.begin_forces();
         let context = StepContext {
             field: self.field(),
