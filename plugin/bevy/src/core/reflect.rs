@@ -2,9 +2,9 @@
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; a difference fails to
 //! compile. The range of a number in the table of parameters is an attribute of its field. Not
-//! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the recovery
-//! policy, the law of aerodynamics, levels of detail, refinement, Burgers' model, adhesion, the stiffness of woven sheets,
-//! and the shape and hot faces of heaters.
+//! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the
+//! recovery policy, the law of aerodynamics, levels of detail, refinement, Burgers' model,
+//! adhesion, the stiffness of woven sheets, and the shape and hot faces of heaters.
 
 #![allow(missing_docs)]
 

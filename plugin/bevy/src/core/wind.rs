@@ -6,8 +6,8 @@ use sheetwork::scene::WindZone;
 
 use super::{SheetWorld, placement};
 
-/// Wind zone about the entity's position, along its axes: wind, gusts, turbulence, a vortex, a blast
-/// or a fluid. The entity's transform, without its scale, moves and turns the zone.
+/// Wind zone about the entity's position, along its axes: wind, gusts, turbulence, a vortex, a
+/// blast or a fluid. The entity's transform, without its scale, moves and turns the zone.
 ///
 /// ```
 /// # use bevy::math::DVec3;

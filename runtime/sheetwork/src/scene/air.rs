@@ -1,5 +1,5 @@
-//! Specification of the air: drag of the whole scene, and zones of wind, gusts, turbulence, vortices,
-//! blasts and fluids.
+//! Specification of the air: drag of the whole scene, and zones of wind, gusts, turbulence,
+//! vortices, blasts and fluids.
 //!
 //! `sheet/wind` evaluates the zones, and names the source of each formula.
 
@@ -22,7 +22,8 @@ pub struct Air {
     /// Time in which the node keeps that fraction, s; 1e-6 to 1e3. The default is the time step of
     /// the thesis, 0.015 s.
     pub per: f64,
-    /// Density of the air for pressure drag, kg/m³; 0 to 1e4. 0 disables it; air in a room has 1.2.
+    /// Density of the air for pressure drag, kg/m³; 0 to 1e4. 0 disables it; air in a room has
+    /// 1.2.
     pub density: f64,
     /// Velocity of the air, m/s; each component within ±1e3.
     pub wind: DVec3,
@@ -45,8 +46,8 @@ impl Air {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Aerodynamics {
-    /// Normal force proportional to the square of the normal velocity: for sheets that fall, flap or
-    /// drift.
+    /// Normal force proportional to the square of the normal velocity: for sheets that fall, flap
+    /// or drift.
     #[default]
     Drag,
     /// Thin plate with lift at small incidence and a centre of pressure ahead of the middle: for

@@ -29,21 +29,6 @@ impl Sheet {
         Ok(())
     }
 
-    /// Triangles of the bottom layer.
-    pub(crate) fn bottom_triangles(&self) -> Cow<'_, [[u32; 3]]> {
-        match (&self.model.triangles, self.model.layers.first()) {
-            (Some(triangles), _) => Cow::Borrowed(triangles),
-            (None, Some(layer)) => Cow::Owned(layer.triangles()),
-            (None, None) => Cow::Owned(Vec::new()),
-        }
-    }
-
-    /// Material point (u, v), each 0 to 1, of the bottom layer.
-    pub(crate) fn material_point(&self, uv: (f64, f64)) -> Probe {
-        let first = self.model.layers.first().map_or(0, |l| l.first);
-        Probe::new("", uv, first, &self.bottom_triangles(), &self.model.uv)
-    }
-
     /// Grab the material point (u, v), each 0 to 1 over the bottom layer, by a spring of
     /// `stiffness` (N/m, above 0 to 1e9) to its present position; return the index of the grab. The
     /// spring limits the stable step of an explicit integrator like the springs of the sheet.
@@ -55,7 +40,7 @@ impl Sheet {
         check_range("v", uv.1, 0.0, 1.0, "")?;
         check_range("stiffness", stiffness, 1e-9, MAX_GRAB_STIFFNESS, "N/m")?;
         reject_if!(self.grabs.len() >= MAX_GRABS, "grab", "{MAX_GRABS} pull at {} already", self.name);
-        let (masses, weights) = self.material_point(uv).terms();
+        let (masses, weights) = material_point(self, uv).terms();
         let mut pull = GrabSpring::new(masses, weights, DVec3::ZERO, stiffness);
         pull.target = pull.point(&self.state.x);
         self.grabs.push(pull);
@@ -103,6 +88,21 @@ impl Sheet {
     pub fn pulls(&self) -> &[GrabSpring] {
         &self.grabs
     }
+}
+
+/// Triangles of the bottom layer.
+pub(crate) fn bottom_triangles(sheet: &Sheet) -> Cow<'_, [[u32; 3]]> {
+    match (&sheet.model.triangles, sheet.model.layers.first()) {
+        (Some(triangles), _) => Cow::Borrowed(triangles),
+        (None, Some(layer)) => Cow::Owned(layer.triangles()),
+        (None, None) => Cow::Owned(Vec::new()),
+    }
+}
+
+/// Material point (u, v), each 0 to 1, of the bottom layer.
+pub(crate) fn material_point(sheet: &Sheet, uv: (f64, f64)) -> Probe {
+    let first = sheet.model.layers.first().map_or(0, |l| l.first);
+    Probe::new("", uv, first, &bottom_triangles(sheet), &sheet.model.uv)
 }
 
 /// Grab `index` as an element, bound to the blocks of the linear system if there is one.

@@ -1,17 +1,19 @@
 //! Thin plate in a stream: normal force and centre of pressure at every incidence.
 //!
 //! Rayleigh's plate in separated flow ("On the resistance of fluids", Phil. Mag. 1876; Lamb,
-//! *Hydrodynamics*, §77) has the normal force coefficient C_N = 2π sin α/(4 + π sin α) and its
-//! centre of pressure ahead of the middle by x_p/c = 3/4 cos α/(4 + π sin α), with the chord c. Its
-//! slope π/2 at α = 0 belongs to an aspect ratio Λ of about 1, and its 0.88 at 90° to a plate of
-//! infinite span without the suction behind it. The law here has the same form with measured ends,
+//! *Hydrodynamics*, §77) has the normal force coefficient C_N = 2π sin α/(4 + π sin α) and
+//! its centre of pressure ahead of the middle by x_p/c = 3/4 cos α/(4 + π sin α), with the
+//! chord c. Its slope π/2 at α = 0 belongs to an aspect ratio Λ of about 1, and its 0.88 at
+//! 90° to a plate of infinite span without the suction behind it. The law here has the same form
+//! with measured ends,
 //!
 //!   C_N = a sin α/(1 + κ sin α),  κ = a/C_n - 1,  x_p/c = 3/16 cos α/(1 + π/4 sin α),
 //!
-//! with Helmbold's lift slope a = 2πΛ/(2 + √(4 + Λ²)) (Schlichting and Truckenbrodt, *Aerodynamik
-//! des Flugzeuges*) and the drag coefficient C_n across the stream. It equals Rayleigh's for
-//! a = π/2 and C_n = 2π/(4 + π). There is no suction at a sharp leading edge, so the drag at the
-//! incidence α is C_N sin α besides friction. The abrupt stall of a wide wing is not modelled.
+//! with Helmbold's lift slope a = 2πΛ/(2 + √(4 + Λ²)) (Schlichting and Truckenbrodt,
+//! *Aerodynamik des Flugzeuges*) and the drag coefficient C_n across the stream. It equals
+//! Rayleigh's for a = π/2 and C_n = 2π/(4 + π). There is no suction at a sharp leading edge, so
+//! the drag at the incidence α is C_N sin α besides friction. The abrupt stall of a wide wing is
+//! not modelled.
 //!
 //! Incidence is that of each node, so that rotation damps itself and a bent sheet has its camber.
 //! Chord, span and centre of pressure are those of the whole sheet, from the second moments of its
@@ -78,8 +80,8 @@ impl PlateFlow {
         Self { slope, fullness: slope / across - 1.0, centroid, gradient: stream * (centre / squared) }
     }
 
-    /// Factor of the normal velocity in the normal force of a node at `x` (m), without ½ ρ A, at the
-    /// relative speed `speed` and normal velocity `normal` (m/s).
+    /// Factor of the normal velocity in the normal force of a node at `x` (m), without ½ ρ A, at
+    /// the relative speed `speed` and normal velocity `normal` (m/s).
     pub fn factor(&self, x: DVec3, speed: f64, normal: f64) -> f64 {
         let weight = (1.0 + (x - self.centroid).dot(self.gradient)).max(0.0);
         let whole = speed + self.fullness * normal.abs();

@@ -1,11 +1,11 @@
-//! Forces and impulses of a program on a sheet: at a material point, at the point nearest to a place
-//! in the world, or on a region.
+//! Forces and impulses of a program on a sheet: at a material point, at the point nearest to a
+//! place in the world, or on a region.
 //!
 //! A force acts during the next step, or during the whole of the next [`World::advance`] or
-//! [`World::advance_with`], and ends with it; a snapshot contains it. On a point it is distributed to
-//! the three nodes around it by barycentric weights, which preserves force and moment. On a region it
-//! is distributed in proportion to the node masses, so that it accelerates all nodes alike on every
-//! grid.
+//! [`World::advance_with`], and ends with it; a snapshot contains it. On a point it is distributed
+//! to the three nodes around it by barycentric weights, which preserves force and moment. On a
+//! region it is distributed in proportion to the node masses, so that it accelerates all nodes
+//! alike on every grid.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use crate::collision::geometry::closest_points::point_triangle;
 use crate::error::{InputError, check_range};
 use crate::scene::{Region, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
-use crate::sheet::{Sheet, Vectors, region};
+use crate::sheet::{Sheet, Vectors, grab, region};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::ids::SheetId;
@@ -90,8 +90,8 @@ impl World {
         Ok(())
     }
 
-    /// Apply an impulse with the sum `impulse` (N s, each component within ±1e6) to `target` of the
-    /// sheet `id` at once; the sheet wakes. Fixed nodes do not move.
+    /// Apply an impulse with the sum `impulse` (N s, each component within ±1e6) to `target` of
+    /// the sheet `id` at once; the sheet wakes. Fixed nodes do not move.
     ///
     /// # Errors
     /// As [`World::apply_force`].
@@ -201,7 +201,7 @@ fn shares(target: &ForceTarget, sheet: &Sheet) -> Result<Vec<(u32, f64)>, InputE
         ForceTarget::Point(u, v) => {
             check_range("u", *u, 0.0, 1.0, "")?;
             check_range("v", *v, 0.0, 1.0, "")?;
-            let (nodes, weights) = sheet.material_point((*u, *v)).terms();
+            let (nodes, weights) = grab::material_point(sheet, (*u, *v)).terms();
             Ok(nodes.into_iter().zip(weights).collect())
         }
         ForceTarget::Region(part) => {
@@ -219,7 +219,7 @@ fn shares(target: &ForceTarget, sheet: &Sheet) -> Result<Vec<(u32, f64)>, InputE
 /// Material coordinates of the point of the bottom layer nearest to `place` (m).
 fn nearest_point(sheet: &Sheet, place: DVec3) -> (f64, f64) {
     let mut best = (f64::INFINITY, (0.5, 0.5));
-    for triangle in sheet.bottom_triangles().iter() {
+    for triangle in grab::bottom_triangles(sheet).iter() {
         let corners = triangle.map(|node| sheet.state.x.get(node as usize));
         let weights = point_triangle(place, corners);
         let point: DVec3 = corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum();

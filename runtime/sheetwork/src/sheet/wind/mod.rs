@@ -2,10 +2,10 @@
 //!
 //! | part | formula | source |
 //! |---|---|---|
-//! | gusts | V (1 + A (1 - cos 2πτ/T)/2), carried along by V | discrete gust, Pratt and Walker, NACA TR 1206, 1954 |
+//! | gusts | V (1 + A (1 - cos 2πτ/T)/2) | Pratt and Walker, NACA TR 1206, 1954 |
 //! | turbulence | Fourier modes | `turbulence` |
 //! | vortex | Γ/(2πr) (1 - exp(-r²/c²)) | Lamb-Oseen; Saffman, *Vortex Dynamics*, 1992 |
-//! | blast | p = P (1 - s) exp(-s), s = τ/T; u = p/(ρ c) | Friedlander, 1946; acoustic wave, c = 340 m/s |
+//! | blast | u = P (1 - s) exp(-s)/(ρ c), s = τ/T | Friedlander, 1946; acoustic wave |
 //! | bodies | potential flow and far wake | `wake` |
 //! | fluid | f = -ρ V g | Archimedes |
 //!

@@ -1,12 +1,12 @@
 //! Turbulence as a sum of Fourier modes, after Kraichnan, "Diffusion by a random velocity field",
 //! Physics of Fluids 13, 1970.
 //!
-//! A mode is u = a cos 2π(k·x - f t + φ) with the amplitude a across the wave vector k (1/m), so
-//! that each mode, and their sum, is free of divergence. Four shells of wavelengths L, L/2, L/4 and
-//! L/8 have three modes each, along three random axes at right angles, with equal variance in every
-//! direction. The variance of a shell is as k^(-2/3), the energy of Kolmogorov's inertial range in a
-//! band of constant ratio. A mode changes at the rate f = σ |k| of its own eddies, with σ (m/s) the
-//! root mean square of a component.
+//! A mode is u = a cos 2π(k·x - f t + φ) with the amplitude a across the wave vector k (1/m),
+//! so that each mode, and their sum, is free of divergence. Four shells of wavelengths L, L/2, L/4
+//! and L/8 have three modes each, along three random axes at right angles, with equal variance in
+//! every direction. The variance of a shell is as k^(-2/3), the energy of Kolmogorov's inertial
+//! range in a band of constant ratio. A mode changes at the rate f = σ |k| of its own eddies,
+//! with σ (m/s) the root mean square of a component.
 
 use glam::{DQuat, DVec3};
 

@@ -1,14 +1,14 @@
 //! Flow around and behind a moving body.
 //!
-//! Around: potential flow of a sphere of radius R with the volume of the body, which moves with the
-//! velocity U through air at rest: u = R³/(2r³) (3 (U·r̂) r̂ - U) (Batchelor, *An Introduction to
-//! Fluid Dynamics*, 1967, 2.9); within the radius, its value at the surface.
+//! Around: potential flow of a sphere of radius R with the volume of the body, which moves with
+//! the velocity U through air at rest: u = R³/(2r³) (3 (U·r̂) r̂ - U) (Batchelor, *An
+//! Introduction to Fluid Dynamics*, 1967, 2.9); within the radius, its value at the surface.
 //!
-//! Behind: far wake of a sphere, with the velocity in the direction of motion
-//! u_s exp(-ln 2 (ρ/b)²) at the distance ρ from the axis. Its half width b grows by
-//! db/ds = S u_s/U with S = 0.51 (Pope, *Turbulent Flows*, 2000, 5.4), and its momentum is that of
-//! the drag, u_s = C_D R² U ln 2/(2 b²) with C_D = 0.5, so that b³ = R³ + 3/2 S C_D R² ln 2 s at the
-//! distance s behind the body. It ends 40 radii behind, as if the body had come from there.
+//! Behind: far wake of a sphere, with the velocity in the direction of motion u_s exp(-ln 2
+//! (ρ/b)²) at the distance ρ from the axis. Its half width b grows by db/ds = S u_s/U with S =
+//! 0.51 (Pope, *Turbulent Flows*, 2000, 5.4), and its momentum is that of the drag, u_s = C_D R²
+//! U ln 2/(2 b²) with C_D = 0.5, so that b³ = R³ + 3/2 S C_D R² ln 2 s at the distance s
+//! behind the body. It ends 40 radii behind, as if the body had come from there.
 
 use std::f64::consts::LN_2;
 
