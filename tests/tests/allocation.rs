@@ -113,3 +113,16 @@ fn pins_paths_and_a_flexion_limit_allocate_nothing() {
     scene.dt = 1e-3;
     assert_eq!(allocations(&scene), 0);
 }
+
+#[test]
+fn a_warm_step_in_wind_zones_allocates_nothing() {
+    let mut scene = clamped(structure::StructureKind::Shell, IntegratorKind::TrBdf2);
+    let zones = r#"(wind_zones: [(velocity: (3, 0, 0), gusts: (amplitude: 1, duration: 0.5, period: 0.8),
+        turbulence: (intensity: 1, length: 0.6), vortex: (circulation: 1, core: 0.1), shelter: 2, wakes: true),
+        (fluid: (density: 10, surface: -0.01))])"#;
+    scene.wind_zones = Scene::parse(zones).expect("valid").wind_zones;
+    // A step of the rigid bodies allocates, so the wall stands still.
+    let place = Placement { position: DVec3::new(-0.5, 0.0, 0.0), ..Placement::default() };
+    scene.bodies = vec![body("wall", Shape::Ball(0.1), place, Vec::new())];
+    assert_eq!(allocations(&scene), 0);
+}

@@ -9,6 +9,9 @@ struct GettingStarted;
 #[doc = include_str!("../../../docs/detail.md")]
 struct Detail;
 
+#[doc = include_str!("../../../docs/air.md")]
+struct Air;
+
 #[doc = include_str!("../../../docs/heat.md")]
 struct Heat;
 

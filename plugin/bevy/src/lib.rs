@@ -69,7 +69,7 @@ pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, Shee
 pub use core::{
     BodyMotion, BodyShape, HeaterHandle, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact,
     SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetMotion,
-    SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
+    SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;

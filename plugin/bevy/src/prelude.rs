@@ -3,7 +3,8 @@
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
     BodyShape, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact, SheetContacts, SheetDetail, SheetEvent,
-    SheetForces, SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    SheetForces, SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin,
+    SheetworkSet,
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;

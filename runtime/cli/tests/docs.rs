@@ -60,6 +60,13 @@ fn fullest() -> Scene {
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)], temperature_schedule: [(time: 0)])],
         heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
+        wind_zones: [(
+            gusts: (amplitude: 1, duration: 1, period: 2),
+            turbulence: (intensity: 1, length: 1),
+            vortex: (circulation: 1, core: 1),
+            blast: (time: 0, overpressure: 1000, radius: 1, duration: 0.01),
+            fluid: (density: 1000, surface: 0),
+        )],
         oven: (schedule: [(time: 0, temperature: 100)]),
         heat_gun: (path: [(time: 0)]),
     )"#;
@@ -108,6 +115,10 @@ fn every_field_is_in_the_table_of_its_struct() {
     };
     check("### Scene", &tree);
     check("#### Air", &tree["air"]);
+    check("#### Wind zone", &tree["wind_zones"][0]);
+    for part in ["gusts", "turbulence", "vortex", "blast", "fluid"] {
+        check("#### Wind zone", &tree["wind_zones"][0][part]);
+    }
     check("#### Room", &tree["room"]);
     check("### Sheet", &tree["sheets"][0]);
     check("#### Pin", &tree["sheets"][0]["pins"][0]);
@@ -130,9 +141,21 @@ fn every_choice_is_documented() {
     wanted.extend(structure::TABLE.iter().map(|s| format!("| `{}` |", s.name)));
     wanted.extend(integrators::TABLE.iter().map(|e| format!("| `{}` |", e.name)));
     wanted.extend(material::LIBRARY.iter().map(|(name, _, _)| format!("| `{name}` |")));
-    for part in
-        ["All", "Left", "Right", "Back", "Front", "Border", "Uniform", "Length", "Calibrated", "HalfSpace", "Physical"]
-    {
+    for part in [
+        "All",
+        "Left",
+        "Right",
+        "Back",
+        "Front",
+        "Border",
+        "Uniform",
+        "Length",
+        "Calibrated",
+        "HalfSpace",
+        "Physical",
+        "Everywhere",
+        "Plate",
+    ] {
         wanted.push(format!("`{part}`"));
     }
     for part in ["Disc", "RoundedRectangle", "Path", "Svg"] {

@@ -85,7 +85,7 @@ pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Status};
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
-    BodyId, BodyReport, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry, ForceReport, HeaterId,
-    OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport, UnresolvedFolds, World,
-    journal, recording,
+    BodyId, BodyReport, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry, ForceReport,
+    ForceTarget, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
+    UnresolvedFolds, World, journal, recording,
 };

@@ -1,8 +1,8 @@
 //! The simulated world inside Bevy's: entities in, time integration, motion out.
 //!
-//! `sheet`, `body`, `heater` and `heat_gun` hold the components that describe; `state` and `motion`
-//! those that report; `world` and `clock` the resources; `polyhedra` the asset of body shapes.
-//! `sync` adds entities to the world, `step` advances it.
+//! `sheet`, `body`, `heater`, `heat_gun`, `wind` hold the components that describe; `state` and
+//! `motion` those that report; `world` and `clock` the resources; `polyhedra` the asset of body
+//! shapes. `sync` adds entities to the world, `step` advances it.
 
 mod attachments;
 mod body;
@@ -21,6 +21,7 @@ mod sheet;
 mod state;
 mod step;
 pub(crate) mod sync;
+mod wind;
 mod world;
 
 use bevy::prelude::*;
@@ -39,6 +40,7 @@ pub use motion::{BodyMotion, SheetMotion};
 pub use polyhedra::SheetPolyhedra;
 pub use sheet::Sheet;
 pub use state::SheetState;
+pub use wind::SheetWind;
 pub use world::SheetWorld;
 
 /// Stages of the simulation in `FixedUpdate`, in this order.
@@ -100,6 +102,7 @@ impl Plugin for SheetworkCorePlugin {
                     heater::sync,
                     heat_gun::aim,
                     contacts::request,
+                    wind::sync,
                     detail::follow.run_if(resource_exists::<SheetDetail>),
                 )
                     .chain()
@@ -127,6 +130,7 @@ impl Plugin for SheetworkCorePlugin {
             .register_type::<SheetBody>()
             .register_type::<SheetHeater>()
             .register_type::<SheetHeatGun>()
+            .register_type::<SheetWind>()
             .register_type::<SheetState>()
             .register_type::<SheetClock>()
             .register_type::<SheetDetail>();

@@ -2,9 +2,9 @@
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; a difference fails to
 //! compile. The range of a number in the table of parameters is an attribute of its field. Not
-//! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the recovery
-//! policy, levels of detail, refinement, Burgers' model, adhesion, the stiffness of woven sheets,
-//! and the shape and hot faces of heaters.
+//! reflected: lists of regions (pins, probes, applied velocities and forces), creases, the
+//! recovery policy, the law of aerodynamics, levels of detail, refinement, Burgers' model,
+//! adhesion, the stiffness of woven sheets, and the shape and hot faces of heaters.
 
 #![allow(missing_docs)]
 
@@ -21,9 +21,9 @@ use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::slits::Slit;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
-    Adhesion, BurgersCreep, ContactSurface, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, InterLayerLaw, Material,
-    MaterialChoice, PinSpec, Placement, Polyhedron, PressureKey, RefineSpec, RegionVector, SheetSpec, SpotSpec,
-    SpringLaw, WhenUnstable,
+    Adhesion, Aerodynamics, BurgersCreep, ContactSurface, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec,
+    InterLayerLaw, Material, MaterialChoice, PinSpec, Placement, Polyhedron, PressureKey, RefineSpec, RegionVector,
+    SheetSpec, SpotSpec, SpringLaw, WhenUnstable,
 };
 
 /// Range of a parameter, the attribute of its reflected field.
@@ -66,6 +66,8 @@ pub(super) struct SheetSpecReflect {
     #[reflect(@range(Id::DampingRatio))]
     damping_ratio: Option<f64>,
     drag: (f64, f64),
+    #[reflect(ignore)]
+    aerodynamics: Aerodynamics,
     cross_over: bool,
     #[reflect(@range(Id::FlexionStiffness))]
     flexion_stiffness: f64,

@@ -20,6 +20,8 @@ pub mod settings;
 pub(crate) mod tr_bdf2;
 pub(crate) mod verlet;
 
+use glam::DVec3;
+
 use crate::error::named_in_table;
 use crate::math::Vectors;
 use crate::scene::IntegratorKind;
@@ -95,6 +97,10 @@ pub trait Integrator: Send + Sync {
 
     /// Discards the history. Called after anything but the integrator has moved the sheet far.
     fn restart(&mut self) {}
+
+    /// Add `by` (m/s²) to the stored acceleration of `node`, if there is one: a force on it begins
+    /// or ends between two steps.
+    fn add_acceleration(&mut self, _node: usize, _by: DVec3) {}
 }
 
 /// An integrator without effect: placeholder in a sheet while its own integrator works on it.

@@ -13,6 +13,8 @@
 //! Accelerations and strain rates persist from step to step: they are values of the integrator, not
 //! recomputed from forces.
 
+use glam::DVec3;
+
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::{NewtonWorkspace, solve};
 use crate::integrators::implicit::staged::{ContactJump, StagedIntegrator};
@@ -213,5 +215,11 @@ impl Integrator for TrBdf2 {
 
     fn restart(&mut self) {
         self.a = Vectors::default();
+    }
+
+    fn add_acceleration(&mut self, node: usize, by: DVec3) {
+        if node < self.a.len() {
+            self.a.add(node, by);
+        }
     }
 }

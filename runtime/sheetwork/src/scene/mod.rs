@@ -6,6 +6,7 @@
 //! overrides and programs pass the same checks.
 
 pub mod adhesion;
+pub(crate) mod air;
 pub(crate) mod body;
 pub(crate) mod builder;
 #[doc(hidden)]
@@ -44,6 +45,9 @@ use std::path::PathBuf;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+pub use crate::scene::air::{
+    Aerodynamics, Air, BlastSpec, FluidSpec, GustSpec, TurbulenceSpec, VortexSpec, WindZone, ZoneVolume,
+};
 pub use crate::scene::body::{BodySpec, Shape};
 pub use crate::scene::contact::{ContactDefaults, PairSpec};
 pub use crate::scene::contact_surface::ContactSurface;
@@ -90,6 +94,8 @@ pub struct Scene {
     pub contact: ContactDefaults,
     /// Drag of the air on every sheet.
     pub air: Air,
+    /// Wind, gusts, turbulence, vortices, blasts and fluids in parts of space.
+    pub wind_zones: Vec<WindZone>,
     /// Temperature of the surroundings, °C; -273.15 to 5000.
     pub ambient_temperature: f64,
     /// Convection coefficient of both sides of a sheet together in still air, W/(m² K); 0 to 1e6.
@@ -138,6 +144,7 @@ impl Default for Scene {
             room: None,
             contact: ContactDefaults::default(),
             air: Air::default(),
+            wind_zones: Vec::new(),
             ambient_temperature: 20.0,
             convection: 10.0,
             contact_conductance: 500.0,
@@ -205,37 +212,6 @@ impl Room {
 
 fn yes() -> bool {
     true
-}
-
-/// Air, with two models. Linear damping: a node keeps the fraction `factor` of its velocity every
-/// `per` seconds (thesis table 4.3), applied as the force -λ m v with λ = -ln(factor)/per,
-/// independent of integrator and step. Pressure drag: a `density` and a `wind` act on the area of
-/// the sheet.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Air {
-    /// Fraction of its velocity that a node keeps, above 0 up to 1; 1 disables linear damping.
-    pub factor: f64,
-    /// Time in which the node keeps that fraction, s; 1e-6 to 1e3. The default is the time step of
-    /// the thesis, 0.015 s.
-    pub per: f64,
-    /// Density of the air for pressure drag, kg/m³; 0 to 1e4. 0 disables it; air in a room has 1.2.
-    pub density: f64,
-    /// Velocity of the air, m/s; each component within ±1e3.
-    pub wind: DVec3,
-}
-
-impl Default for Air {
-    fn default() -> Self {
-        Self { factor: 1.0, per: 0.015, density: 0.0, wind: DVec3::ZERO }
-    }
-}
-
-impl Air {
-    /// Decay rate λ of a velocity, 1/s.
-    pub fn rate(&self) -> f64 {
-        if self.factor >= 1.0 { 0.0 } else { -self.factor.ln() / self.per }
-    }
 }
 
 /// Position and orientation. A point is rotated about x, then y, then z (fixed axes), then
@@ -315,6 +291,8 @@ pub struct SheetSpec {
     /// Drag coefficients of the sheet across and along the air stream, each 0 to 10; used with an
     /// air density above 0.
     pub drag: (f64, f64),
+    /// Law of the aerodynamic force.
+    pub aerodynamics: Aerodynamics,
     /// Whether cross-over springs join second neighbours along every spring line of a layer (slamm,
     /// double-diagonal, trimm).
     pub cross_over: bool,
@@ -404,6 +382,7 @@ impl Default for SheetSpec {
             damping: 0.115,
             damping_ratio: None,
             drag: (1.17, 0.02),
+            aerodynamics: Aerodynamics::Drag,
             cross_over: false,
             flexion_stiffness: 1.0,
             flexion_limit: None,

@@ -12,7 +12,7 @@ use crate::mesh::structure::StructureKind;
 use crate::scene::contact::MINIMUM_STEP_BUDGET;
 use crate::scene::{
     Air, BodySpec, BodySpotSpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, OvenKey, PathKey,
-    PinSpec, Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, material, sheet_name,
+    PinSpec, Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, SpotSpec, WindZone, material, sheet_name,
 };
 use crate::units::parameters::ParameterId as Id;
 
@@ -43,6 +43,7 @@ pub(crate) fn values(scene: &Scene) -> ValidationResult {
     heat(scene)?;
     contact(&scene.contact)?;
     air(&scene.air)?;
+    wind_zones(&scene.wind_zones)?;
     Id::DetailBudget.check_option("detail_budget", scene.detail_budget)?;
     scene.camera.as_ref().map_or(Ok(()), camera)?;
     scene.room.as_ref().map_or(Ok(()), room)?;
@@ -155,6 +156,11 @@ pub fn air(air: &Air) -> ValidationResult {
     Id::AirPer.check("air.per", air.per)?;
     Id::AirDensity.check("air.density", air.density)?;
     Id::AirWind.check_each("air.wind", air.wind.to_array())
+}
+
+/// Check wind zones.
+pub(crate) fn wind_zones(zones: &[WindZone]) -> ValidationResult {
+    each("wind_zones", zones, WindZone::check)
 }
 
 fn camera(camera: &CameraSpec) -> ValidationResult {
@@ -344,7 +350,8 @@ fn region_vectors(field: &str, list: &[RegionVector], value: Id) -> ValidationRe
     })
 }
 
-fn region(region: &Region) -> ValidationResult {
+/// Check the coordinates of a region.
+pub(crate) fn region(region: &Region) -> ValidationResult {
     let unit = |value: f64| Id::RegionCoordinate.check("", value);
     match region {
         Region::Point(u, v) => unit(*u).and(unit(*v)),

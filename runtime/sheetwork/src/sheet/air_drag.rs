@@ -8,7 +8,8 @@
 //! with the air density ρ (kg/m³). A flat plate across the stream has C_n of about 1.17, along it
 //! C_t of about 0.02 for both sides (Hoerner, *Fluid-Dynamic Drag*, 1965). Areas and normals are
 //! those of the triangles around a node. Sheets do not shelter one another, and the air does not
-//! react to them.
+//! react to them. Wind zones give velocity and density of the air at each node ([`NodeAir`]), and
+//! `plate_aerodynamics` another normal force.
 //!
 //! A pressure difference p between the two sides (vacuum below, air blown under) adds the force -p
 //! A n.
@@ -20,9 +21,11 @@ use glam::{DMat3, DVec3};
 use crate::integrators::implicit::StageProblem;
 use crate::linear::Pattern;
 use crate::math::Vectors;
-use crate::scene::PressureKey;
+use crate::scene::{Aerodynamics, PressureKey};
 use crate::serialize::{ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::Field;
+use crate::sheet::plate_aerodynamics::PlateFlow;
+use crate::sheet::wind::NodeAir;
 
 /// Air drag and pressure of one sheet.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +49,9 @@ pub(crate) struct AirDrag {
     /// Pressure force on each node, N; empty without pressure.
     pressure_forces: Vec<DVec3>,
     wind: DVec3,
+    law: Aerodynamics,
+    /// Air at each node in wind zones; `None` without zones.
+    nodes: Option<Box<NodeAir>>,
 }
 
 state!(PressureKey { time, pressure });
@@ -54,6 +60,40 @@ impl AirDrag {
     /// Drag on the triangles of all layers of a sheet.
     pub fn new(triangles: Vec<[u32; 3]>, layers: usize, coefficients: (f64, f64)) -> Self {
         Self { triangles, share: 1.0 / layers.max(1) as f64, area_ratio: 1.0, coefficients, ..Self::default() }
+    }
+
+    /// Drag with the `law` of the normal force.
+    pub fn with_law(self, law: Aerodynamics) -> Self {
+        Self { law, ..self }
+    }
+
+    /// Take the air at the nodes, for its next update.
+    pub fn take_nodes(&mut self) -> Option<Box<NodeAir>> {
+        self.nodes.take()
+    }
+
+    /// Set the air at the nodes.
+    pub fn set_nodes(&mut self, air: Box<NodeAir>) {
+        self.nodes = Some(air);
+    }
+
+    /// Square of the largest speed of the air, m²/s²; 0 without air.
+    pub fn wind_squared(&self, field: &Field) -> f64 {
+        let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
+        self.nodes.as_ref().map_or(wind, |air| air.largest_squared)
+    }
+
+    /// Add the accelerations by buoyancy, m/s², with the inverse masses (1/kg) of the nodes.
+    pub fn add_buoyancy(&self, inverse_mass: &[f64], a: &mut Vectors) {
+        let buoyancy = self.nodes.as_ref().map_or(&[][..], |air| &air.buoyancy);
+        for (i, (force, w)) in buoyancy.iter().zip(inverse_mass).enumerate() {
+            a.add(i, *force * *w);
+        }
+    }
+
+    /// Whether wind zones act on it.
+    pub fn is_in_zones(&self) -> bool {
+        self.nodes.is_some()
     }
 
     /// Replace the triangles.
@@ -116,7 +156,7 @@ impl AirDrag {
 
     /// Whether air or pressure exerts a force under `field`.
     pub fn is_active(&self, field: &Field) -> bool {
-        field.air_density > 0.0 || self.pressure != 0.0
+        field.air_density > 0.0 || self.pressure != 0.0 || self.nodes.is_some()
     }
 
     /// Compute K and the pressure forces at the positions `x` (m) and velocities `v` (m/s).
@@ -135,6 +175,9 @@ impl AirDrag {
             let [a, b, c] = t.map(|m| x.get(m as usize));
             let third = (b - a).cross(c - a) * (self.share / 6.0);
             t.iter().for_each(|m| self.areas[*m as usize] += third);
+        }
+        if self.nodes.is_some() || self.law != Aerodynamics::Drag {
+            return self.begin_each(field, x, v);
         }
         if self.pressure != 0.0 {
             self.pressure_forces.extend(self.areas.iter().map(|area| *area * (-self.pressure * self.area_ratio)));
@@ -156,34 +199,84 @@ impl AirDrag {
         }
     }
 
+    /// Compute K and the constant forces as [`AirDrag::begin`] does, with the air of each node or
+    /// another law of the normal force.
+    fn begin_each(&mut self, field: &Field, x: &Vectors, v: &Vectors) {
+        let mut nodes = self.nodes.take();
+        if let Some(air) = nodes.as_mut().filter(|air| air.wind.len() != x.len()) {
+            // It was asleep at the start of the step.
+            air.set_uniform(field, x.len());
+        }
+        let pressure = self.pressure * self.area_ratio;
+        let buoyancy = nodes.as_ref().map_or(&[][..], |air| &air.buoyancy);
+        if pressure != 0.0 || !buoyancy.is_empty() {
+            let lift = |i: usize| buoyancy.get(i).copied().unwrap_or_default();
+            let each = self.areas.iter().enumerate().map(|(i, area)| lift(i) - *area * pressure);
+            self.pressure_forces.extend(each);
+        }
+        self.tensors.resize(x.len(), DMat3::ZERO);
+        let relative = |i: usize| v.get(i) - nodes.as_ref().map_or(field.wind, |air| air.wind[i]);
+        let density = |i: usize| nodes.as_ref().map_or(field.air_density, |air| air.density[i]);
+        let (c_n, c_t) = self.coefficients;
+        let flow = match self.law {
+            Aerodynamics::Drag => None,
+            Aerodynamics::Plate => Some(PlateFlow::new(&self.areas, x, relative, c_n)),
+        };
+        for (i, (tensor, area)) in self.tensors.iter_mut().zip(&self.areas).enumerate() {
+            let (size, n, u) = (area.length(), area.normalize_or_zero(), relative(i));
+            let normal = u.dot(n);
+            let along = c_t * (u - n * normal).length();
+            let across = match &flow {
+                None => c_n * normal.abs(),
+                Some(flow) => flow.factor(x.get(i), u.length(), normal),
+            };
+            let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+            *tensor =
+                (outer * (across - along) + DMat3::from_diagonal(DVec3::splat(along))) * (0.5 * density(i) * size);
+        }
+        self.nodes = nodes;
+    }
+
     /// Add the force on each node (N) at `x` and `v`, for explicit integrators.
     pub fn add_forces(&mut self, field: &Field, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         self.begin(field, x, v);
-        for (i, k) in self.tensors.iter().enumerate() {
-            force.set(i, force.get(i) - *k * (v.get(i) - self.wind));
+        match &self.nodes {
+            None => self.add_drag(v, |_| self.wind, force),
+            Some(air) => self.add_drag(v, |i| air.wind[i], force),
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
             force.add(i, *push);
         }
     }
 
-    /// Velocity of node `i` relative to the wind in a stage, m/s.
-    fn relative(&self, stage: &StageProblem, x: &Vectors, i: usize) -> DVec3 {
-        (x.get(i) - stage.w.get(i)) * stage.per_time - self.wind
+    /// Add the drag at the velocities `v` (m/s) in the `wind` (m/s) of each node.
+    fn add_drag(&self, v: &Vectors, wind: impl Fn(usize) -> DVec3, force: &mut Vectors) {
+        for (i, k) in self.tensors.iter().enumerate() {
+            force.set(i, force.get(i) - *k * (v.get(i) - wind(i)));
+        }
     }
 
     /// Part of Φ whose gradient is minus the drag and the pressure force, J.
     pub fn potential(&self, stage: &StageProblem, x: &Vectors) -> f64 {
+        let drag = match &self.nodes {
+            None => self.drag_potential(stage, x, |_| self.wind),
+            Some(air) => self.drag_potential(stage, x, |i| air.wind[i]),
+        };
+        let pushed = self.pressure_forces.iter().enumerate().map(|(i, push)| push.dot(x.get(i)));
+        drag - pushed.sum::<f64>()
+    }
+
+    /// Part of Φ whose gradient is minus the drag in the `wind` (m/s) of each node, J.
+    fn drag_potential(&self, stage: &StageProblem, x: &Vectors, wind: impl Fn(usize) -> DVec3) -> f64 {
         let each = self.tensors.iter().enumerate().map(|(i, k)| {
             if stage.per_time > 0.0 {
-                let u = self.relative(stage, x, i);
+                let u = (x.get(i) - stage.w.get(i)) * stage.per_time - wind(i);
                 0.5 * u.dot(*k * u) / stage.per_time
             } else {
-                -x.get(i).dot(*k * self.wind)
+                -x.get(i).dot(*k * wind(i))
             }
         });
-        let pushed = self.pressure_forces.iter().enumerate().map(|(i, push)| push.dot(x.get(i)));
-        each.sum::<f64>() - pushed.sum::<f64>()
+        each.sum()
     }
 
     /// Work of the pressure force between the positions `from` and `to`, J.
@@ -193,11 +286,25 @@ impl AirDrag {
 
     /// Add the gradient of [`AirDrag::potential`], N.
     pub fn add_gradient(&self, stage: &StageProblem, x: &Vectors, gradient: &mut Vectors) {
-        for (i, k) in self.tensors.iter().enumerate() {
-            gradient.add(i, *k * self.relative(stage, x, i));
+        match &self.nodes {
+            None => self.add_drag_gradient(stage, x, |_| self.wind, gradient),
+            Some(air) => self.add_drag_gradient(stage, x, |i| air.wind[i], gradient),
         }
         for (i, push) in self.pressure_forces.iter().enumerate() {
             gradient.set(i, gradient.get(i) - *push);
+        }
+    }
+
+    /// Add the gradient of the drag in the `wind` (m/s) of each node, N.
+    fn add_drag_gradient(
+        &self,
+        stage: &StageProblem,
+        x: &Vectors,
+        wind: impl Fn(usize) -> DVec3,
+        gradient: &mut Vectors,
+    ) {
+        for (i, k) in self.tensors.iter().enumerate() {
+            gradient.add(i, *k * ((x.get(i) - stage.w.get(i)) * stage.per_time - wind(i)));
         }
     }
 

@@ -188,7 +188,7 @@ fn set_surface(sheet: &mut Sheet, spec: &SheetSpec, triangles: Option<Vec<[u32; 
         None => layers.iter().flat_map(LatticeLayer::triangles).collect(),
     };
     let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
-    sheet.parameters.drag = AirDrag::new(covered, layers.len(), spec.drag);
+    sheet.parameters.drag = AirDrag::new(covered, layers.len(), spec.drag).with_law(spec.aerodynamics);
     sheet.parameters.drag.set_schedule(&spec.pressure, &sheet.state.x, lowest);
     sheet.model.triangles = triangles;
 }

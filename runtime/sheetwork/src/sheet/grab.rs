@@ -1,5 +1,7 @@
 //! Grabs: springs between a hand and a material point of a sheet, see [`GrabSpring`].
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use crate::elements::grab_spring::GrabSpring;
@@ -38,13 +40,7 @@ impl Sheet {
         check_range("v", uv.1, 0.0, 1.0, "")?;
         check_range("stiffness", stiffness, 1e-9, MAX_GRAB_STIFFNESS, "N/m")?;
         reject_if!(self.grabs.len() >= MAX_GRABS, "grab", "{MAX_GRABS} pull at {} already", self.name);
-        let triangles = match (&self.model.triangles, self.model.layers.first()) {
-            (Some(triangles), _) => triangles.clone(),
-            (None, Some(layer)) => layer.triangles(),
-            (None, None) => Vec::new(),
-        };
-        let first = self.model.layers.first().map_or(0, |l| l.first);
-        let (masses, weights) = Probe::new("", uv, first, &triangles, &self.model.uv).terms();
+        let (masses, weights) = material_point(self, uv).terms();
         let mut pull = GrabSpring::new(masses, weights, DVec3::ZERO, stiffness);
         pull.target = pull.point(&self.state.x);
         self.grabs.push(pull);
@@ -92,6 +88,21 @@ impl Sheet {
     pub fn pulls(&self) -> &[GrabSpring] {
         &self.grabs
     }
+}
+
+/// Triangles of the bottom layer.
+pub(crate) fn bottom_triangles(sheet: &Sheet) -> Cow<'_, [[u32; 3]]> {
+    match (&sheet.model.triangles, sheet.model.layers.first()) {
+        (Some(triangles), _) => Cow::Borrowed(triangles),
+        (None, Some(layer)) => Cow::Owned(layer.triangles()),
+        (None, None) => Cow::Owned(Vec::new()),
+    }
+}
+
+/// Material point (u, v), each 0 to 1, of the bottom layer.
+pub(crate) fn material_point(sheet: &Sheet, uv: (f64, f64)) -> Probe {
+    let first = sheet.model.layers.first().map_or(0, |l| l.first);
+    Probe::new("", uv, first, &bottom_triangles(sheet), &sheet.model.uv)
 }
 
 /// Grab `index` as an element, bound to the blocks of the linear system if there is one.

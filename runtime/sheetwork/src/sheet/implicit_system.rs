@@ -501,6 +501,7 @@ impl ImplicitProblem for ImplicitSheet<'_> {
             let outer = self.field.gravity - v.get(i) * self.field.air + self.applied.get(i) * self.inverse_mass[i];
             a.set(i, if free { f + outer } else { DVec3::ZERO });
         }
+        self.drag.add_buoyancy(self.inverse_mass, a);
         own
     }
 }

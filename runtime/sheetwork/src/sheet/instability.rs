@@ -254,7 +254,7 @@ pub(crate) fn energy_gain_tolerance(sheet: &Sheet, field: &Field, dt: f64) -> f6
     let held = (0..sheet.node_count()).filter(|i| sheet.inverse_mass[*i] == 0.0);
     let led = held.map(|i| sheet.state.v.get(i).length_squared()).fold(0.0, f64::max);
     let glued = sheet.pins.attached_body_states().map(|(_, b)| b.velocity().length_squared()).fold(0.0, f64::max);
-    let wind = if field.air_density > 0.0 { field.wind.length_squared() } else { 0.0 };
+    let wind = sheet.parameters.drag.wind_squared(field);
     let fall = field.gravity.length_squared() * dt * dt;
     sheet.total_mass() * (PRESCRIBED_MOTION_ENERGY_FACTOR * led.max(glued) + wind + fall)
 }

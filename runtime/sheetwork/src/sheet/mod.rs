@@ -38,6 +38,7 @@ pub(crate) mod modes;
 pub(crate) mod node_contact;
 pub mod parameters;
 pub(crate) mod pins;
+pub(crate) mod plate_aerodynamics;
 pub(crate) mod probe;
 pub(crate) mod reaction;
 pub(crate) mod refine;
@@ -53,6 +54,7 @@ pub mod stage_trace;
 pub mod state;
 pub mod surface;
 pub mod temperature;
+pub(crate) mod wind;
 pub(crate) mod wireframe;
 
 use glam::DVec3;
@@ -283,9 +285,11 @@ impl Sheet {
             .sum()
     }
 
-    /// Whether an applied force, a grab or a pressure acts on it.
+    /// Whether an applied force, a grab, a pressure or the air of a wind zone acts on it.
     pub(crate) fn is_loaded(&self) -> bool {
-        !self.grabs.is_empty() || self.parameters.applied.max_squared() > 0.0 || self.parameters.drag.pressure != 0.0
+        let drag = &self.parameters.drag;
+        let pushed = drag.pressure != 0.0 || drag.is_in_zones();
+        pushed || !self.grabs.is_empty() || self.parameters.applied.max_squared() > 0.0
     }
 
     /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.

@@ -9,6 +9,7 @@ pub(crate) mod failure_events;
 pub(crate) mod forces;
 pub(crate) mod ids;
 pub mod journal;
+pub(crate) mod loads;
 pub(crate) mod lod;
 pub mod lod_cost;
 pub(crate) mod parameters;
@@ -29,6 +30,7 @@ pub(crate) mod step;
 pub(crate) mod suggestions;
 pub(crate) mod teleport;
 mod thermal;
+pub(crate) mod wind;
 
 use std::sync::Arc;
 
@@ -37,6 +39,7 @@ use glam::DVec3;
 pub use crate::world::contacts::{ContactEvent, ContactEventKind, ContactPair, ContactPartner};
 pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
+pub use crate::world::loads::ForceTarget;
 pub use crate::world::parameters::Parameter;
 pub use crate::world::penetration::{PenetratedObject, Penetration};
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport, UnresolvedFolds};
@@ -52,9 +55,10 @@ use crate::parallel::Pool;
 use crate::profiler::{Profiler, StepObserver};
 use crate::rigid::lent::LentBodies;
 use crate::rigid::{BodyState, RigidWorld};
-use crate::scene::{Air, IntegratorKind, PairSpec, Scene, body_name, validate};
+use crate::scene::{Air, IntegratorKind, PairSpec, Scene, WindZone, body_name, validate};
 use crate::sheet::refine::RefineWorkspace;
 use crate::sheet::temperature::spots;
+use crate::sheet::wind::WindField;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status, attachment, equilibrium};
 use crate::thermal::ThermalModel;
 use crate::thermal::source::heater;
@@ -93,6 +97,11 @@ pub struct World {
     islands: IslandManager,
     /// Bodies of the caller that sheets move.
     lent: LentBodies,
+    wind_zones: Vec<WindZone>,
+    /// Wind zones as a step evaluates them; `None` without zones.
+    wind: Option<Box<WindField>>,
+    /// Forces of the program on sheets.
+    loads: loads::Loads,
     records_forces: bool,
     contacts: Option<Box<contacts::ContactRecords>>,
     /// Forces of the last step.
@@ -205,6 +214,9 @@ impl World {
             pool: None,
             islands: IslandManager::default(),
             lent: LentBodies::default(),
+            wind_zones: scene.wind_zones.clone(),
+            wind: wind::field_of(&scene.wind_zones),
+            loads: loads::Loads::default(),
             records_forces: false,
             contacts: None,
             forces: Vec::new(),
@@ -290,6 +302,9 @@ impl World {
     /// without advancing time. `tolerance` is the largest displacement of the last iteration, m.
     /// Returns the result of each sheet, in order.
     pub fn find_equilibrium(&mut self, tolerance: f64) -> Vec<Equilibrium> {
+        let rigid = self.rigid.take();
+        self.update_wind(rigid.as_ref().map(RigidWorld::view).as_ref(), 0.0);
+        self.rigid = rigid;
         let field = self.field();
         self.sheets.iter_mut().map(|s| equilibrium::find_equilibrium(s, field, tolerance)).collect()
     }

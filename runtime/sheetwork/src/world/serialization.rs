@@ -11,7 +11,7 @@ use crc32fast::Hasher;
 use crate::contact::SheetContact;
 use crate::contact::node::drawn_contact::DrawnContact;
 use crate::error::{InputError, SnapshotError};
-use crate::scene::{Air, ContactDefaults, ContactSurface, Scene};
+use crate::scene::{Air, ContactDefaults, ContactSurface, Scene, WindZone};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::refine::{Resolution, resolution_of};
 use crate::sheet::{Sheet, serialization};
@@ -143,6 +143,7 @@ impl World {
         self.lod.iter().for_each(|detail| detail.serialise(to));
         self.penetration_check.serialise(to);
         self.serialise_contacts(to);
+        self.serialise_loads(to);
         to.number(self.time);
         to.count(self.steps);
         to.count(self.event_count());
@@ -179,6 +180,7 @@ impl World {
         self.lod.iter_mut().try_for_each(|detail| detail.deserialise(&mut from))?;
         self.penetration_check.deserialise(&mut from)?;
         self.deserialise_contacts(&mut from)?;
+        self.deserialise_loads(&mut from)?;
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
         self.events.truncate(usize::try_from(told.saturating_sub(self.drained_events)).unwrap_or(usize::MAX));
@@ -193,6 +195,7 @@ impl World {
         to.vector(self.gravity);
         to.numbers(&[factor, per, density]);
         to.vector(wind);
+        to.blob(&postcard::to_extend(&self.wind_zones, Vec::new()).unwrap_or_default());
         to.text(self.engine.name());
         to.numbers(&[self.tolerance, self.dt]);
         to.flag(self.sleep);
@@ -209,6 +212,10 @@ impl World {
         self.set_gravity_unbounded(from.vector()?);
         let (factor, per, density) = (from.number()?, from.number()?, from.number()?);
         self.set_air(Air { factor, per, density, wind: from.vector()? }).map_err(|_| CorruptState)?;
+        let zones: Vec<WindZone> = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
+        if zones != self.wind_zones {
+            self.set_wind_zones(&zones).map_err(|_| CorruptState)?;
+        }
         self.engine = from.text()?.parse().map_err(|_| CorruptState)?;
         (self.tolerance, self.dt) = (from.number()?, from.number()?);
         if !(self.dt > 0.0 && self.dt <= 1.0 && self.tolerance > 0.0 && self.gravity.is_finite()) {

@@ -23,6 +23,7 @@ impl World {
     /// island converged, and otherwise what was done.
     pub fn step(&mut self) -> StepReport {
         self.step_by(self.dt);
+        self.clear_loads();
         self.step_report()
     }
 
@@ -37,6 +38,9 @@ impl World {
         let steps = steps_in(duration, self.dt);
         for _ in 0..steps {
             self.step_by(duration / steps as f64);
+        }
+        if steps > 0 {
+            self.clear_loads();
         }
         steps
     }
@@ -179,6 +183,9 @@ impl World {
             self.step_thermal(Some(view), None, dt);
             self.finish_step(dt, Some(view));
         }
+        if steps > 0 {
+            self.clear_loads();
+        }
         steps
     }
 
@@ -190,6 +197,8 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        self.begin_loads();
+        self.update_wind(view, dt);
         self.begin_forces();
         let context = StepContext {
             field: self.field(),
@@ -215,6 +224,7 @@ impl World {
             _ => work(false),
         }
         self.finish_forces(dt);
+        self.finish_loads();
         // Sheets may become unstable outside the solution of their island.
         let is_unstable = |log: &&ContactLog| log.events.iter().any(|event| event.1 == EventKind::Unstable);
         let unstable = self.contact_logs.iter().filter(is_unstable).count() as u32;

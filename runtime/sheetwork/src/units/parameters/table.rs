@@ -166,6 +166,40 @@ parameters! {
     WhenUnstable: word("sheets.*.when_unstable", Name).live(),
     /// Nodes along length and width of a sheet, as `21x11`.
     Grid: word("sheets.*.grid", Name).state().default("21x21"),
+    /// Edge, radius or height of the volume of a wind zone.
+    ZoneVolume: number("wind_zones.*.volume.*", "m", (1e-3, 1e6)).required(),
+    /// Distance inside the border over which a wind zone fades in.
+    ZoneFalloff: number("wind_zones.*.falloff", "m", (0.0, 1e6)).default("0"),
+    /// Mean velocity of a wind zone.
+    ZoneVelocity: number("wind_zones.*.velocity", "m/s", (-1e3, 1e3)).kind(Vector).default("(0, 0, 0)"),
+    /// Distance up to which a body upwind shelters a node.
+    ZoneShelter: number("wind_zones.*.shelter", "m", (0.0, 1e6)).default("0"),
+    /// Largest increase of the mean velocity in a gust.
+    GustAmplitude: number("wind_zones.*.gusts.amplitude", "of velocity", (0.0, 100.0)).required(),
+    /// Duration of a gust.
+    GustDuration: number("wind_zones.*.gusts.duration", "s", (1e-2, 1e6)).required(),
+    /// Time between the starts of two gusts.
+    GustPeriod: number("wind_zones.*.gusts.period", "s", (1e-2, 1e6)).required(),
+    /// Root mean square of each component of turbulence.
+    TurbulenceIntensity: number("wind_zones.*.turbulence.intensity", "m/s", (0.0, 1e3)).required(),
+    /// Wavelength of the largest eddies.
+    TurbulenceLength: number("wind_zones.*.turbulence.length", "m", (1e-3, 1e6)).required(),
+    /// Circulation of a vortex.
+    VortexCirculation: number("wind_zones.*.vortex.circulation", "m²/s", (-1e6, 1e6)).required(),
+    /// Radius of the core of a vortex.
+    VortexCore: number("wind_zones.*.vortex.core", "m", (1e-3, 1e6)).required(),
+    /// Time of an explosion.
+    BlastTime: number("wind_zones.*.blast.time", "s", TIME).required(),
+    /// Peak overpressure of a blast.
+    BlastOverpressure: number("wind_zones.*.blast.overpressure", "Pa", (0.0, 1e5)).required(),
+    /// Distance to which the overpressure of a blast refers.
+    BlastRadius: number("wind_zones.*.blast.radius", "m", (1e-2, 1e4)).required(),
+    /// Duration of the positive phase of a blast.
+    BlastDuration: number("wind_zones.*.blast.duration", "s", (1e-5, 10.0)).required(),
+    /// Density of a fluid.
+    FluidDensity: number("wind_zones.*.fluid.density", "kg/m³", (1e-3, 1e5)).required(),
+    /// Height of the surface of a fluid.
+    FluidSurface: number("wind_zones.*.fluid.surface", "m", COORDINATE).required(),
     /// Simulated duration.
     Duration: number("duration", "s", TIME),
     /// Whether sheets that start inside a body or another sheet are moved out of it.

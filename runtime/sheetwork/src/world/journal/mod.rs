@@ -16,11 +16,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::World;
 use crate::error::{InputError, check_range, reject_if};
-use crate::scene::Scene;
+use crate::scene::{Scene, WindZone};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::world::BodyId;
 use crate::world::part_file::{PartFile, read_parts};
+use crate::world::{BodyId, ForceTarget, SheetId};
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Maximum length of a header, bytes.
@@ -92,6 +92,29 @@ pub enum JournalInput {
         /// New rotation.
         rotation: DQuat,
     },
+    /// [`World::set_wind_zones`].
+    SetWindZones {
+        /// All zones.
+        zones: Vec<WindZone>,
+    },
+    /// [`World::apply_force`].
+    ApplyForce {
+        /// Name of the sheet.
+        sheet: String,
+        /// Part of the sheet.
+        target: ForceTarget,
+        /// Sum of the force, N.
+        force: DVec3,
+    },
+    /// [`World::apply_impulse`].
+    ApplyImpulse {
+        /// Name of the sheet.
+        sheet: String,
+        /// Part of the sheet.
+        target: ForceTarget,
+        /// Sum of the impulse, N s.
+        impulse: DVec3,
+    },
 }
 
 impl JournalInput {
@@ -114,8 +137,22 @@ impl JournalInput {
             Self::PlaceBody { name, position, rotation } => {
                 send_body(world, name, (*position, *rotation), World::place_body)
             }
+            Self::SetWindZones { zones } => world.set_wind_zones(zones),
+            Self::ApplyForce { sheet, target, force } => {
+                let id = id_of(world, sheet)?;
+                world.apply_force(id, target, *force)
+            }
+            Self::ApplyImpulse { sheet, target, impulse } => {
+                let id = id_of(world, sheet)?;
+                world.apply_impulse(id, target, *impulse)
+            }
         }
     }
+}
+
+/// Id of the sheet of a name.
+fn id_of(world: &World, name: &str) -> Result<SheetId, InputError> {
+    world.sheet_id(name).ok_or_else(|| InputError::new("sheet", format!("no sheet is named \"{name}\"")))
 }
 
 /// Sheet of a name.
