@@ -5,12 +5,14 @@ pub use crate::core::{
     BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
     SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
+#[cfg(feature = "render")]
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
 #[cfg(feature = "inspector")]
 pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use crate::link::{SheetLink, SheetLinkPlugin};
+#[cfg(feature = "render")]
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::islands::event::EventKind;

@@ -1,4 +1,5 @@
 //! Display: meshes, materials, bounds; no cost for resting or hidden sheets.
+#![cfg(feature = "render")]
 
 mod common;
 
