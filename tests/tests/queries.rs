@@ -296,8 +296,8 @@ fn a_saddle_and_a_paraboloid_have_their_principal_curvatures() {
         let root = (1.0 + (k * x) * (k * x)).sqrt();
         let (across, along) = (k / root, k / root.powi(3));
         assert!((found.principal[0] / across - 1.0).abs() < 0.005, "{found:?} {across}");
-        assert!((found.principal[1] / along - 1.0).abs() < 0.005, "{found:?} {along}");
-        assert!((found.gaussian / (across * along) - 1.0).abs() < 0.01);
+        assert!((found.principal[1] / along - 1.0).abs() < 0.015, "{found:?} {along}");
+        assert!((found.gaussian / (across * along) - 1.0).abs() < 0.02);
     }
 }
 

@@ -9,6 +9,9 @@ struct GettingStarted;
 #[doc = include_str!("../../../docs/detail.md")]
 struct Detail;
 
+#[doc = include_str!("../../../docs/queries.md")]
+struct Queries;
+
 #[doc = include_str!("../../../docs/heat.md")]
 struct Heat;
 

@@ -30,7 +30,7 @@
 //! | `SheetLinkPlugin` (feature `link`) | the world in shared memory | |
 //! | `SheetInspectorPlugin` (feature `inspector`) | panels with parameters | bevy_egui |
 //!
-//! [`SheetworkPlugins`] adds the first five. Entities with [`Sheet`], [`SheetBody`],
+//! [`SheetworkPlugins`] adds the first four. Entities with [`Sheet`], [`SheetBody`],
 //! [`SheetHeater`] and [`SheetHeatGun`] form the world; [`SheetSceneRoot`] spawns a scene and
 //! follows its file.
 //!
@@ -63,6 +63,8 @@ mod documents;
 pub mod inspector;
 #[cfg(feature = "link")]
 pub mod link;
+#[cfg(feature = "render")]
+pub mod picking;
 pub mod prelude;
 #[cfg(feature = "render")]
 pub mod render;
@@ -72,7 +74,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
     BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces,
-    SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
+    SheetHeatGun, SheetHeater, SheetMotion, SheetRayCast, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    StepTimes,
 };
 #[cfg(feature = "render")]
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
@@ -82,13 +85,15 @@ pub use inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use link::{SheetLink, SheetLinkPlugin};
 #[cfg(feature = "render")]
+pub use picking::SheetPickingPlugin;
+#[cfg(feature = "render")]
 pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use sheetwork;
 #[cfg(feature = "link")]
 pub use sheetwork_link;
 
-/// Plugin group with core, assets, diagnostics and, with the feature `render`, rendering and picking;
-/// without `SheetworkDebugPlugin`.
+/// Plugin group with core, assets, diagnostics and, with the feature `render`, rendering;
+/// without `SheetPickingPlugin` and `SheetworkDebugPlugin`.
 pub struct SheetworkPlugins;
 
 impl PluginGroup for SheetworkPlugins {

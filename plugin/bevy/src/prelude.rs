@@ -3,7 +3,7 @@
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
     BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
-    SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    SheetMotion, SheetRayCast, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 #[cfg(feature = "render")]
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
@@ -12,6 +12,8 @@ pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
 pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use crate::link::{SheetLink, SheetLinkPlugin};
+#[cfg(feature = "render")]
+pub use crate::picking::SheetPickingPlugin;
 #[cfg(feature = "render")]
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};

@@ -154,10 +154,12 @@ impl World {
         filter: QueryFilter,
         positions: impl Fn(SheetId) -> Option<InterpolatedNodes<'w>>,
     ) -> SheetQueries<'w> {
-        let all = self.sheet_ids().zip(self.sheets());
-        let chosen = all.filter(|(id, _)| filter.sheet.is_none_or(|only| only == *id));
-        let surfaces = chosen.filter_map(|(id, sheet)| QuerySurface::new((id, sheet), filter.layer, positions(id)));
-        SheetQueries { surfaces: surfaces.collect() }
+        let new = |(id, sheet)| QuerySurface::new((id, sheet), filter.layer, positions(id));
+        let surfaces = match filter.sheet {
+            Some(only) => self.get_sheet(only).and_then(|sheet| new((only, sheet))).into_iter().collect(),
+            None => self.sheet_ids().zip(self.sheets()).filter_map(new).collect(),
+        };
+        SheetQueries { surfaces }
     }
 }
 
