@@ -51,7 +51,8 @@ fn through(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64
     (inside && distance >= 0.0).then_some(distance)
 }
 
-/// Distance of a point from a triangle: from its plane where the foot lies inside, else from a side.
+/// Distance of a point from a triangle: from its plane where the foot lies inside, else from a
+/// side.
 fn distance(p: DVec3, corners: [DVec3; 3]) -> f64 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a).normalize();

@@ -29,13 +29,15 @@ use crate::render::SheetDisplay;
 /// # use bevy_sheetwork::prelude::*;
 /// # use bevy_sheetwork::sheetwork::SurfacePoint;
 /// # fn setup(mut commands: Commands) {
-/// commands.spawn(Sheet::new("card")).observe(|click: On<Pointer<Click>>, mut world: ResMut<SheetWorld>| {
+/// commands.spawn(Sheet::new("card")).observe(push);
+/// # }
+///
+/// fn push(click: On<Pointer<Click>>, mut world: ResMut<SheetWorld>) {
 ///     let Some(point) = click.hit.extra_as::<SurfacePoint>() else { return };
 ///     if let Some(sheet) = world.get_sheet_mut(point.sheet) {
 ///         _ = sheet.apply_impulse(point.node as usize, -1e-3 * point.normal);
 ///     }
-/// });
-/// # }
+/// }
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetPickingPlugin;

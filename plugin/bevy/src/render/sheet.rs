@@ -60,8 +60,7 @@ pub struct SheetDisplay {
     /// between two nodes. Costs about 1 µs per vertex in each frame with contact and motion.
     pub clear_of_bodies: bool,
     /// Whether the mesh has tangents, for materials with a normal map. A `StandardMaterial` with
-    /// `normal_map_texture` gets them in any case. Costs some tens of nanoseconds per vertex in each
-    /// frame with motion.
+    /// `normal_map_texture` gets them in any case. They are computed in each frame with motion.
     pub tangents: bool,
     /// Field displayed by colours. `Plain` costs nothing; other fields cost some tens of
     /// nanoseconds per vertex in a frame after a step.

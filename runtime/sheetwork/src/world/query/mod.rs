@@ -4,10 +4,11 @@
 //! The surface of a sheet is one of its layers, flat between the nodes: the middle surface of a
 //! shell, the upper or the lower layer of a lattice. Its triangles belong to the collision surface
 //! too. Open cells and detached nodes are no part of the surface. Queries are exact on the
-//! triangles and see both sides. The earlier sheet and triangle of two equally
-//! distant ones is the result.
+//! triangles and see both sides. The earlier sheet and triangle of two equally distant ones is the
+//! result.
 //!
-//! A query with an argument that is not finite, or without a direction, has no result. Lengths in m.
+//! A query with an argument that is not finite, or without a direction, has no result. Lengths are
+//! in m.
 
 mod curvature;
 mod overlap;
