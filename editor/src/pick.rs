@@ -1,10 +1,9 @@
 //! Ray casting: the point of a sheet, the nearest node, the body or the heater under the mouse.
 
 use glam::{DVec3, Vec3};
-use sheetwork::World;
 use sheetwork::rigid::RigidBodyInfo;
 use sheetwork::scene::{Scene, Shape};
-use sheetwork::sheet::Sheet;
+use sheetwork::{QueryFilter, QueryLayer, World};
 
 /// Ray from the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,50 +61,19 @@ impl Ray {
     }
 }
 
-/// Triangles of the displayed layer of `sheet`.
-fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
-    let layer = if upper { sheet.model.layers.last() } else { sheet.model.layers.first() };
-    match (&sheet.model.triangles, layer) {
-        (Some(all), _) => all.clone(),
-        (None, Some(layer)) => layer.triangles(),
-        (None, None) => Vec::new(),
-    }
+/// Position of the material point (u, v) of the sheet with this index, m; `None` outside the sheet
+/// and in an open cell.
+pub fn place(world: &World, sheet: usize, uv: (f64, f64), layer: QueryLayer) -> Option<DVec3> {
+    let id = world.sheet_ids().nth(sheet)?;
+    Some(world.queries(QueryFilter { layer, sheet: Some(id) }).point_at(id, uv)?.position)
 }
 
-/// Position of the material point (u, v) of `sheet`, m, in its upper or lower layer; `None` outside
-/// the sheet.
-pub fn place(sheet: &Sheet, (u, v): (f64, f64), upper: bool) -> Option<DVec3> {
-    triangles(sheet, upper).into_iter().find_map(|corners| {
-        let [a, b, c] = corners.map(|i| sheet.model.uv[i as usize]);
-        let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
-        let of = |p: (f64, f64), q: (f64, f64)| ((q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0)) / area;
-        let weights = [of(b, c), of(c, a), of(a, b)];
-        // Tolerance for rounding between two triangles.
-        let within = area != 0.0 && weights.iter().all(|w| *w >= -1e-6);
-        within.then(|| (0..3).map(|k| weights[k] * sheet.state.x.get(corners[k] as usize)).sum())
-    })
-}
-
-/// Nearest hit on any sheet, in the upper or lower layer.
-pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
-    let mut best: Option<SheetHit> = None;
-    for (index, sheet) in world.sheets().iter().enumerate() {
-        for corners in triangles(sheet, upper) {
-            let at = corners.map(|i| sheet.state.x.get(i as usize));
-            let Some((distance, v, w)) = ray.triangle(at) else { continue };
-            if best.is_some_and(|b| b.distance <= distance) {
-                continue;
-            }
-            let weights = [1.0 - v - w, v, w];
-            let uv = corners.map(|i| sheet.model.uv[i as usize]);
-            let sum = |of: fn((f64, f64)) -> f64| (0..3).map(|k| weights[k] * of(uv[k])).sum::<f64>();
-            let place = ray.from + ray.to * distance;
-            let nearest = (0..3).min_by(|a, b| at[*a].distance(place).total_cmp(&at[*b].distance(place))).unwrap_or(0);
-            let uv = (sum(|p| p.0), sum(|p| p.1));
-            best = Some(SheetHit { sheet: index, uv, node: corners[nearest], place, distance });
-        }
-    }
-    best
+/// Nearest hit on any sheet.
+pub fn sheet(world: &World, ray: Ray, layer: QueryLayer) -> Option<SheetHit> {
+    let queries = world.queries(QueryFilter { layer, sheet: None });
+    let hit = queries.cast_ray(ray.from, ray.to, f64::INFINITY)?;
+    let sheet = world.sheet_ids().position(|id| id == hit.sheet)?;
+    Some(SheetHit { sheet, uv: hit.uv, node: hit.node, place: hit.position, distance: hit.distance })
 }
 
 /// Nearest heater of `scene` on the ray: index and distance, m.
@@ -184,14 +152,14 @@ mod tests {
     fn the_point_of_the_sheet_under_the_mouse_is_found() {
         let world = world();
         let down = |x: f32, z: f32| Ray::new(Vec3::new(x, 3.0, z), Vec3::NEG_Y);
-        let hit = sheet(&world, down(0.1, -0.05), true).expect("over it");
+        let hit = sheet(&world, down(0.1, -0.05), QueryLayer::Upper).expect("over it");
         assert!((hit.uv.0 - 0.75).abs() < 1e-6 && (hit.uv.1 - 0.375).abs() < 1e-6, "{hit:?}");
         assert!((hit.distance - 2.0).abs() < 1e-6 && hit.place.distance(DVec3::new(0.1, 1.0, -0.05)) < 1e-6);
         let near = world.sheets()[0].state.x.get(hit.node as usize);
         assert!(near.distance(hit.place) < 0.08);
-        assert_eq!(sheet(&world, down(0.3, 0.0), true), None);
+        assert_eq!(sheet(&world, down(0.3, 0.0), QueryLayer::Upper), None);
         let below = Ray::new(Vec3::ZERO, Vec3::Y);
-        assert!(sheet(&world, below, true).is_some(), "from below too");
+        assert!(sheet(&world, below, QueryLayer::Upper).is_some(), "from below too");
     }
 
     #[test]

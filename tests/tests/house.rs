@@ -103,6 +103,19 @@ fn the_library_depends_on_few_packages() {
     }
 }
 
+/// The plugin without its feature `render`, as a server depends on it.
+#[test]
+fn a_server_with_the_plugin_compiles_no_graphics() {
+    let layout = layout();
+    let found = packages(&layout.root, "bevy_sheetwork", false).unwrap();
+    let graphics = ["wgpu", "naga", "winit", "x11", "bevy_render", "bevy_pbr", "bevy_window", "bevy_winit"];
+    let is_graphics = |package: &&String| graphics.iter().any(|name| package.starts_with(name));
+    assert_none(&found.iter().filter(is_graphics).cloned().collect::<Vec<_>>());
+    assert!(found.len() <= 179, "{} of at most 179: {found:#?}", found.len());
+    let drawn = packages(&layout.root, "bevy_sheetwork", true).unwrap();
+    assert!(graphics.iter().all(|name| drawn.iter().any(|package| package.starts_with(name))), "{drawn:#?}");
+}
+
 #[test]
 fn the_public_interface_is_that_of_the_snapshot() {
     let layout = layout();

@@ -3,9 +3,8 @@
 
 use bevy_egui::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, UiBuilder, vec2};
 use glam::{Vec2, Vec3};
-use sheetwork::sheet::Sheet;
+use sheetwork::QueryFilter;
 
-use bevy_sheetwork::SheetLayer;
 use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, DEGREES, MM, number};
 
 use super::plots::COLOURS;
@@ -180,9 +179,9 @@ fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2
 
 /// Line that is being drawn on a sheet, and its length.
 fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
-    let Some(Held::Line(sheet, from, to)) = state.held else { return };
-    let Some(sheet) = session.world().sheets().get(sheet) else { return };
-    let points = on_sheet(sheet, (from, to), state, seen);
+    let Some(Held::Line(index, from, to)) = state.held else { return };
+    let Some(sheet) = session.world().sheets().get(index) else { return };
+    let points = on_sheet(session, index, (from, to), state, seen);
     painter.add(Shape::line(points.clone(), Stroke::new(4.0, Color32::from_rgb(30, 32, 36))));
     painter.add(Shape::line(points.clone(), Stroke::new(2.0, Color32::WHITE)));
     let size = sheet.rest_size();
@@ -198,9 +197,9 @@ fn creases(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
     if state.tool != Tool::Crease {
         return;
     }
-    for (spec, sheet) in session.scene().sheets.iter().zip(session.world().sheets()) {
+    for (sheet, spec) in session.scene().sheets.iter().enumerate() {
         for crease in &spec.creases {
-            let points = on_sheet(sheet, (crease.from, crease.to), state, seen);
+            let points = on_sheet(session, sheet, (crease.from, crease.to), state, seen);
             painter.extend(Shape::dashed_line(&points, Stroke::new(3.0, Color32::from_rgb(30, 32, 36)), 7.0, 5.0));
             painter.extend(Shape::dashed_line(&points, Stroke::new(1.5, ACCENT), 7.0, 5.0));
             if let Some(end) = points.last() {
@@ -212,14 +211,16 @@ fn creases(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
 
 /// Straight line in material coordinates, projected from the sheet.
 fn on_sheet(
-    sheet: &Sheet,
+    session: &Session,
+    sheet: usize,
     (from, to): ((f64, f64), (f64, f64)),
     state: &EditorState,
     seen: &dyn Fn(Vec3) -> Option<Pos2>,
 ) -> Vec<Pos2> {
-    let upper = state.display.layer == SheetLayer::Top;
-    let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
-    (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3())).collect()
+    let Some(id) = session.world().sheet_ids().nth(sheet) else { return Vec::new() };
+    let queries = session.world().queries(QueryFilter { layer: state.display.layer.into(), sheet: Some(id) });
+    let at = |s: f64| queries.point_at(id, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)));
+    (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.position.as_vec3())).collect()
 }
 
 /// Outline of the brush on the sheet under the mouse.
@@ -228,14 +229,18 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     let Some(pointer) = pointer else { return };
     let size = Vec2::new(rect.width(), rect.height());
     let ray = state.camera.ray(Vec2::new(pointer.x - rect.left(), pointer.y - rect.top()), size);
-    let upper = state.display.layer == SheetLayer::Top;
-    let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
-    let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
+    let layer = state.display.layer.into();
+    let Some(hit) = pick::sheet(session.world(), ray, layer) else { return };
+    let (Some(sheet), Some(id)) = (session.world().sheets().get(hit.sheet), session.world().sheet_ids().nth(hit.sheet))
+    else {
+        return;
+    };
+    let queries = session.world().queries(QueryFilter { layer, sheet: Some(id) });
     let (radius, extent) = (state.brush_radius(session, hit.sheet), sheet.rest_size());
     let points = (0..=48).filter_map(|i| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
         let uv = (hit.uv.0 + radius * cos / extent.0, hit.uv.1 + radius * sin / extent.1);
-        let place = pick::place(sheet, (uv.0.clamp(0.0, 1.0), uv.1.clamp(0.0, 1.0)), upper)?;
+        let place = queries.point_at(id, (uv.0.clamp(0.0, 1.0), uv.1.clamp(0.0, 1.0)))?.position;
         state.camera.project(place.as_vec3(), size).map(|v| rect.min + vec2(v.x, v.y))
     });
     painter.add(Shape::line(points.collect(), Stroke::new(2.0, Color32::WHITE)));

@@ -1,7 +1,6 @@
 //! View of the scene: action of the mouse with each tool, and the overlay.
 
 use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
-use bevy_sheetwork::SheetLayer;
 use glam::Vec2;
 use sheetwork::scene::SpotSpec;
 
@@ -145,7 +144,7 @@ fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> O
     match state.tool {
         Tool::Look | Tool::Pin | Tool::Pan | Tool::Zoom | Tool::None => None,
         Tool::Grab => {
-            let hit = pick::sheet(session.world(), ray, state.display.layer == SheetLayer::Top)?;
+            let hit = pick::sheet(session.world(), ray, state.display.layer.into())?;
             let before = pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001);
             (before && session.grab(hit.sheet, hit.uv)).then(|| Held::Sheet(hit.place.as_vec3()))
         }
@@ -168,7 +167,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
     let ray = state.camera.ray(at, size);
     match state.tool {
         Tool::Pin => {
-            if let Some(hit) = pick::sheet(session.world(), ray, state.display.layer == SheetLayer::Top) {
+            if let Some(hit) = pick::sheet(session.world(), ray, state.display.layer.into()) {
                 session.toggle_pin(hit.sheet, hit.node);
             }
         }
@@ -179,7 +178,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
             });
             let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
             let found = near.or_else(|| under(session, state, ray));
-            if found.is_none() && pick::sheet(session.world(), ray, state.display.layer == SheetLayer::Top).is_some() {
+            if found.is_none() && pick::sheet(session.world(), ray, state.display.layer.into()).is_some() {
                 session.note("A sheet is moved where it starts: Reset (Backspace) first.");
             }
             state.choose(found);
@@ -200,7 +199,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
 fn under(session: &Session, state: &EditorState, ray: pick::Ray) -> Option<Item> {
     let world = session.world();
     let body = pick::body(world, ray).filter(|b| b.0 < session.scene().bodies.len());
-    let sheet = pick::sheet(world, ray, state.display.layer == SheetLayer::Top).filter(|_| world.steps() == 0);
+    let sheet = pick::sheet(world, ray, state.display.layer.into()).filter(|_| world.steps() == 0);
     let heater = pick::heater(session.scene(), ray);
     let all = [
         body.map(|(index, distance)| (distance, Item::Body(index))),
@@ -213,7 +212,7 @@ fn under(session: &Session, state: &EditorState, ray: pick::Ray) -> Option<Item>
 /// Point of a sheet at a position of the view, unless a body occludes it.
 fn hit(session: &Session, state: &EditorState, at: Vec2, size: Vec2) -> Option<pick::SheetHit> {
     let ray = state.camera.ray(at, size);
-    let hit = pick::sheet(session.world(), ray, state.display.layer == SheetLayer::Top)?;
+    let hit = pick::sheet(session.world(), ray, state.display.layer.into())?;
     pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001).then_some(hit)
 }
 
@@ -225,8 +224,7 @@ fn towards(
     (sheet, last): (usize, (f64, f64)),
     (at, size): (Vec2, Vec2),
 ) -> Option<(f64, f64)> {
-    let upper = state.display.layer == SheetLayer::Top;
-    let place = pick::place(session.world().sheets().get(sheet)?, last, upper)?;
+    let place = pick::place(session.world(), sheet, last, state.display.layer.into())?;
     let begun = state.camera.project(place.as_vec3(), size)?;
     let (mut found, mut low, mut high) = (None, 0.0, 1.0);
     for _ in 0..BISECTIONS {

@@ -6,6 +6,7 @@ use bevy_egui::egui::accesskit::Role;
 use bevy_egui::egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use sheetwork::QueryLayer;
 use sheetwork::scene::Scene;
 use sheetwork_editor::panels::{self, EditorState};
 use sheetwork_editor::session::Session;
@@ -46,8 +47,7 @@ pub fn folder(name: &str) -> PathBuf {
 /// Position of the material point (u, v) of the first sheet in the window.
 pub fn seen(harness: &Harness<'_, Both>, uv: (f64, f64)) -> Pos2 {
     let (session, state) = harness.state();
-    let sheet = &session.world().sheets()[0];
-    let place = sheetwork_editor::pick::place(sheet, uv, true).expect("on the sheet");
+    let place = sheetwork_editor::pick::place(session.world(), 0, uv, QueryLayer::Upper).expect("on the sheet");
     let size = glam::Vec2::new(state.viewport.width(), state.viewport.height());
     let at = state.camera.project(place.as_vec3(), size).expect("in view");
     state.viewport.min + Vec2::new(at.x, at.y)

@@ -12,6 +12,9 @@ struct Detail;
 #[doc = include_str!("../../../docs/air.md")]
 struct Air;
 
+#[doc = include_str!("../../../docs/queries.md")]
+struct Queries;
+
 #[doc = include_str!("../../../docs/heat.md")]
 struct Heat;
 

@@ -23,9 +23,10 @@
 //! |---|---|---|
 //! | [`SheetworkCorePlugin`] | entities into the world, steps, [`SheetEvent`]s | time, transforms |
 //! | [`SheetworkAssetPlugin`] | files as assets, scenes as entities | `AssetPlugin` |
-//! | [`SheetworkRenderPlugin`] | meshes and materials | `PbrPlugin` |
 //! | [`SheetworkDiagnosticsPlugin`] | measurements in Bevy's `DiagnosticsStore` | |
-//! | [`SheetworkDebugPlugin`] | springs and nodes as gizmos | `GizmoPlugin` |
+//! | `SheetworkRenderPlugin` (feature `render`) | meshes and materials | `PbrPlugin` |
+//! | `SheetPickingPlugin` (feature `render`) | sheets under the pointer | `PickingPlugin` |
+//! | `SheetworkDebugPlugin` (feature `render`) | springs and nodes as gizmos | `GizmoPlugin` |
 //! | `SheetLinkPlugin` (feature `link`) | the world in shared memory | |
 //! | `SheetInspectorPlugin` (feature `inspector`) | panels with parameters | bevy_egui |
 //!
@@ -33,7 +34,8 @@
 //! [`SheetHeater`] and [`SheetHeatGun`] form the world; [`SheetSceneRoot`] spawns a scene and
 //! follows its file.
 //!
-//! On a server use `SheetworkPlugins.build().disable::<SheetworkRenderPlugin>()`.
+//! A server depends on this crate with `default-features = false`: without the feature `render`
+//! neither wgpu nor winit nor x11 is compiled, and [`SheetworkPlugins`] has the first three.
 //!
 //! # Order of a frame
 //! In `FixedUpdate` the sets of [`SheetworkSet`] run in this order: `Sync` (entities to world),
@@ -52,6 +54,7 @@
 
 pub mod asset;
 pub mod core;
+#[cfg(feature = "render")]
 pub mod debug;
 pub mod diagnostics;
 #[cfg(all(doctest, feature = "inspector", feature = "link"))]
@@ -60,7 +63,10 @@ mod documents;
 pub mod inspector;
 #[cfg(feature = "link")]
 pub mod link;
+#[cfg(feature = "render")]
+pub mod picking;
 pub mod prelude;
+#[cfg(feature = "render")]
 pub mod render;
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
@@ -69,28 +75,33 @@ pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, Shee
 pub use core::{
     BodyMotion, BodyShape, HeaterHandle, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact,
     SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetMotion,
-    SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
+    SheetRayCast, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
 };
+#[cfg(feature = "render")]
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;
 #[cfg(feature = "inspector")]
 pub use inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use link::{SheetLink, SheetLinkPlugin};
+#[cfg(feature = "render")]
+pub use picking::SheetPickingPlugin;
+#[cfg(feature = "render")]
 pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use sheetwork;
 #[cfg(feature = "link")]
 pub use sheetwork_link;
 
-/// Plugin group with core, assets, rendering and diagnostics, without [`SheetworkDebugPlugin`].
+/// Plugin group with core, assets, diagnostics and, with the feature `render`, rendering;
+/// without `SheetPickingPlugin` and `SheetworkDebugPlugin`.
 pub struct SheetworkPlugins;
 
 impl PluginGroup for SheetworkPlugins {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>()
-            .add(SheetworkCorePlugin::default())
-            .add(SheetworkAssetPlugin)
-            .add(SheetworkRenderPlugin)
-            .add(SheetworkDiagnosticsPlugin)
+        let group = PluginGroupBuilder::start::<Self>();
+        let group = group.add(SheetworkCorePlugin::default()).add(SheetworkAssetPlugin).add(SheetworkDiagnosticsPlugin);
+        #[cfg(feature = "render")]
+        let group = group.add(SheetworkRenderPlugin);
+        group
     }
 }

@@ -3,15 +3,19 @@
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
     BodyShape, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact, SheetContacts, SheetDetail, SheetEvent,
-    SheetForces, SheetHeatGun, SheetHeater, SheetMotion, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin,
-    SheetworkSet,
+    SheetForces, SheetHeatGun, SheetHeater, SheetMotion, SheetRayCast, SheetState, SheetWind, SheetWorld,
+    SheetworkCorePlugin, SheetworkSet,
 };
+#[cfg(feature = "render")]
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
 #[cfg(feature = "inspector")]
 pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use crate::link::{SheetLink, SheetLinkPlugin};
+#[cfg(feature = "render")]
+pub use crate::picking::SheetPickingPlugin;
+#[cfg(feature = "render")]
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::ContactEventKind;

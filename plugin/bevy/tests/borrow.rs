@@ -1,4 +1,5 @@
 //! Sheets in contact with a caller's Rapier world.
+#![cfg(feature = "render")]
 
 mod common;
 

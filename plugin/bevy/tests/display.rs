@@ -1,8 +1,10 @@
 //! Display: meshes, materials, bounds; no cost for resting or hidden sheets.
+#![cfg(feature = "render")]
 
 mod common;
 
 use bevy::camera::primitives::Aabb;
+use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 use common::{frame, run, thesis_app};
@@ -93,6 +95,55 @@ fn a_user_material_is_not_replaced() {
     for entity in [sheet, body] {
         assert!(app.world().get::<Mesh3d>(entity).is_some());
         assert_eq!(app.world().get::<MeshMaterial3d<StandardMaterial>>(entity).map(|m| m.0.id()), Some(mine.id()));
+    }
+}
+
+#[test]
+fn tangents_follow_the_sheet_where_a_normal_map_or_the_display_asks_for_them() {
+    let mut app = thesis_app();
+    let image = app.world_mut().resource_mut::<Assets<Image>>().add(Image::default());
+    let material = StandardMaterial { normal_map_texture: Some(image), ..default() };
+    let bumpy = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(material);
+    let there = Transform::from_xyz(0.2, 0.5, -0.3).with_rotation(Quat::from_rotation_x(0.7));
+    let asked = app.world_mut().spawn((Sheet::thesis(), there, SheetDisplay { tangents: true, ..default() })).id();
+    let mapped = app.world_mut().spawn((Sheet::thesis(), MeshMaterial3d(bumpy))).id();
+    let plain = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(3.0, 0.0, 0.0))).id();
+    app.world_mut().spawn((SheetBody::ball(0.1), Transform::from_xyz(0.2, 0.3, -0.3)));
+    run(&mut app, 0.4);
+    let mesh = |app: &App, entity: Entity| {
+        let mesh = &app.world().get::<Mesh3d>(entity).expect("dressed").0;
+        app.world().resource::<Assets<Mesh>>().get(mesh).expect("there").clone()
+    };
+    assert!(mesh(&app, plain).attribute(Mesh::ATTRIBUTE_TANGENT).is_none());
+    for entity in [asked, mapped] {
+        let mesh = mesh(&app, entity);
+        let Some(VertexAttributeValues::Float32x4(tangents)) = mesh.attribute(Mesh::ATTRIBUTE_TANGENT) else {
+            panic!("no tangents");
+        };
+        let normals = mesh.attribute(Mesh::ATTRIBUTE_NORMAL).and_then(|a| a.as_float3()).expect("normals");
+        let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions");
+        assert_eq!(tangents.len(), positions.len());
+        // Rows of 37 vertices along u.
+        for (i, (tangent, normal)) in tangents.iter().zip(normals).enumerate() {
+            let (tangent, normal) = (Vec4::from(*tangent), Vec3::from(*normal));
+            let (direction, at) = (tangent.truncate(), |k: usize| Vec3::from(positions[k]));
+            assert!((direction.length() - 1.0).abs() < 1e-4 && direction.dot(normal).abs() < 1e-4, "{i}");
+            let (column, row) = (i % 37, i / 37);
+            let along_u = if column < 36 { at(i + 1) - at(i) } else { at(i) - at(i - 1) };
+            let along_v = if row < 36 { at(i + 37) - at(i) } else { at(i) - at(i - 37) };
+            assert!(direction.dot(along_u) > 0.0, "{i}");
+            assert!((tangent.w * normal.cross(direction)).dot(along_v) < 0.0, "{i}");
+        }
+        // The reference: MikkTSpace, as Bevy computes it for meshes from files.
+        let mut reference = mesh.clone();
+        reference.generate_tangents().expect("valid");
+        let Some(VertexAttributeValues::Float32x4(expected)) = reference.attribute(Mesh::ATTRIBUTE_TANGENT) else {
+            panic!("no tangents");
+        };
+        for (found, expected) in tangents.iter().zip(expected).map(|(a, b)| (Vec4::from(*a), Vec4::from(*b))) {
+            assert_eq!(found.w, expected.w, "handedness");
+            assert!(found.truncate().angle_between(expected.truncate()) < 0.05, "{found} {expected}");
+        }
     }
 }
 

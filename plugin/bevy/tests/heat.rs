@@ -1,5 +1,6 @@
 //! Heat: heaters, heat guns and hot bodies as entities; colours of temperature, without cost where
 //! they are not requested.
+#![cfg(feature = "render")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Level of detail in an app: sheets follow the viewer and the budget, meshes follow the sheets.
+#![cfg(feature = "render")]
 
 mod common;
 

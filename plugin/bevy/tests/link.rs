@@ -1,6 +1,6 @@
 //! Live link of a Bevy game: another thread attaches, reads the sheets and sets a parameter while
 //! the game runs.
-#![cfg(feature = "link")]
+#![cfg(all(feature = "link", feature = "render"))]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Rollback: ticks repeated with late inputs equal, bit for bit, ticks with inputs in time.
+#![cfg(feature = "render")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Scenes from files: loaded, spawned, changed, rejected.
+#![cfg(feature = "render")]
 
 mod common;
 

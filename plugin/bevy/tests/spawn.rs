@@ -1,5 +1,6 @@
 //! Entities added to and removed from the world: a sheet in one line, static and moving bodies,
 //! removal, changes.
+#![cfg(feature = "render")]
 
 mod common;
 

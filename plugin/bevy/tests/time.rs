@@ -1,4 +1,5 @@
 //! Time: interpolation at irregular frame times, pause, single steps, speed, the limit of ticks.
+#![cfg(feature = "render")]
 
 mod common;
 

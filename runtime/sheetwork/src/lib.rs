@@ -18,6 +18,7 @@
 //! | specifications of sheets, bodies, heat, contact; scene files | [`scene`] |
 //! | world: step, parameters by path, events, snapshots, reports | [`World`] |
 //! | state of a sheet: positions, energies, temperatures, probes | [`Sheet`] |
+//! | rays, closest points, overlaps, curvature, area of sheets | [`World::queries`] |
 //! | journals of a run, recordings of what was seen | [`journal`], [`recording`] |
 //! | numbers with units, as people type them | [`units`] |
 //!
@@ -86,6 +87,7 @@ pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Stat
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
     BodyId, BodyReport, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry, ForceReport,
-    ForceTarget, HeaterId, OpeningReport, Parameter, Report, SheetId, SheetReport, Snapshot, TemperatureReport,
-    UnresolvedFolds, World, journal, recording,
+    ForceTarget, HeaterId, InterpolatedNodes, OpeningReport, Parameter, QueryFilter, QueryLayer, QueryShape, Report,
+    SheetId, SheetQueries, SheetReport, Snapshot, SurfaceArea, SurfaceCurvature, SurfaceOverlaps, SurfacePoint,
+    TemperatureReport, UnresolvedFolds, World, journal, recording,
 };

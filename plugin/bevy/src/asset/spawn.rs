@@ -9,6 +9,7 @@ use sheetwork::{InputError, World as Sheets};
 use super::SheetScene;
 use crate::core::placement::Pose;
 use crate::core::{BodyShape, Sheet, SheetBody, SheetHeater, SheetWorld, heater, placement, sync};
+#[cfg(feature = "render")]
 use crate::render::SheetRoom;
 
 /// Component that spawns the sheets, bodies, heaters and room of a [`SheetScene`] as children of
@@ -21,7 +22,8 @@ use crate::render::SheetRoom;
 /// changes or the component is inserted again.
 #[derive(Component, Reflect, Clone, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, Debug, PartialEq)]
-#[require(Transform, Visibility)]
+#[require(Transform)]
+#[cfg_attr(feature = "render", require(Visibility))]
 pub struct SheetSceneRoot(pub Handle<SheetScene>);
 
 /// Message after a [`SheetSceneRoot`] has been spawned or respawned.
@@ -132,6 +134,7 @@ fn spawn(
         let name = Name::new(put.name().to_owned());
         children.push(world.spawn((component, put, local, name, ChildOf(root))).id());
     }
+    #[cfg(feature = "render")]
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }

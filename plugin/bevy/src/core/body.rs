@@ -25,7 +25,8 @@ use super::SheetPolyhedra;
 /// `Transform` is the initial pose, which the plugin then overwrites.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
-#[require(Transform, Visibility)]
+#[require(Transform)]
+#[cfg_attr(feature = "render", require(Visibility))]
 pub struct SheetBody {
     /// Name in the world and in events, made unique there. When empty, the entity's `Name` is used.
     pub name: String,

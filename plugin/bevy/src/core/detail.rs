@@ -31,7 +31,8 @@ const MEAN_WEIGHT: f64 = 0.05;
 pub struct SheetDetail {
     /// Time budget of all sheets per tick, ms, 1e-3 to 1e6; `None` for levels by distance alone.
     pub budget_ms: Option<f64>,
-    /// Entity at the viewpoint; `None` for the first active camera.
+    /// Entity at the viewpoint; `None` for the first active camera, or without the feature `render`
+    /// for the levels of the budget alone.
     pub viewer: Option<Entity>,
     /// Whether measured step times scale the cost model.
     pub measured: bool,
@@ -82,14 +83,15 @@ pub(super) fn follow(
     mut detail: ResMut<SheetDetail>,
     mut world: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
-    cameras: Query<(&GlobalTransform, &Camera)>,
+    #[cfg(feature = "render")] cameras: Query<(&GlobalTransform, &Camera)>,
     places: Query<&GlobalTransform>,
 ) {
     if !world.has_detail() {
         return;
     }
-    let active = || cameras.iter().find(|(_, camera)| camera.is_active).map(|(there, _)| there);
-    let eye = detail.viewer.and_then(|viewer| places.get(viewer).ok()).or_else(active);
+    let eye = detail.viewer.and_then(|viewer| places.get(viewer).ok());
+    #[cfg(feature = "render")]
+    let eye = eye.or_else(|| cameras.iter().find(|(_, camera)| camera.is_active).map(|(there, _)| there));
     let eye: Option<DVec3> = eye.map(|there| there.translation().as_dvec3()).filter(|eye| eye.is_finite());
     if eye != world.viewpoint()
         && let Err(problem) = world.set_viewpoint(eye)

@@ -27,7 +27,8 @@ use super::{SheetWorld, placement};
 /// The entity's transform, without its scale, is the heater's pose, and moves it.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
-#[require(Transform, Visibility)]
+#[require(Transform)]
+#[cfg_attr(feature = "render", require(Visibility))]
 pub struct SheetHeater {
     /// Description of the heater. Its placement is relative to the entity.
     #[reflect(remote = HeaterSpecReflect)]

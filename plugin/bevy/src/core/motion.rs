@@ -90,11 +90,13 @@ impl SheetMotion {
     }
 
     /// Revision of the displayed shape. It changes with every change of the states.
+    #[cfg_attr(not(feature = "render"), allow(dead_code))]
     pub(crate) fn revision(&self) -> u64 {
         self.revision
     }
 
     /// Levels of a locally refined mesh in the last state.
+    #[cfg_attr(not(feature = "render"), allow(dead_code))]
     pub(crate) fn refinement(&self) -> &Option<Arc<[u8]>> {
         &self.refinement
     }

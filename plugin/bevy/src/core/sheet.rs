@@ -36,7 +36,8 @@ use super::reflect::SheetSpecReflect;
 /// The default is `Sheet::new("card")`. [`Sheet::thesis`] is the soft lattice of the thesis.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
-#[require(Transform, Visibility, SheetState)]
+#[require(Transform, SheetState)]
+#[cfg_attr(feature = "render", require(Visibility))]
 pub struct Sheet {
     /// Description of the sheet. Velocities and paths are in world axes; the placement is relative
     /// to the entity.

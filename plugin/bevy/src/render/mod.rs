@@ -1,8 +1,9 @@
 //! Display: meshes and materials of sheets, bodies, heaters and the room.
 //!
 //! `sheet` updates the mesh of a sheet from its nodes, `clear` moves it out of bodies, `colour`
-//! colours it by the fields of `measure`. `body`, `heater` and `room` make the other meshes, `grid`
-//! the texture of the room, `materials` the defaults, `triangle_mesh` Bevy's mesh.
+//! colours it by the fields of `measure`, `tangents` prepares it for normal maps. `body`, `heater`
+//! and `room` make the other meshes, `grid` the texture of the room, `materials` the defaults,
+//! `triangle_mesh` Bevy's mesh.
 
 mod body;
 mod clear;
@@ -13,6 +14,7 @@ mod materials;
 mod measure;
 mod room;
 mod sheet;
+mod tangents;
 mod triangle_mesh;
 
 use bevy::asset::AssetEventSystems;

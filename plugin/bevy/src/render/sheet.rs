@@ -12,6 +12,7 @@ use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
+use sheetwork::QueryLayer;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::LatticeLayer;
 use sheetwork::rigid::RigidView;
@@ -21,6 +22,7 @@ use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use super::clear::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
 use super::materials::Materials;
+use super::tangents::update_tangents;
 use super::triangle_mesh::triangle_mesh;
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
@@ -57,6 +59,9 @@ pub struct SheetDisplay {
     /// Whether the displayed surface is moved out of the world's own bodies, which it can intersect
     /// between two nodes. Costs about 1 µs per vertex in each frame with contact and motion.
     pub clear_of_bodies: bool,
+    /// Whether the mesh has tangents, for materials with a normal map. A `StandardMaterial` with
+    /// `normal_map_texture` gets them in any case. They are computed in each frame with motion.
+    pub tangents: bool,
     /// Field displayed by colours. `Plain` costs nothing; other fields cost some tens of
     /// nanoseconds per vertex in a frame after a step.
     pub colour: SheetColour,
@@ -74,7 +79,24 @@ impl Default for SheetDisplay {
     fn default() -> Self {
         let colour = SheetColour::Plain;
         let spline = SurfaceSmoothing::Interpolating;
-        Self { layer: SheetLayer::Top, smoothing: 4, spline, default_material: true, clear_of_bodies: true, colour }
+        Self {
+            layer: SheetLayer::Top,
+            smoothing: 4,
+            spline,
+            default_material: true,
+            clear_of_bodies: true,
+            tangents: false,
+            colour,
+        }
+    }
+}
+
+impl From<SheetLayer> for QueryLayer {
+    fn from(layer: SheetLayer) -> Self {
+        match layer {
+            SheetLayer::Top => Self::Upper,
+            SheetLayer::Bottom => Self::Lower,
+        }
     }
 }
 
@@ -165,6 +187,7 @@ impl MeshedSurface {
 pub(super) struct DisplayedSheet {
     surface: MeshedSurface,
     smoothing: (u32, SurfaceSmoothing),
+    has_tangents: bool,
     masses: usize,
     grid: (u32, u32, u32),
     /// Levels of a locally refined mesh.
@@ -180,16 +203,21 @@ impl DisplayedSheet {
     /// Mesh and component of a sheet; `None` if it has no surface.
     fn new(sheet: &SheetInWorld, motion: &SheetMotion, display: &SheetDisplay, coloured: bool) -> Option<(Mesh, Self)> {
         let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?, display.spline));
-        let (mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
+        let (mut mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
+        let has_tangents = display.tangents;
+        if has_tangents {
+            update_tangents(&mut mesh, &surface.triangles);
+        }
         let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
         let refinement = sheet.model.refinement.clone();
-        Some((mesh, Self { surface, smoothing, masses: x.len(), grid, refinement, at: None }))
+        Some((mesh, Self { surface, smoothing, has_tangents, masses: x.len(), grid, refinement, at: None }))
     }
 
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
     fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
         self.surface.fits(sheet, display.layer, coloured)
             && self.smoothing == (display.smoothing, display.spline)
+            && self.has_tangents == display.tangents
             && (self.masses, self.grid) == (nodes, sheet.model.grid)
             && self.refinement == sheet.model.refinement
     }
@@ -214,6 +242,8 @@ pub(super) fn insert_meshes(
     for (entity, motion, display, drawn, mesh, material) in &sheets {
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
+        let bumpy = material.and_then(|m| materials.get(&m.0)).is_some_and(|m| m.normal_map_texture.is_some());
+        let display = &SheetDisplay { tangents: display.tangents || bumpy, ..*display };
         let nodes = motion.positions().len();
         let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
         if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || !present {
@@ -297,6 +327,9 @@ pub(super) fn update(
                 *bounds = new;
             }
         });
+        if written && drawn.has_tangents {
+            update_tangents(&mut mesh, &drawn.surface.triangles);
+        }
         if let (Some(scale), Some(sheet)) = (scale, motion.sheet(&world)) {
             drawn.surface.paint(&mut mesh, sheet, &scale);
         }

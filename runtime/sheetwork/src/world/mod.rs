@@ -18,6 +18,7 @@ pub(crate) mod penetration;
 mod pins;
 mod placed_solids;
 pub(crate) mod playback;
+pub(crate) mod query;
 pub mod recording;
 pub(crate) mod remap;
 pub(crate) mod report;
@@ -42,6 +43,10 @@ pub use crate::world::ids::{BodyId, HeaterId, SheetId};
 pub use crate::world::loads::ForceTarget;
 pub use crate::world::parameters::Parameter;
 pub use crate::world::penetration::{PenetratedObject, Penetration};
+pub use crate::world::query::{
+    InterpolatedNodes, QueryFilter, QueryLayer, QueryShape, SheetQueries, SurfaceArea, SurfaceCurvature,
+    SurfaceOverlaps, SurfacePoint,
+};
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport, UnresolvedFolds};
 pub use crate::world::snapshot::Snapshot;
 
