@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::Scene;
@@ -233,7 +233,7 @@ fn a_sheet_that_rests_on_another_falls_when_that_is_removed_or_moved_away() {
         if remove {
             world.remove_sheet(ids[0]);
         } else {
-            world.move_sheet(ids[0], DVec3::X * 0.5, sheetwork::glam::DQuat::IDENTITY).expect("valid");
+            world.move_sheet(ids[0], DVec3::X * 0.5, DQuat::IDENTITY).expect("valid");
         }
         world.advance(1.0);
         assert!(leaf(&world) < 0.01, "{} m, removed: {remove}", leaf(&world));

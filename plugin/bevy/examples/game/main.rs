@@ -1,7 +1,7 @@
 //! A small game: knock down a house of cards with three balls.
 //!
-//! Hold the left mouse button to draw, release it to throw at the pointer; R builds the house again.
-//! The title of the window shows the score, and the hits are heard where there is `aplay`.
+//! Hold the left mouse button to draw, release it to throw at the pointer; R builds the house
+//! again. The title of the window shows the score, and the hits are heard where there is `aplay`.
 //!
 //! `cargo run --release -p bevy_sheetwork --example game`; with `-- --measure` it plays a round of
 //! 1,000 frames without a window, prints the times of its frames and writes the sound to `game.wav`.

@@ -1,7 +1,7 @@
 //! Sound of the contacts: every hit is a short burst of noise, as loud as its impulse.
 //!
-//! The samples go to the system's player `aplay`, if there is one, and to a file. A game with Bevy's
-//! audio plays a sample of its own at `SheetContact::contact.pair.point` instead.
+//! The samples go to the system's player `aplay`, if there is one, and to a file. A game with
+//! Bevy's audio plays a sample of its own at `SheetContact::contact.pair.point` instead.
 
 use std::io::Write;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Contacts of sheets, for sounds, hits and damage: messages when a contact begins, ends or is hard,
-//! and the present pairs on entities with [`SheetContacts`].
+//! Contacts of sheets, for sounds, hits and damage: messages when a contact begins, ends or is
+//! hard, and the present pairs on entities with [`SheetContacts`].
 
 use bevy::ecs::entity::Entities;
 use bevy::prelude::*;

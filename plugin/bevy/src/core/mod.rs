@@ -128,13 +128,17 @@ impl Plugin for SheetworkCorePlugin {
             PostUpdate,
             (step::show, step::show_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
         );
-        app.register_type::<Sheet>()
-            .register_type::<SheetBody>()
-            .register_type::<SheetHeater>()
-            .register_type::<SheetHeatGun>()
-            .register_type::<SheetWind>()
-            .register_type::<SheetState>()
-            .register_type::<SheetClock>()
-            .register_type::<SheetDetail>();
+        register_types(app);
     }
+}
+
+fn register_types(app: &mut App) {
+    app.register_type::<Sheet>()
+        .register_type::<SheetBody>()
+        .register_type::<SheetHeater>()
+        .register_type::<SheetHeatGun>()
+        .register_type::<SheetWind>()
+        .register_type::<SheetState>()
+        .register_type::<SheetClock>()
+        .register_type::<SheetDetail>();
 }

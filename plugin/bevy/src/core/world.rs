@@ -195,7 +195,8 @@ impl SheetWorld {
         self.later.push((sheet, attachment));
     }
 
-    /// Make the attachments to bodies of the caller that wait, now that both worlds are at one time.
+    /// Make the attachments to bodies of the caller that wait, now that both worlds are at one
+    /// time.
     fn attach_waiting(&mut self, view: &RigidView) {
         for (sheet, (region, entity)) in std::mem::take(&mut self.later) {
             let is_it = |user_data: u128| user_data == u128::from(entity.to_bits());

@@ -1,4 +1,4 @@
-//! Nodes of a sheet that are attached to a rigid body: of the world, or of the caller's rigid world.
+//! Nodes of a sheet that are attached to a rigid body of the world or of the caller's rigid world.
 //!
 //! A node keeps its position l in the frame of the body. With the position x and the rotation q of
 //! a static or kinematic body it is at x + q l; a dynamic body gets the attachment force from the

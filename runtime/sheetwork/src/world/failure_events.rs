@@ -30,8 +30,8 @@ impl World {
         }
     }
 
-    /// Cut the sheet `id` along the line from `from` to `to`, (u, v) of the material, each 0 to 1: the
-    /// cells that it crosses open, as along [`SheetSpec::slits`](crate::scene::SheetSpec::slits).
+    /// Cut the sheet `id` along the line between two material points (u, v), each 0 to 1: the cells
+    /// that it crosses open, as along [`SheetSpec::slits`](crate::scene::SheetSpec::slits).
     /// Returns how many were closed. They are part of snapshots; a reset closes them. The cut grows
     /// only in a sheet with `tearing`. The sheet keeps its grid from then on.
     ///

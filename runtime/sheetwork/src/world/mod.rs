@@ -175,14 +175,7 @@ impl World {
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
         validate::values(scene)?;
-        let mut sheets = Vec::with_capacity(scene.sheets.len());
-        for index in 0..scene.sheets.len() {
-            let field = format!("sheets.{index}");
-            sheets.push(Sheet::build(scene, index).map_err(|e| e.of_object(&field, &field))?);
-        }
-        for (index, sheet) in sheets.iter_mut().enumerate() {
-            attach_to_bodies(sheet, rigid.as_ref()).map_err(|e| e.within(&format!("sheets.{index}")))?;
-        }
+        let mut sheets = attached_sheets(scene, rigid.as_ref())?;
         let heat = ThermalModel::of(scene)?.map(Box::new);
         if let Some(heat) = &heat {
             // An oven that is on begins with sheets at ambient temperature.
@@ -504,6 +497,19 @@ fn unique_name(wanted: &str, default: &str, taken: impl Fn(&str) -> bool) -> Str
     let base = if wanted.is_empty() { default } else { wanted };
     let numbered = (2_u64..).map(|n| format!("{base} {n}"));
     std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
+}
+
+/// The sheets of a scene, attached to the bodies that they name.
+fn attached_sheets(scene: &Scene, rigid: Option<&RigidWorld>) -> Result<Vec<Sheet>, InputError> {
+    let mut sheets = Vec::with_capacity(scene.sheets.len());
+    for index in 0..scene.sheets.len() {
+        let field = format!("sheets.{index}");
+        sheets.push(Sheet::build(scene, index).map_err(|e| e.of_object(&field, &field))?);
+    }
+    for (index, sheet) in sheets.iter_mut().enumerate() {
+        attach_to_bodies(sheet, rigid).map_err(|e| e.within(&format!("sheets.{index}")))?;
+    }
+    Ok(sheets)
 }
 
 /// The scene with default names of bodies filled in, so that a removed body is found in it.

@@ -59,7 +59,7 @@ impl World {
         self.attach_to(id, region, AttachedTo::Own(body), state)
     }
 
-    /// As [`World::attach`], to a body of the caller's rigid world, of which `bodies` are the bodies
+    /// As [`World::attach`], to a body of the caller's rigid world, whose bodies are `bodies`
     /// between two calls of [`World::advance_with`]. If the view of these calls is
     /// [`RigidView::pushing`](crate::RigidView::pushing), a dynamic body is moved by the sheet;
     /// otherwise it leads it. A removed body lets the nodes go.

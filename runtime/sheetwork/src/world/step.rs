@@ -98,8 +98,8 @@ impl World {
         self.sheets.iter_mut().for_each(|s| _ = s.pins.set_body_motion(self.time, dt, motion));
     }
 
-    /// Lead the nodes that are attached to bodies of the caller's rigid world in a step of `dt` (s),
-    /// which ends `remaining` (s) before the state in `view`. Bodies that are gone let them go.
+    /// Lead the nodes attached to bodies of the caller's rigid world in a step of `dt` (s), which
+    /// ends `remaining` (s) before the state in `view`. Bodies that are gone let them go.
     fn step_lent_attachments(&mut self, view: &RigidView, dt: f64, remaining: f64) {
         let lent = &self.lent;
         let gravity = self.gravity;
