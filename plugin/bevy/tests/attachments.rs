@@ -1,4 +1,5 @@
 //! Attachment of sheets to bodies by entity.
+#![cfg(feature = "render")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Contacts of sheets as messages and on entities.
+#![cfg(feature = "render")]
 
 mod common;
 

@@ -238,3 +238,29 @@ fn writing_the_transform_moves_a_sheet_with_its_shape() {
     let left = |all: &[bevy::math::DVec3]| all[0];
     assert!(left(&positions(&app)).distance(left(&after)) < 1e-9);
 }
+
+#[test]
+fn a_sheet_survives_a_scene_of_bevy_with_pins_outline_and_cuts() {
+    use bevy::reflect::serde::{TypedReflectDeserializer, TypedReflectSerializer};
+    use bevy::reflect::{FromReflect, TypeRegistry};
+    use serde::de::DeserializeSeed;
+
+    let mut registry = TypeRegistry::default();
+    registry.register::<Sheet>();
+    let path = [PathKey::default(), PathKey { time: 1.0, offset: Vec3::Y.as_dvec3(), ..default() }];
+    let sheet = Sheet::new("paper")
+        .outline(OutlineSpec::Disc { radius: 0.1 })
+        .hole(HoleSpec::Disc { centre: (0.01, 0.02), radius: 0.03 })
+        .cut([(0.05, 0.0), (0.08, 0.0)])
+        .pin_along(Region::Border, path)
+        .probe("tip", 1.0, 0.5)
+        .tearing();
+    let text = ron::to_string(&TypedReflectSerializer::new(&sheet, &registry)).expect("serialises");
+    let registration = registry.get(std::any::TypeId::of::<Sheet>()).expect("registered");
+    let mut from = ron::Deserializer::from_str(&text).expect("RON");
+    let read = TypedReflectDeserializer::new(registration, &registry).deserialize(&mut from).expect("its own");
+    assert_eq!(Sheet::from_reflect(&*read).as_ref(), Some(&sheet));
+    // A world of a scene clones its components.
+    let copy = sheet.reflect_clone().expect("has a clone");
+    assert_eq!(copy.downcast_ref::<Sheet>(), Some(&sheet));
+}

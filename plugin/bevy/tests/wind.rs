@@ -1,4 +1,5 @@
 //! Wind zones as entities.
+#![cfg(feature = "render")]
 
 mod common;
 
@@ -25,12 +26,12 @@ fn a_wind_zone_follows_its_entity_and_ends_with_it() {
     app.world_mut().resource_mut::<SheetWorld>().set_gravity(DVec3::ZERO).expect("in range");
     app.world_mut().spawn(Sheet::new("paper").size(0.1, 0.1).grid(5, 5));
     run(&mut app, 0.1);
-    assert_eq!((velocity(&app), zones(&app)), (DVec3::ZERO, 0));
+    assert!(velocity(&app).length() < 1e-12 && zones(&app) == 0, "{}", velocity(&app));
     let zone = WindZone { volume: ZoneVolume::Ball(1.0), velocity: DVec3::NEG_Z * 3.0, ..WindZone::default() };
     let away = Transform::from_xyz(50.0, 0.0, 0.0).looking_to(Vec3::Y, Vec3::Z);
     let fan = app.world_mut().spawn((SheetWind { zone }, away, Name::new("fan"))).id();
     run(&mut app, 0.2);
-    assert_eq!((velocity(&app), zones(&app)), (DVec3::ZERO, 1));
+    assert!(velocity(&app).length() < 1e-12 && zones(&app) == 1, "{}", velocity(&app));
     assert_eq!(app.world().resource::<SheetWorld>().wind_zones()[0].name, "fan");
     app.world_mut().get_mut::<Transform>(fan).expect("has one").translation = Vec3::ZERO;
     run(&mut app, 0.2);

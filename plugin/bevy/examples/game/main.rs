@@ -4,7 +4,7 @@
 //! again. The title of the window shows the score, and the hits are heard where there is `aplay`.
 //!
 //! `cargo run --release -p bevy_sheetwork --example game`; with `-- --measure` it plays a round of
-//! 1,000 frames without a window, prints the times of its frames and writes the sound to `game.wav`.
+//! 1,000 frames without a window, prints the times of its frames and writes `game.wav`.
 
 mod measure;
 mod rules;

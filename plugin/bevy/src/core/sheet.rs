@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
+use bevy::reflect::{ReflectDeserialize, ReflectSerialize};
+use serde::{Deserialize, Serialize};
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec, SpringLaw};
@@ -33,9 +35,13 @@ use super::reflect::SheetSpecReflect;
 /// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from
 /// then. Any other change of the component rebuilds the sheet at its entity's transform.
 ///
+/// It is serialised as in a scene file, with pins, outline and all that reflection does not name:
+/// Bevy's scenes keep it.
+///
 /// The default is `Sheet::new("card")`. [`Sheet::thesis`] is the soft lattice of the thesis.
-#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
-#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[reflect(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
 #[require(Transform, SheetState)]
 #[cfg_attr(feature = "render", require(Visibility))]
 pub struct Sheet {

@@ -63,12 +63,11 @@ pub(super) fn sync(
     let placed: Vec<WindZone> = placed.collect();
     let is_known = given.0.as_ref() == Some(&placed);
     // A restart, a reset or a rewind of the world may have brought other zones.
-    if !is_known || world.wind_zones() != placed {
-        if let Err(error) = world.set_wind_zones(&placed) {
-            if !is_known {
-                warn!("wind zones: {error}");
-            }
-        }
+    if (!is_known || world.wind_zones() != placed)
+        && let Err(error) = world.set_wind_zones(&placed)
+        && !is_known
+    {
+        warn!("wind zones: {error}");
     }
     given.0 = Some(placed).filter(|placed| !placed.is_empty());
 }

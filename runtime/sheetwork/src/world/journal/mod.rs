@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::World;
 use crate::error::{InputError, check_range, reject_if};
-use crate::scene::{Scene, WindZone};
+use crate::scene::{PathKey, PinSpec, Region, Scene, WindZone};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
 use crate::world::part_file::{PartFile, read_parts};
@@ -115,6 +115,51 @@ pub enum JournalInput {
         /// Sum of the impulse, N s.
         impulse: DVec3,
     },
+    /// [`World::pin`].
+    Pin {
+        /// Name of the sheet.
+        sheet: String,
+        /// Nodes.
+        region: Region,
+        /// Path from now on; empty for a fixed pin.
+        path: Vec<PathKey>,
+        /// Time until release, s.
+        until: Option<f64>,
+    },
+    /// [`World::unpin`].
+    Unpin {
+        /// Name of the sheet.
+        sheet: String,
+        /// Nodes.
+        region: Region,
+    },
+    /// [`World::attach`].
+    Attach {
+        /// Name of the sheet.
+        sheet: String,
+        /// Nodes.
+        region: Region,
+        /// Name of the body.
+        body: String,
+    },
+    /// [`World::cut`].
+    Cut {
+        /// Name of the sheet.
+        sheet: String,
+        /// Material point at the start.
+        from: (f64, f64),
+        /// Material point at the end.
+        to: (f64, f64),
+    },
+    /// [`World::move_sheet`].
+    MoveSheet {
+        /// Name of the sheet.
+        sheet: String,
+        /// Displacement, m.
+        by: DVec3,
+        /// Rotation about the origin.
+        rotation: DQuat,
+    },
 }
 
 impl JournalInput {
@@ -146,6 +191,28 @@ impl JournalInput {
                 let id = id_of(world, sheet)?;
                 world.apply_impulse(id, target, *impulse)
             }
+            Self::Pin { .. } | Self::Unpin { .. } | Self::Attach { .. } | Self::Cut { .. } | Self::MoveSheet { .. } => {
+                self.change_sheet(world)
+            }
+        }
+    }
+
+    /// Apply a change of a running sheet.
+    fn change_sheet(&self, world: &mut World) -> Result<(), InputError> {
+        match self {
+            Self::Pin { sheet, region, path, until } => {
+                let pin = PinSpec { path: path.clone(), until: *until, ..PinSpec::fixed(region.clone()) };
+                world.pin(id_of(world, sheet)?, &pin).map(|_| ())
+            }
+            Self::Unpin { sheet, region } => world.unpin(id_of(world, sheet)?, region).map(|_| ()),
+            Self::Attach { sheet, region, body } => {
+                let none = || InputError::new("body", format!("no body is named \"{body}\""));
+                let body = world.body_id(body).ok_or_else(none)?;
+                world.attach(id_of(world, sheet)?, region, body).map(|_| ())
+            }
+            Self::Cut { sheet, from, to } => world.cut(id_of(world, sheet)?, *from, *to).map(|_| ()),
+            Self::MoveSheet { sheet, by, rotation } => world.move_sheet(id_of(world, sheet)?, *by, *rotation),
+            _ => Ok(()),
         }
     }
 }
