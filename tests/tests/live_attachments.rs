@@ -1,12 +1,12 @@
 //! Attachment of a running sheet to bodies of the world and of a caller's rigid world.
 
 use glam::{DQuat, DVec3};
+use sheetwork::journal::{Journal, JournalInput, JournalWriter};
 use sheetwork::rapier3d::prelude::{
     ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, Vector,
 };
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::{PathKey, Region, Scene};
-use sheetwork::journal::{Journal, JournalInput, JournalWriter};
 use sheetwork::{ForceKind, SheetId, World};
 use sheetwork_tests::state_hash;
 

@@ -12,8 +12,7 @@ use rules::{Restart, Round, RulesPlugin, Throw};
 
 #[test]
 fn cards_fall_when_they_are_hit_and_the_house_is_built_again() {
-    let mut app = app_with(SheetworkPlugins.build());
-    app.add_plugins(RulesPlugin);
+    let mut app = app_with(SheetworkPlugins.build().add(RulesPlugin));
     app.world_mut().spawn(SheetBody::floor());
     run(&mut app, 0.5);
     assert_eq!(app.world().resource::<Round>().fallen, 0);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use bevy::math::DVec3;
 use bevy::prelude::*;
-use bevy::reflect::{ReflectDeserialize, ReflectSerialize};
+use bevy::reflect::{FromReflect, PartialReflect, ReflectDeserialize, ReflectFromReflect, ReflectSerialize};
 use serde::{Deserialize, Serialize};
 use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 use sheetwork::mesh::structure::StructureKind;
@@ -40,7 +40,8 @@ use super::reflect::SheetSpecReflect;
 ///
 /// The default is `Sheet::new("card")`. [`Sheet::thesis`] is the soft lattice of the thesis.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[reflect(Component, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[reflect(Component, Clone, Debug, Default, FromReflect, PartialEq, Serialize, Deserialize)]
+#[reflect(from_reflect = false)]
 #[serde(transparent)]
 #[require(Transform, SheetState)]
 #[cfg_attr(feature = "render", require(Visibility))]
@@ -49,6 +50,18 @@ pub struct Sheet {
     /// to the entity.
     #[reflect(remote = SheetSpecReflect)]
     pub spec: SheetSpec,
+}
+
+impl FromReflect for Sheet {
+    /// A whole sheet keeps what reflection does not name.
+    fn from_reflect(reflect: &dyn PartialReflect) -> Option<Self> {
+        if let Some(sheet) = reflect.try_downcast_ref::<Self>() {
+            return Some(sheet.clone());
+        }
+        let mut sheet = Self::default();
+        sheet.try_apply(reflect).ok()?;
+        Some(sheet)
+    }
 }
 
 impl From<SheetSpec> for Sheet {
