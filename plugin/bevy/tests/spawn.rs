@@ -223,15 +223,17 @@ fn cleared_pins_let_a_sheet_fall_as_it_hangs() {
 fn writing_the_transform_moves_a_sheet_with_its_shape() {
     let (mut app, entity) = hanging_card(1.0);
     let positions = |app: &App| app.world().resource::<SheetWorld>().sheets()[0].state.x.iter().collect::<Vec<_>>();
+    run(&mut app, 4.0);
     let before = positions(&app);
-    let turn = Quat::from_rotation_y(0.5);
-    let mut transform = app.world_mut().get_mut::<Transform>(entity).expect("there");
-    *transform = Transform::from_xyz(3.0, 2.0, 0.0).with_rotation(turn);
+    let from = *app.world().get::<Transform>(entity).expect("there");
+    let to = Transform::from_xyz(3.0, 2.0, 0.0).with_rotation(Quat::from_rotation_y(0.5));
+    *app.world_mut().get_mut::<Transform>(entity).expect("there") = to;
     frame(&mut app, 1.0 / 64.0);
     let after = positions(&app);
+    let by = to.compute_affine() * from.compute_affine().inverse();
     for (was, is) in before.iter().zip(&after) {
-        let wanted = turn.as_dquat() * (*was - bevy::math::DVec3::Y) + bevy::math::DVec3::new(3.0, 2.0, 0.0);
-        assert!(wanted.distance(*is) < 5e-3, "{wanted} {is}");
+        let wanted = by.transform_point3(was.as_vec3());
+        assert!(wanted.distance(is.as_vec3()) < 5e-3, "{wanted} {is}");
     }
     // The pinned edge stays at its new place.
     run(&mut app, 1.0);
@@ -263,4 +265,36 @@ fn a_sheet_survives_a_scene_of_bevy_with_pins_outline_and_cuts() {
     // A world of a scene clones its components.
     let copy = sheet.reflect_clone().expect("has a clone");
     assert_eq!(copy.downcast_ref::<Sheet>(), Some(&sheet));
+}
+
+#[test]
+fn the_transform_follows_a_sheet_and_a_write_puts_it_there() {
+    let mut app = app();
+    app.world_mut().spawn(SheetBody::floor());
+    let turned = Quat::from_rotation_y(0.7);
+    let place = Transform::from_xyz(0.3, 0.5, 0.0).with_rotation(turned);
+    let card = app.world_mut().spawn((Sheet::new("card").size(0.1, 0.1), place)).id();
+    let transform = |app: &App| *app.world().get::<Transform>(card).expect("there");
+    frame(&mut app, 0.0);
+    assert_eq!(transform(&app), place, "as spawned");
+    run(&mut app, 2.0);
+    let lies = transform(&app);
+    assert!(lies.translation.distance(Vec3::new(0.3, 0.0, 0.0)) < 2e-3, "{lies:?}");
+    assert!(lies.rotation.angle_between(turned) < 1e-3, "{lies:?}");
+    app.world_mut().get_mut::<Transform>(card).expect("there").translation = Vec3::new(1.0, 2.0, -3.0);
+    frame(&mut app, 1.0 / 64.0);
+    assert!(state(&app, card).centre.distance(Vec3::new(1.0, 2.0, -3.0)) < 5e-3, "{:?}", state(&app, card));
+    assert!(transform(&app).translation.distance(Vec3::new(1.0, 2.0, -3.0)) < 5e-3);
+    // A child of a turned and scaled parent, and a restart.
+    let parent = Transform::from_xyz(5.0, 1.0, 0.0).with_rotation(turned).with_scale(Vec3::splat(2.0));
+    let parent = app.world_mut().spawn((parent, Visibility::default())).id();
+    let child = app.world_mut().spawn((Sheet::new("card").size(0.1, 0.1), ChildOf(parent))).id();
+    run(&mut app, 1.0);
+    let fallen = app.world().get::<Transform>(child).expect("there").translation;
+    assert!(fallen.distance(Vec3::NEG_Y * 0.5) < 2e-3, "half a unit of the parent is a metre: {fallen}");
+    let settings = app.world().resource::<SheetWorld>().scene().clone();
+    app.world_mut().resource_mut::<SheetWorld>().restart(&settings).expect("valid");
+    frame(&mut app, 0.0);
+    assert!(state(&app, card).centre.distance(place.translation) < 1e-3, "{:?}", state(&app, card));
+    assert!(state(&app, child).centre.distance(Vec3::new(5.0, 1.0, 0.0)) < 1e-3, "{:?}", state(&app, child));
 }

@@ -19,11 +19,12 @@ fn flying(app: &mut App) -> Entity {
     sheet
 }
 
-/// Displayed position of node 0.
+/// Displayed x of node 0 in the world, m.
 fn drawn(app: &App, sheet: Entity) -> f32 {
     let mesh = app.world().get::<Mesh3d>(sheet).expect("dressed");
     let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh.0).expect("there");
-    mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions")[0][0]
+    let first = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions")[0];
+    app.world().get::<GlobalTransform>(sheet).expect("there").transform_point(first.into()).x
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod contacts;
 mod detail;
 mod event;
 mod forces;
+mod frame;
 mod heat_gun;
 pub(crate) mod heater;
 pub(crate) mod motion;
@@ -126,7 +127,10 @@ impl Plugin for SheetworkCorePlugin {
         );
         app.add_systems(
             PostUpdate,
-            (step::show, step::show_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
+            (step::show, step::show_bodies, frame::show_sheets)
+                .chain()
+                .in_set(SheetworkDisplay)
+                .before(TransformSystems::Propagate),
         );
         register_types(app);
     }

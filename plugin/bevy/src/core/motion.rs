@@ -8,7 +8,8 @@ use sheetwork::scene::{PathKey, Placement, path_at};
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::{BodyId, SheetId};
 
-use super::placement::Pose;
+use super::frame::{frame_of, relative};
+use super::placement::{Pose, compose};
 use super::{Sheet, SheetBody, SheetWorld};
 
 /// Link from the entity to its sheet in the [`SheetWorld`](super::SheetWorld), with the node
@@ -30,11 +31,56 @@ pub struct SheetMotion {
     revision: u64,
     /// Levels of a locally refined mesh in the last state.
     refinement: Option<Arc<[u8]>>,
-    /// Transform of the entity that the sheet has followed; `None` before the first tick.
+    /// Transform of the entity that the sheet has followed or that follows it; `None` before the
+    /// first tick.
     pub(super) given: Option<Transform>,
+    frame: Option<FrameMotion>,
+}
+
+/// Pose of a sheet's entity, which follows the sheet.
+#[derive(Clone, Copy, Debug)]
+struct FrameMotion {
+    /// Pose of the entity in the frame of the sheet.
+    anchor: Pose,
+    history: PoseHistory,
+    /// Transform at which the sheet was first built.
+    start: Transform,
 }
 
 impl SheetMotion {
+    /// Let the pose of the entity, at present `pose`, follow `sheet` at `time`, s. `start` is its
+    /// transform at the first time.
+    pub(super) fn follow(&mut self, sheet: &SheetInWorld, (time, pose): (f64, Pose), start: Transform) {
+        self.frame = frame_of(sheet).map(|frame| FrameMotion {
+            anchor: relative(frame, pose),
+            history: PoseHistory::new(time, pose),
+            start,
+        });
+    }
+
+    /// Transform at which the sheet was first built, once its entity follows it.
+    pub(super) fn start(&self) -> Option<Transform> {
+        self.frame.map(|frame| frame.start)
+    }
+
+    /// Pose of the entity at the simulated time `time`, s.
+    pub(super) fn pose_at(&self, time: f64) -> Option<Pose> {
+        self.frame.map(|frame| frame.history.shown(time))
+    }
+
+    /// Pose of the entity after the last tick.
+    pub(super) fn pose(&self) -> Option<Pose> {
+        self.frame.map(|frame| frame.history.latest())
+    }
+
+    /// Store the pose at `time`, s; one without axes keeps its last rotation.
+    fn record_frame(&mut self, time: f64, sheet: &SheetInWorld) {
+        let Some(motion) = &mut self.frame else { return };
+        let kept = || (sheet.centre_of_mass(), (motion.history.latest().1 * motion.anchor.1.conjugate()).normalize());
+        let frame = frame_of(sheet).unwrap_or_else(kept);
+        motion.history.record(time, compose(frame, motion.anchor));
+    }
+
     pub(crate) fn new(
         (id, name): (SheetId, String),
         generation: u32,
@@ -44,7 +90,19 @@ impl SheetMotion {
     ) -> Self {
         let states = [x.clone(), x.clone(), x.clone()];
         let times = [time; 3];
-        Self { id, name, generation, built_from, states, times, still: 2, revision: 0, refinement: None, given: None }
+        Self {
+            id,
+            name,
+            generation,
+            built_from,
+            states,
+            times,
+            still: 2,
+            revision: 0,
+            refinement: None,
+            given: None,
+            frame: None,
+        }
     }
 
     /// Id of the sheet in the world: `world.get_sheet(motion.id())`.
@@ -101,15 +159,21 @@ impl SheetMotion {
         &self.refinement
     }
 
-    /// Store the node positions `x` of a sheet that was moved at once: there is no motion to show.
-    pub(super) fn jump(&mut self, x: &Vectors) {
-        self.states.iter_mut().for_each(|state| copy(state, x));
+    /// Store the state of a sheet that was moved at once: there is no motion to show.
+    pub(super) fn jump(&mut self, sheet: &SheetInWorld) {
+        self.states.iter_mut().for_each(|state| copy(state, &sheet.state.x));
         self.still = 0;
         self.revision += 1;
+        let time = self.times[2];
+        self.record_frame(time, sheet);
+        if let Some(frame) = &mut self.frame {
+            frame.history = PoseHistory::new(time, frame.history.latest());
+        }
     }
 
     /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].
     pub(super) fn record_sheet(&mut self, time: f64, sheet: &SheetInWorld) -> bool {
+        self.record_frame(time, sheet);
         let (x, v) = (&sheet.state.x, &sheet.state.v);
         if self.refinement != sheet.model.refinement {
             self.refinement = sheet.model.refinement.clone();
@@ -223,6 +287,11 @@ impl PoseHistory {
         } else {
             self.poses[2] = pose;
         }
+    }
+
+    /// Last pose.
+    pub fn latest(&self) -> Pose {
+        self.poses[2]
     }
 
     /// Pose at `time` (s), interpolated between the neighbouring states.

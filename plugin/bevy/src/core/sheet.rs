@@ -27,9 +27,11 @@ use super::reflect::SheetSpecReflect;
 ///
 /// The entity's global transform is the initial pose: length along local x, width along z, upper
 /// side +y, origin in the middle of the bottom layer. Its scale multiplies size and gap. The
-/// simulation then moves the nodes: mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion)
-/// follow, the `Transform` does not. Writing the `Transform` moves the sheet at once, with its
-/// shape and velocities, by the difference to the value before.
+/// simulation then moves the nodes: mesh, [`SheetState`], [`SheetMotion`](super::SheetMotion) and
+/// the `Transform` follow. The `Transform` is the pose that fits the bent sheet best. Writing it
+/// puts the sheet there at once, with its shape and velocities; a restart of the world puts it back
+/// to its first place. A tube has no such pose: its `Transform` stays, and writing it moves the
+/// tube by the difference.
 ///
 /// A change of material, damping, drag, friction, restitution, the grid of a shell, or of pins
 /// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from

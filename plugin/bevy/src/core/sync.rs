@@ -33,15 +33,24 @@ pub(super) fn insert_link<L: Component>(
     }
 }
 
+/// Name and place of a sheet's entity.
+type SheetPlace<'a> = (Option<&'a Name>, &'a Transform, Option<&'a ChildOf>);
+
+/// Global transform of the parent of an entity; the identity without one.
+fn parent_transform(parent: Option<&ChildOf>, transforms: &TransformHelper) -> GlobalTransform {
+    let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
+    above.unwrap_or_default()
+}
+
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
-    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Rejected>, &Transform)>,
+    mut sheets: Query<(Entity, Ref<Sheet>, Option<&mut SheetMotion>, SheetPlace, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
-    for (entity, sheet, name, motion, refused, transform) in &mut sheets {
+    for (entity, sheet, motion, (name, transform, parent), refused) in &mut sheets {
         let stale = match &motion {
             None => !refused || sheet.is_changed(),
             Some(motion) => {
@@ -51,6 +60,9 @@ pub(super) fn sync_sheets(
         if !stale {
             continue;
         }
+        // In a restarted world the sheet is at its first place again, unless it was sent elsewhere.
+        let start = motion.as_ref().and_then(|m| m.start());
+        let anew = motion.as_ref().is_some_and(|m| m.generation != world.generation() && m.given == Some(*transform));
         if let Some(mut motion) = motion.filter(|m| m.generation == world.generation()) {
             if change_in_place(&mut world, &motion, &sheet) {
                 motion.built_from = Sheet::clone(&sheet);
@@ -58,9 +70,15 @@ pub(super) fn sync_sheets(
             }
             world.remove_sheet(motion.id());
         }
-        let Ok(there) = transforms.compute_global_transform(entity) else { continue };
+        let place = start.filter(|_| anew).unwrap_or(*transform);
+        let there = parent_transform(parent, &transforms) * place;
         let mut added = add_sheet(&mut world, &clock, &sheet, name, &there);
-        added.iter_mut().for_each(|(motion, _)| motion.given = Some(*transform));
+        if let Ok((motion, _)) = &mut added {
+            motion.given = Some(*transform);
+            if let Some(sheet) = world.get_sheet(motion.id()) {
+                motion.follow(sheet, (world.time(), placement::pose_of(&there)), start.unwrap_or(*transform));
+            }
+        }
         insert_link::<SheetMotion>(commands.entity(entity), "sheet", added);
     }
 }
@@ -374,8 +392,8 @@ pub(super) fn move_bodies(
     }
 }
 
-/// Move the sheets whose transform was written, at once and with their velocities; a changed scale
-/// builds the sheet again. Motion of a parent does not move them.
+/// Move the sheets whose transform was written there, at once and with their velocities; a changed
+/// scale builds the sheet again. Motion of a parent does not move them.
 pub(super) fn move_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
@@ -383,8 +401,16 @@ pub(super) fn move_sheets(
     transforms: TransformHelper,
 ) {
     for (entity, transform, parent, mut motion) in &mut sheets {
-        let Some(given) = motion.given.filter(|_| motion.generation == world.generation()) else {
-            motion.bypass_change_detection().given = Some(*transform);
+        if motion.generation != world.generation() {
+            continue;
+        }
+        let above = parent_transform(parent, &transforms);
+        let Some(given) = motion.given else {
+            let motion = motion.bypass_change_detection();
+            motion.given = Some(*transform);
+            if let Some(sheet) = world.get_sheet(motion.id()) {
+                motion.follow(sheet, (world.time(), placement::pose_of(&(above * *transform))), *transform);
+            }
             continue;
         };
         if *transform == given || !transform.is_changed() {
@@ -397,14 +423,13 @@ pub(super) fn move_sheets(
             commands.entity(entity).try_remove::<SheetMotion>();
             continue;
         }
-        let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
-        let above = above.unwrap_or_default();
-        let (from, to) = (placement::pose_of(&(above * given)), placement::pose_of(&(above * *transform)));
+        let from = motion.pose().unwrap_or_else(|| placement::pose_of(&(above * given)));
+        let to = placement::pose_of(&(above * *transform));
         let turn = (to.1 * from.1.conjugate()).normalize();
         match world.move_sheet(motion.id(), to.0 - turn * from.0, turn) {
             Ok(()) => {
                 if let Some(sheet) = world.get_sheet(motion.id()) {
-                    motion.jump(&sheet.state.x);
+                    motion.jump(sheet);
                 }
             }
             Err(problem) => error!("the transform of {} is not followed: {problem}", motion.name()),
