@@ -93,8 +93,11 @@ fn snapshots_hold_the_cuts_of_their_time() {
 fn bad_cuts_are_refused_and_change_nothing() {
     let (mut world, id) = hanging(SHELL);
     let hash = state_hash(&world);
-    for (from, to) in [((0.5, 0.5), (0.5, 0.5)), ((f64::NAN, 0.0), (0.5, 1.0)), ((2.0, 0.0), (2.0, 1.0))] {
-        world.cut(id, from, to).expect_err("refused");
+    for (from, to, field) in
+        [((0.5, 0.5), (0.5, 0.5), "to"), ((f64::NAN, 0.0), (0.5, 1.0), "from.0"), ((0.0, 0.0), (1.0, 2.0), "to.1")]
+    {
+        let problem = world.cut(id, from, to).expect_err("refused");
+        assert_eq!(problem.field, field, "{problem}");
     }
     let hole = r#"structure: "shell", grid: (21, 1, 11), holes: [Disc(centre: (0, 0), radius: 0.03)]"#;
     let (mut holed, holed_id) = hanging(hole);

@@ -18,8 +18,10 @@ pub use crate::picking::SheetPickingPlugin;
 #[cfg(feature = "render")]
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
-pub use sheetwork::ContactEventKind;
 pub use sheetwork::islands::event::EventKind;
 pub use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
 pub use sheetwork::mesh::structure::StructureKind;
-pub use sheetwork::scene::{DetailSpec, Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw};
+pub use sheetwork::scene::{
+    DetailSpec, Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw, WindZone, ZoneVolume,
+};
+pub use sheetwork::{ContactEventKind, ContactPair, ContactPartner, ForceTarget, SheetId, SurfacePoint};

@@ -9,7 +9,7 @@ use super::{BodyMotion, SheetMotion, SheetWorld};
 
 /// Parts of a sheet that are attached to bodies, where they are. Add it to the entity of a
 /// [`Sheet`](super::Sheet), change it or remove it at any time: new entries are attached from the
-/// next tick on, and entries that are gone let go.
+/// next tick on, or as soon as the entity has a body, and entries that are gone let go.
 ///
 /// A kinematic or static body leads the nodes. A dynamic one is moved by the sheet; one of the
 /// caller's Rapier world only if the view is
@@ -36,6 +36,8 @@ impl SheetAttachments {
 pub(super) struct Attached {
     sheet: SheetId,
     list: Vec<(Region, Entity)>,
+    /// Entities without a body that attachments wait for.
+    waits: Vec<Entity>,
 }
 
 /// Give changed attachments to the world.
@@ -50,7 +52,7 @@ pub(super) fn sync(
         if present == wanted.0 || motion.sheet(&world).is_none() {
             continue;
         }
-        let mut list = present.to_vec();
+        let (mut list, mut waits) = (present.to_vec(), Vec::new());
         for gone in present.iter().filter(|old| !wanted.0.contains(old)) {
             list.retain(|kept| kept != gone);
             report(entity, world.unpin(motion.id(), &gone.0));
@@ -60,12 +62,18 @@ pub(super) fn sync(
             match body.and_then(|body| body.ids.first().copied()) {
                 Some(body) => report(entity, world.attach(motion.id(), &new.0, body)),
                 None if world.borrows_bodies() => world.attach_later(motion.id(), new.clone()),
-                // The body may be there in the next tick.
-                None => continue,
+                None => {
+                    let is_told = attached.is_some_and(|attached| attached.waits.contains(&new.1));
+                    if !is_told {
+                        warn!("sheet {entity} is attached to {} as soon as that has a body", new.1);
+                    }
+                    waits.push(new.1);
+                    continue;
+                }
             }
             list.push(new.clone());
         }
-        commands.entity(entity).try_insert(Attached { sheet: motion.id(), list });
+        commands.entity(entity).try_insert(Attached { sheet: motion.id(), list, waits });
     }
 }
 

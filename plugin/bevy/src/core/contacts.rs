@@ -18,7 +18,8 @@ pub struct SheetContacts {
     pub threshold: f32,
     /// Pairs in contact after the last tick.
     pub pairs: Vec<SheetContactPair>,
-    recorded: Option<(SheetId, u32, f32)>,
+    /// Sheet, generation of the world, and bits of the threshold that were last passed on.
+    recorded: Option<(SheetId, u32, u32)>,
 }
 
 impl Default for SheetContacts {
@@ -95,7 +96,7 @@ pub(super) fn lent_entity(user_data: u128, entities: &Entities) -> Option<Entity
 /// Let the world record the contacts of entities with [`SheetContacts`].
 pub(super) fn request(mut world: ResMut<SheetWorld>, mut asking: Query<(Entity, &SheetMotion, &mut SheetContacts)>) {
     for (entity, motion, mut contacts) in &mut asking {
-        let wanted = Some((motion.id(), world.generation(), contacts.threshold));
+        let wanted = Some((motion.id(), world.generation(), contacts.threshold.to_bits()));
         if contacts.recorded == wanted || motion.sheet(&world).is_none() {
             continue;
         }

@@ -417,6 +417,10 @@ pub(super) fn move_sheets(
             continue;
         }
         motion.given = Some(*transform);
+        if !transform.is_finite() {
+            error!("the transform of {entity} is not finite: sheet {} stays where it was", motion.name());
+            continue;
+        }
         if (transform.scale - given.scale).abs().max_element() > 1e-5 {
             // The next run of `sync_sheets` adds it again at its new size.
             world.remove_sheet(motion.id());

@@ -23,8 +23,8 @@ use super::{SheetWorld, placement};
 /// ```
 ///
 /// While there are such entities, they replace the zones that
-/// [`World::set_wind_zones`](sheetwork::World::set_wind_zones) has set. A zone out of range is
-/// ignored with a warning.
+/// [`World::set_wind_zones`](sheetwork::World::set_wind_zones) has set. With a zone
+/// out of range all stay as they were, with a warning.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform)]
@@ -34,40 +34,54 @@ pub struct SheetWind {
     pub zone: WindZone,
 }
 
-/// Zones last passed to the world; `None` while no entity has one.
+/// Whether any entity has had a zone since the last without, and the last problem that was told.
 #[derive(Default)]
-pub(super) struct LastZones(Option<Vec<WindZone>>);
+pub(super) struct LastZones {
+    has_zones: bool,
+    told: Option<String>,
+}
 
 /// Pass the zones of all entities, in their order, to the world.
 pub(super) fn sync(
     mut world: ResMut<SheetWorld>,
     zones: Query<(Entity, &SheetWind, Option<&Name>)>,
-    mut given: Local<LastZones>,
+    mut last: Local<LastZones>,
     transforms: TransformHelper,
 ) {
-    if zones.is_empty() && given.0.is_none() {
+    if zones.is_empty() && !last.has_zones {
         return;
     }
     let mut entities: Vec<_> = zones.iter().collect();
     entities.sort_by_key(|(entity, ..)| *entity);
-    let placed = entities.into_iter().filter_map(|(entity, wind, name)| {
-        let there = transforms.compute_global_transform(entity).ok()?;
-        let inner = placement::pose_of_placement(&wind.zone.placement);
-        let placement = placement::placement_of(placement::compose(placement::pose_of(&there), inner));
-        let mut zone = WindZone { placement, ..wind.zone.clone() };
-        if let (true, Some(name)) = (zone.name.is_empty(), name) {
-            zone.name = name.as_str().to_owned();
-        }
-        Some(zone)
-    });
-    let placed: Vec<WindZone> = placed.collect();
-    let is_known = given.0.as_ref() == Some(&placed);
+    let placed: Vec<WindZone> =
+        entities.iter().filter_map(|(entity, wind, name)| placed_zone(*entity, wind, *name, &transforms)).collect();
+    last.has_zones = !placed.is_empty();
     // A restart, a reset or a rewind of the world may have brought other zones.
-    if (!is_known || world.wind_zones() != placed)
-        && let Err(error) = world.set_wind_zones(&placed)
-        && !is_known
-    {
-        warn!("wind zones: {error}");
+    let problem = if world.wind_zones() == placed { None } else { world.set_wind_zones(&placed).err() };
+    let text = problem.map(|problem| {
+        let index = problem.field.split('.').nth(1).and_then(|index| index.parse::<usize>().ok());
+        let entity = index.and_then(|index| entities.get(index)).map(|(entity, ..)| entity.to_string());
+        format!("wind zone of {}: {problem}", entity.unwrap_or_default())
+    });
+    if let Some(text) = text.as_ref().filter(|text| last.told.as_ref() != Some(text)) {
+        warn!("{text}; the zones stay as they were");
     }
-    given.0 = Some(placed).filter(|placed| !placed.is_empty());
+    last.told = text;
+}
+
+/// Zone of an entity in the world.
+fn placed_zone(
+    entity: Entity,
+    wind: &SheetWind,
+    name: Option<&Name>,
+    transforms: &TransformHelper,
+) -> Option<WindZone> {
+    let there = transforms.compute_global_transform(entity).ok()?;
+    let inner = placement::pose_of_placement(&wind.zone.placement);
+    let placement = placement::placement_of(placement::compose(placement::pose_of(&there), inner));
+    let mut zone = WindZone { placement, ..wind.zone.clone() };
+    if let (true, Some(name)) = (zone.name.is_empty(), name) {
+        zone.name = name.as_str().to_owned();
+    }
+    Some(zone)
 }

@@ -1,10 +1,11 @@
 //! Failure of sheets: detection after every step, and its events. Fracture: `sheet/fracture`;
 //! buckling: `sheet/buckling`. Cuts of a running sheet.
 
-use crate::error::InputError;
+use crate::error::{InputError, reject_if};
 use crate::islands::event::{Event, EventKind};
 use crate::scene;
 use crate::sheet::{Status, buckling, fracture};
+use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::ids::SheetId;
 
@@ -41,6 +42,9 @@ impl World {
     /// changes then.
     pub fn cut(&mut self, id: SheetId, from: (f64, f64), to: (f64, f64)) -> Result<usize, InputError> {
         let index = self.index_of_sheet(id)?;
+        Id::SlitEnd.check_each("from", [from.0, from.1])?;
+        Id::SlitEnd.check_each("to", [to.0, to.1])?;
+        reject_if!(from == to, "to", "is where the cut begins");
         let mut spec = self.scene.sheets[index].clone();
         spec.slits = vec![(from, to)];
         scene::validate::sheet(&spec)?;
