@@ -12,9 +12,11 @@ pub mod python;
 pub mod rig;
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
 use sheetwork::World;
+use sheetwork::journal::{Journal, JournalInput, JournalWriter};
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
@@ -298,4 +300,26 @@ pub fn one_of_every_structure(engine: IntegratorKind, height: f64) -> Scene {
     ];
     scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
     scene
+}
+
+/// Record `inputs`, each before `steps` steps, of `world` in a journal, and check that a world made
+/// from the journal repeats them.
+///
+/// # Panics
+/// An input that is refused, and a step that is not repeated.
+pub fn journal_repeats(world: &mut World, inputs: impl IntoIterator<Item = JournalInput>, steps: u32) {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let file = std::env::temp_dir().join(format!("sheetwork-{}-{number}.journal", std::process::id()));
+    let mut journal = JournalWriter::create(&file, world, 4).expect("writable");
+    for input in inputs {
+        journal.input(world, input).expect("valid");
+        (0..steps).for_each(|_| journal.step(world).map(|_| ()).expect("writable"));
+    }
+    journal.finish().expect("writable");
+    let read = Journal::read(&file).expect("readable");
+    std::fs::remove_file(&file).expect("there");
+    let mut again = read.world(None).expect("valid");
+    assert_eq!(read.check(&mut again).expect("applies"), None);
+    assert_eq!(state_hash(&again), state_hash(world));
 }

@@ -2,10 +2,10 @@
 //! ranges, snapshots and journals.
 
 use glam::DVec3;
-use sheetwork::journal::{Journal, JournalInput, JournalWriter};
+use sheetwork::journal::JournalInput;
 use sheetwork::scene::{Region, Scene};
 use sheetwork::{ForceTarget, World};
-use sheetwork_tests::{state_hash, world, world_of};
+use sheetwork_tests::{journal_repeats, state_hash, world, world_of};
 
 const SHEET: &str = r#"structure: "shell", grid: (9, 1, 7), size: (0.2, 0.15), material: "pet""#;
 const LATTICE: &str = r#"structure: "slamm", grid: (7, 2, 6), size: (0.2, 0.15), material: "pet""#;
@@ -146,22 +146,14 @@ fn a_snapshot_contains_the_forces_of_the_next_step() {
 
 #[test]
 fn a_journal_repeats_forces_and_impulses() {
-    let file = std::env::temp_dir().join(format!("sheetwork-applied-forces-{}.journal", std::process::id()));
     let mut world = world(&hanging());
-    let mut journal = JournalWriter::create(&file, &world, 4).expect("writable");
-    for step in 0..12 {
+    let input = |step: u32| {
         let (sheet, target) = ("sheet 0".to_owned(), ForceTarget::Point(1.0, 0.1 * f64::from(step % 5)));
-        let input = if step % 3 == 0 {
+        if step.is_multiple_of(3) {
             JournalInput::ApplyImpulse { sheet, target, impulse: DVec3::Y * 1e-3 }
         } else {
             JournalInput::ApplyForce { sheet, target, force: DVec3::Z * 0.1 }
-        };
-        journal.input(&mut world, input).expect("valid");
-        journal.step(&mut world).expect("writable");
-    }
-    journal.finish().expect("writable");
-    let read = Journal::read(&file).expect("readable");
-    std::fs::remove_file(&file).expect("there");
-    let mut again = read.world(None).expect("valid");
-    assert_eq!(read.check(&mut again).expect("applies"), None);
+        }
+    };
+    journal_repeats(&mut world, (0..12).map(input), 1);
 }

@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
 use sheetwork::scene::IntegratorKind;
@@ -108,8 +109,15 @@ fn is_useful(error: &InputError) -> bool {
     !error.problem.is_empty() && error.to_string().len() < 5000
 }
 
+/// The same 1,000 cases in each run, or those of the seed `PROPTEST_RNG_SEED`.
+fn drawn_cases() -> ProptestConfig {
+    let config = ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() };
+    let rng_seed = if config.rng_seed == RngSeed::Random { RngSeed::Fixed(1) } else { config.rng_seed };
+    ProptestConfig { rng_seed, ..config }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(drawn_cases())]
 
     #[test]
     fn random_text_never_panics(text in ".{0,200}") {

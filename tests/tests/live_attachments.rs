@@ -1,14 +1,14 @@
 //! Attachment of a running sheet to bodies of the world and of a caller's rigid world.
 
 use glam::{DQuat, DVec3};
-use sheetwork::journal::{Journal, JournalInput, JournalWriter};
+use sheetwork::journal::JournalInput;
 use sheetwork::rapier3d::prelude::{
     ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, RigidBodyType, Vector,
 };
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::{PathKey, Region, Scene};
 use sheetwork::{ForceKind, SheetId, World};
-use sheetwork_tests::state_hash;
+use sheetwork_tests::{journal_repeats, state_hash};
 
 /// Tick of the game, s.
 const DT: f64 = 1.0 / 60.0;
@@ -248,10 +248,8 @@ fn a_free_sheet_and_a_lent_body_keep_their_common_momentum() {
 
 #[test]
 fn a_journal_repeats_changes_of_a_running_sheet() {
-    let file = std::env::temp_dir().join(format!("sheetwork-live-{}.journal", std::process::id()));
     let body = r#"(name: "arm", shape: Box((0.02, 0.02, 0.1)), placement: (position: (-0.13, 1, 0)))"#;
     let mut world = World::new(&card(true, body).0).expect("a world");
-    let mut journal = JournalWriter::create(&file, &world, 4).expect("writable");
     let sheet = || "card".to_owned();
     let key = |time, offset| PathKey { time, offset, ..PathKey::default() };
     let path = vec![key(0.0, DVec3::ZERO), key(0.1, DVec3::Y * 0.02)];
@@ -262,16 +260,5 @@ fn a_journal_repeats_changes_of_a_running_sheet() {
         JournalInput::Unpin { sheet: sheet(), region: Region::Left },
         JournalInput::MoveSheet { sheet: sheet(), by: DVec3::X * 0.1, rotation: DQuat::from_rotation_y(0.3) },
     ];
-    for input in inputs {
-        journal.input(&mut world, input).expect("valid");
-        for _ in 0..3 {
-            journal.step(&mut world).expect("writable");
-        }
-    }
-    journal.finish().expect("writable");
-    let read = Journal::read(&file).expect("readable");
-    std::fs::remove_file(&file).expect("there");
-    let mut again = read.world(None).expect("valid");
-    assert_eq!(read.check(&mut again).expect("applies"), None);
-    assert_eq!(state_hash(&again), state_hash(&world));
+    journal_repeats(&mut world, inputs, 3);
 }

@@ -258,35 +258,3 @@ fn shipped_scenes_of_the_air_stay_stable_and_show_what_they_say() {
     assert!((0..4).any(|index| centre(&flying, index).y > 0.1));
     after("paper_storm", 1.0);
 }
-
-/// Processor time of this thread, ms; 0 where the system does not tell.
-fn processor_time() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split(' ').next().and_then(|first| first.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
-}
-
-/// Processor times of a step of a hundred sheets of paper, of which most fly:
-/// `cargo test --workspace --test wind_zones -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints times"]
-fn a_hundred_sheets_in_wind_zones() {
-    let scene = shipped_scene("paper_storm");
-    let mut meeting = scene.clone();
-    meeting.contact.sheets = true;
-    let still = Scene { wind_zones: Vec::new(), ..scene.clone() };
-    for (name, scene) in [("as shipped", scene), ("without zones", still), ("with contact of sheets", meeting)] {
-        let mut world = world(&scene);
-        world.set_viewpoint(scene.camera.map(|camera| camera.eye)).expect("valid");
-        let mut times = Vec::new();
-        for _ in 0..120 {
-            let start = processor_time();
-            world.step();
-            times.push(processor_time() - start);
-        }
-        times.sort_by(f64::total_cmp);
-        let nodes: usize = world.sheets().iter().map(sheetwork::Sheet::node_count).sum();
-        let (sheets, mean) = (world.sheets().len(), times.iter().sum::<f64>() / 120.0);
-        let (median, late) = (times[60], times[114]);
-        println!("{name}: {sheets} sheets, {nodes} nodes: median {median:.2} ms, 95 % {late:.2} ms, mean {mean:.2} ms");
-    }
-}

@@ -6,8 +6,7 @@ mod common;
 use bevy::prelude::*;
 use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use bevy_sheetwork::prelude::*;
-use bevy_sheetwork::sheetwork::rigid::RigidView;
-use common::{app, app_with, run};
+use common::{Game, app, app_with, lend, run};
 
 /// Position of the first node of a sheet, m.
 fn corner(app: &App, sheet: Entity) -> Vec3 {
@@ -53,19 +52,6 @@ fn a_sheet_lets_go_of_a_despawned_body() {
     assert!(corner(&app, sheet).y < 0.5);
 }
 
-/// The caller's rigid world.
-#[derive(Resource)]
-struct Game(PhysicsWorld);
-
-fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
-    game.0.integration_parameters.dt = clock.due() as f32;
-    game.0.step();
-    let rigid = &game.0;
-    let view = RigidView::new(&rigid.broad_phase, &rigid.narrow_phase, &rigid.bodies, &rigid.colliders);
-    sheets.advance_with(&view.pushing(), clock.due());
-    sheets.write_lent_bodies(&mut game.0.bodies);
-}
-
 #[test]
 fn a_dynamic_body_of_the_callers_world_hangs_on_a_sheet_by_its_entity() {
     let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
@@ -76,7 +62,7 @@ fn a_dynamic_body_of_the_callers_world_hangs_on_a_sheet_by_its_entity() {
     let body = RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 0.85, 0.0));
     let body = game.insert_body(body.user_data(weight.to_bits().into()));
     game.insert_collider(ColliderBuilder::ball(0.02).mass(0.01), Some(body));
-    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    lend(&mut app, game);
     // A strip that hangs down from its upper edge.
     let strip = (
         Sheet::new("card").size(0.2, 0.1).pin(Region::Left),

@@ -6,21 +6,7 @@ mod common;
 use bevy::prelude::*;
 use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use bevy_sheetwork::prelude::*;
-use bevy_sheetwork::sheetwork::rigid::RigidView;
-use common::{app_with, explicit, run};
-
-/// The caller's rigid world.
-#[derive(Resource)]
-struct Game(PhysicsWorld);
-
-fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
-    game.0.integration_parameters.dt = clock.due() as f32;
-    game.0.step();
-    let rigid = &game.0;
-    let view = RigidView::new(&rigid.broad_phase, &rigid.narrow_phase, &rigid.bodies, &rigid.colliders);
-    sheets.advance_with(&view.pushing(), clock.due());
-    sheets.write_lent_bodies(&mut game.0.bodies);
-}
+use common::{Game, app_with, explicit, lend, run};
 
 #[test]
 fn a_sheet_rests_on_a_body_of_the_callers_world() {
@@ -31,7 +17,7 @@ fn a_sheet_rests_on_a_body_of_the_callers_world() {
 
     let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
     explicit(&mut app);
-    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    lend(&mut app, game);
     let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.13, 0.0))).id();
     run(&mut app, 3.0);
     let state = app.world().get::<SheetState>(sheet).expect("has one");
@@ -45,7 +31,7 @@ fn a_sheet_carries_a_dynamic_body_of_the_callers_world() {
     let ball = game.insert_body(RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 1.2, 0.0)));
     game.insert_collider(ColliderBuilder::ball(0.03).mass(0.02), Some(ball));
     let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
-    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    lend(&mut app, game);
     let net = Sheet::new("pet").size(0.3, 0.3).pin(Region::Border);
     app.world_mut().spawn((net, Transform::from_xyz(0.0, 1.0, 0.0)));
     run(&mut app, 2.0);
@@ -57,7 +43,7 @@ fn a_sheet_carries_a_dynamic_body_of_the_callers_world() {
 fn a_pin_with_an_end_is_released_in_the_callers_world_too() {
     let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
     explicit(&mut app);
-    app.insert_resource(Game(PhysicsWorld::new())).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    lend(&mut app, PhysicsWorld::new());
     let mut held = Sheet::thesis();
     held.spec.pins.push(PinSpec { until: Some(0.2), ..PinSpec::fixed(Region::All) });
     let sheet = app.world_mut().spawn((held, Transform::from_xyz(0.0, 1.0, 0.0))).id();

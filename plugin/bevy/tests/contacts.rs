@@ -6,8 +6,7 @@ mod common;
 use bevy::prelude::*;
 use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use bevy_sheetwork::prelude::*;
-use bevy_sheetwork::sheetwork::rigid::RigidView;
-use common::{app, app_with, run};
+use common::{app, app_with, lend, run};
 
 /// Messages so far.
 #[derive(Resource, Default)]
@@ -66,17 +65,6 @@ fn contacts_begin_and_end_with_both_entities() {
     assert!(app.world().resource::<SheetWorld>().contacts().is_empty());
 }
 
-/// The caller's rigid world.
-#[derive(Resource)]
-struct Game(PhysicsWorld);
-
-fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
-    game.0.step();
-    let rigid = &game.0;
-    let view = RigidView::new(&rigid.broad_phase, &rigid.narrow_phase, &rigid.bodies, &rigid.colliders);
-    sheets.advance_with(&view, clock.due());
-}
-
 #[test]
 fn a_body_of_the_callers_world_is_named_by_its_entity() {
     let mut app = with_ear(app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true })));
@@ -86,7 +74,7 @@ fn a_body_of_the_callers_world_is_named_by_its_entity() {
     // As bevy_rapier3d does.
     let collider = ColliderBuilder::cuboid(1.0, 0.1, 1.0).user_data(table.to_bits().into());
     game.insert_collider(collider, Some(body));
-    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    lend(&mut app, game);
     let sheet =
         app.world_mut().spawn((Sheet::new("card"), SheetContacts::default(), Transform::from_xyz(0.0, 0.02, 0.0))).id();
     run(&mut app, 0.5);

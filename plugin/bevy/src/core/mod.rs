@@ -23,6 +23,7 @@ mod sheet;
 mod state;
 mod step;
 pub(crate) mod sync;
+mod transforms;
 mod wind;
 mod world;
 
@@ -127,7 +128,7 @@ impl Plugin for SheetworkCorePlugin {
         );
         app.add_systems(
             PostUpdate,
-            (step::show, step::show_bodies, frame::show_sheets)
+            (step::show, step::show_bodies, transforms::show_sheets)
                 .chain()
                 .in_set(SheetworkDisplay)
                 .before(TransformSystems::Propagate),

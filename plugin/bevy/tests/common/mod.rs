@@ -8,8 +8,10 @@ use bevy::app::{App, PluginGroup};
 use bevy::asset::AssetApp;
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
+use bevy_rapier3d::rapier::prelude::PhysicsWorld;
+use bevy_sheetwork::sheetwork::rigid::RigidView;
 use bevy_sheetwork::sheetwork::scene::{Air, Scene};
-use bevy_sheetwork::{SheetWorld, SheetworkPlugins};
+use bevy_sheetwork::{SheetClock, SheetWorld, SheetworkPlugins, SheetworkSet};
 
 /// All plugins of the group over a minimal Bevy app, with the assets of rendering.
 pub fn app() -> App {
@@ -27,6 +29,24 @@ pub fn app_with(plugins: impl PluginGroup) -> App {
     app.finish();
     app.cleanup();
     app
+}
+
+/// The caller's rigid world.
+#[derive(Resource)]
+pub struct Game(pub PhysicsWorld);
+
+/// Let the sheets of `app` meet the bodies of `game`, and push them.
+pub fn lend(app: &mut App, game: PhysicsWorld) {
+    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+}
+
+fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
+    game.0.integration_parameters.dt = clock.due() as f32;
+    game.0.step();
+    let rigid = &game.0;
+    let view = RigidView::new(&rigid.broad_phase, &rigid.narrow_phase, &rigid.bodies, &rigid.colliders);
+    sheets.advance_with(&view.pushing(), clock.due());
+    sheets.write_lent_bodies(&mut game.0.bodies);
 }
 
 /// As [`app`], with the explicit integrator and the step for the soft lattice of the thesis.

@@ -26,6 +26,7 @@ pub(crate) mod stability;
 pub(crate) mod sweep;
 pub(crate) mod table;
 pub mod thesis;
+pub(crate) mod tick;
 pub(crate) mod verdict;
 
 use std::path::{Path, PathBuf};
@@ -55,6 +56,8 @@ enum Campaign {
     /// Many sheets: the cost of a frame with a thousand at rest, and the speed-up of a second
     /// thread with a hundred that move.
     Many(many::Many),
+    /// Processor times of the steps of a scene: median, 99 %, worst and mean.
+    Tick(tick::Tick),
     /// Level of detail: adherence to a budget, and the cost of levels without changes.
     Detail(detail::Detail),
     /// Stability limits of integrators: the longest stable step over stiffness, mass, damping,
@@ -93,7 +96,7 @@ impl Bench {
         crate::execute!(
             self.campaign, Campaign:
             Pareto, Kicks, Drops, Many, Detail, Stability, Rollback, Fuzz, Hashes, Counts, Day, Scenes, Heat,
-            Link, Soak, Thesis
+            Link, Soak, Thesis, Tick
         )
     }
 }

@@ -199,6 +199,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::math::drawn::drawn_cases(256))]
+
         #[test]
         fn solution_obeys_coulombs_law(m in prop::array::uniform9(-1.0..1.0f64), b in prop::array::uniform3(-1.0..1.0f64), mu in 0.0..1.5f64) {
             let (a, b) = (compliance(m), DVec3::from(b));

@@ -79,7 +79,7 @@ fn every_factor_agrees_with_the_dense_one() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::math::drawn::drawn_cases(60))]
 
     /// Places on a coarse grid, so that many coincide.
     #[test]

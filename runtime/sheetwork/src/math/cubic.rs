@@ -97,6 +97,8 @@ mod tests {
     use super::*;
 
     proptest! {
+        #![proptest_config(crate::math::drawn::drawn_cases(256))]
+
         #[test]
         fn the_roots_of_a_product_are_found(mut r in [-0.5..1.5, -0.5..1.5, -0.5..1.5], scale in 0.1..10.0) {
             r.sort_by(f64::total_cmp);

@@ -16,13 +16,21 @@ use crate::scene::{Region, validate};
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::{Sheet, Vectors, grab, region};
 use crate::units::parameters::ParameterId as Id;
+use crate::units::settings::settings;
 use crate::world::World;
 use crate::world::ids::SheetId;
 
-/// Maximum component of an impulse, N s.
-const MAX_IMPULSE: f64 = 1e6;
-/// Maximum coordinate of a place, m.
-const MAX_COORDINATE: f64 = 1e6;
+settings! {
+    /// Settings of forces of a program.
+    pub struct LoadSettings {
+        /// Maximum component of an impulse, N s: that of a force in a second.
+        pub maximum_impulse: f64 = 1e6,
+        /// Maximum coordinate of a place, m.
+        pub maximum_coordinate: f64 = 1e6,
+    }
+}
+
+const SETTINGS: LoadSettings = LoadSettings::DEFAULT;
 
 /// Part of a sheet on which a force or an impulse acts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,7 +105,7 @@ impl World {
     /// As [`World::apply_force`].
     pub fn apply_impulse(&mut self, id: SheetId, target: &ForceTarget, impulse: DVec3) -> Result<(), InputError> {
         for (axis, value) in impulse.to_array().into_iter().enumerate() {
-            check_range(&format!("impulse.{axis}"), value, -MAX_IMPULSE, MAX_IMPULSE, "N s")?;
+            check_range(&format!("impulse.{axis}"), value, -SETTINGS.maximum_impulse, SETTINGS.maximum_impulse, "N s")?;
         }
         let index = self.index_of_sheet(id)?;
         let sheet = &mut self.sheets[index];
@@ -182,7 +190,13 @@ fn material_target(target: &ForceTarget, sheet: &Sheet) -> Result<ForceTarget, I
     match target {
         ForceTarget::Nearest(place) => {
             for (axis, value) in place.to_array().into_iter().enumerate() {
-                check_range(&format!("place.{axis}"), value, -MAX_COORDINATE, MAX_COORDINATE, "m")?;
+                check_range(
+                    &format!("place.{axis}"),
+                    value,
+                    -SETTINGS.maximum_coordinate,
+                    SETTINGS.maximum_coordinate,
+                    "m",
+                )?;
             }
             let (u, v) = nearest_point(sheet, *place);
             Ok(ForceTarget::Point(u, v))

@@ -12,13 +12,14 @@ use glam::DVec3;
 
 use crate::error::InputError;
 use crate::mesh::structure::nodes_of;
+use crate::rigid::RigidView;
 use crate::scene::{DetailSpec, Scene};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 use crate::sheet::{Sheet, Status, node_contact};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
 use crate::world::lod_cost::{LodCandidate, LodPlanner, cost_of};
-use crate::world::remap::{Grid, grid_of};
+use crate::world::remap::{Grid, GridChange, grid_of};
 
 /// Fraction of the budget that is planned for, with a margin for steps that cost more than the
 /// mean; and fraction up to which sheets are refined.
@@ -73,6 +74,8 @@ struct SheetLod {
     counted: u64,
     /// Time on the present grid, s.
     since: f64,
+    /// Time until a change that a body prevented is tried again, s.
+    retry: f64,
     /// Whether a change of grid has failed, as after fracture; the sheet then keeps its grid.
     stays: bool,
 }
@@ -112,12 +115,13 @@ impl LodState {
 }
 
 state!(LodState: sheets, last);
-state!(SheetLod { solves, counted, since, stays });
+state!(SheetLod { solves, counted, since, retry, stays });
 
 impl SheetLod {
     /// Add a step of `dt` (s) to the counters. Returns its cost, ns.
     fn record_step(&mut self, sheet: &Sheet, dt: f64) -> f64 {
         self.since += dt;
+        self.retry = (self.retry - dt).max(0.0);
         let taken = sheet.state.counters.evaluations.saturating_sub(self.counted);
         self.counted = sheet.state.counters.evaluations;
         if sheet.state.status == Status::Awake && taken > 0 {
@@ -201,8 +205,9 @@ impl World {
         self.lod.is_some()
     }
 
-    /// Update the cost after a step of `dt` (s), and change grids.
-    pub(crate) fn update_lod(&mut self, dt: f64) {
+    /// Update the cost after a step of `dt` (s), and change grids, apart from the bodies of `lent`,
+    /// the caller's rigid world, or of the world.
+    pub(crate) fn update_lod(&mut self, dt: f64, lent: Option<&RigidView>) {
         let Some(mut detail) = self.lod.take() else { return };
         let LodState { sheets, last, .. } = &mut *detail;
         *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.record_step(sheet, dt)).sum();
@@ -211,7 +216,12 @@ impl World {
         self.find_changes(&detail, &mut work);
         for (k, (index, grid)) in work.coarser.iter().chain(&work.finer).enumerate() {
             let state = &mut detail.sheets[*index];
-            state.stays = self.remap_index(*index, *grid).is_err();
+            let change = self.remap_index(*index, *grid, lent);
+            state.stays = change.is_err();
+            if change == Ok(GridChange::Deferred) {
+                state.retry = MIN_TIME_ON_GRID;
+                continue;
+            }
             let too_early = k < work.coarser.len() && detail.budget.is_some() && state.since < PREMATURE_TIME;
             state.since = if too_early { -PREMATURE_DELAY } else { 0.0 };
         }
@@ -253,6 +263,9 @@ impl World {
         finer.clear();
         for (((i, spec), tight), roomy) in self.following(detail).zip(tight.iter()).zip(roomy.iter()) {
             let level = level_of(spec, grid_of(&self.sheets[i]));
+            if detail.sheets[i].retry > 0.0 {
+                continue;
+            }
             if level.is_none_or(|level| level < *tight) {
                 coarser.push((i, spec.levels[*tight].grid));
             } else if level.is_some_and(|level| level > *roomy) && detail.sheets[i].since >= MIN_TIME_ON_GRID {

@@ -173,7 +173,7 @@ const ACCESSORS: &[(Id, Accessor)] = &[
         Id::Grid,
         SheetText(
             |s| Some(format!("{}x{}", s.model.grid.0, s.model.grid.2)),
-            |w, i, path, v| w.remap_index(i, grid(path, v)?),
+            |w, i, path, v| w.set_grid(i, grid(path, v)?),
         ),
     ),
 ];

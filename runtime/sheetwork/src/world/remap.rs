@@ -6,8 +6,10 @@
 use std::sync::Arc;
 
 use crate::contact::SheetContact;
+use crate::contact::node::detection::deepest_penetration;
 use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
+use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::Scene;
 use crate::serialize::{CorruptState, ReadResult, StateReader, StateWriter};
 use crate::sheet::refine::{RefineWorkspace, Resolution, plan_levels, resolution_of};
@@ -15,6 +17,26 @@ use crate::sheet::remap::{self, outline};
 use crate::sheet::{Sheet, Status, buckling};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
+use crate::world::penetration::PenetrationSettings;
+
+const PENETRATION: PenetrationSettings = PenetrationSettings::DEFAULT;
+
+/// Result of a change of grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GridChange {
+    /// The sheet has the grid.
+    Done,
+    /// The sheet has its old grid: on the new one, a node would lie in a body.
+    Deferred,
+}
+
+/// Whether a node of `new`, the sheet `old` on another grid, lies in a body by more than the
+/// accepted penetration, and deeper than those of `old`.
+fn penetrates(new: &Sheet, old: &Sheet, view: &RigidView) -> bool {
+    let accepted = PENETRATION.depth * new.material().thickness;
+    let depth = deepest_penetration(new, view);
+    depth > accepted && depth > deepest_penetration(old, view) + accepted
+}
 
 /// Numbers of nodes along length and width.
 pub(crate) type Grid = (u32, u32);
@@ -57,29 +79,59 @@ impl World {
     /// and lattices; see `docs/detail.md`.
     ///
     /// # Errors
-    /// When there is no such sheet, the grid is out of range, or the sheet cannot change its grid;
-    /// nothing changes then.
+    /// When there is no such sheet, the grid is out of range, the sheet cannot change its grid, or
+    /// would lie in a body on it; nothing changes then.
     pub fn remap(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
         let index = self.sheet_index(name)?;
-        self.remap_index(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
+        self.set_grid(index, grid).map_err(|e| e.within(&format!("sheets.{name}")))
     }
 
-    /// Change the sheet `index` to another grid.
-    pub(crate) fn remap_index(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
+    /// Change the sheet `index` to another grid, for a caller.
+    pub(crate) fn set_grid(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
+        match self.remap_index(index, grid, None)? {
+            GridChange::Done => Ok(()),
+            GridChange::Deferred => {
+                Err(InputError::new("grid", "the sheet would lie in a body; try again when it has moved"))
+            }
+        }
+    }
+
+    /// Change the sheet `index` to another grid, apart from the bodies of `lent`, the caller's
+    /// rigid world, or of the world.
+    pub(crate) fn remap_index(
+        &mut self,
+        index: usize,
+        grid: Grid,
+        lent: Option<&RigidView>,
+    ) -> Result<GridChange, InputError> {
         let (min, max) = Id::GridLength.range();
         check_range("grid", grid.0.into(), min, max, "masses along the length")?;
         check_range("grid", grid.1.into(), min, max, "masses along the width")?;
         if grid_of(&self.sheets[index]) == grid {
-            return Ok(());
+            return Ok(GridChange::Done);
         }
-        self.change_resolution(index, &Resolution { grid, levels: None })
+        let at = Resolution { grid, levels: None };
+        let (new, contact) = self.on_resolution(index, &at)?;
+        let own = self.rigid.as_ref().map(RigidWorld::view);
+        let old = &self.sheets[index];
+        if lent.or(own.as_ref()).is_some_and(|view| penetrates(&new, old, view)) {
+            return Ok(GridChange::Deferred);
+        }
+        self.replace_sheet(index, new, contact, grid);
+        Ok(GridChange::Done)
     }
 
     /// Change the sheet `index` to another grid or to other levels of its base mesh.
     pub(crate) fn change_resolution(&mut self, index: usize, at: &Resolution) -> Result<(), InputError> {
-        if resolution_of(&self.sheets[index]) == *at {
-            return Ok(());
+        if resolution_of(&self.sheets[index]) != *at {
+            let (new, contact) = self.on_resolution(index, at)?;
+            self.replace_sheet(index, new, contact, at.grid);
         }
+        Ok(())
+    }
+
+    /// The sheet `index` in its present state on another grid or with other levels.
+    fn on_resolution(&mut self, index: usize, at: &Resolution) -> Result<(Sheet, SheetContact), InputError> {
         remap::check_grid_change(&self.sheets[index], &self.scene.sheets[index])?;
         let mut new = self.build_sheet_on_grid(index, at)?;
         let mut contact = SheetContact::default();
@@ -88,12 +140,16 @@ impl World {
             contact.prepare_surface(&new);
         }
         remap::take_state_from(&mut new, &self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
+        Ok((new, contact))
+    }
+
+    /// Put `new` in the place of the sheet `index`, and tell its grid.
+    fn replace_sheet(&mut self, index: usize, new: Sheet, contact: SheetContact, grid: Grid) {
         self.discard_contact_cache(index);
         self.sheet_contacts[index] = contact;
         self.sheets[index] = new;
         let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
-        self.events.push(Event { grid: Some(at.grid), ..event });
-        Ok(())
+        self.events.push(Event { grid: Some(grid), ..event });
     }
 
     /// The sheet `index` of the scene, on that grid and with those levels.

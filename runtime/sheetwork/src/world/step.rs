@@ -163,7 +163,7 @@ impl World {
         self.update_contacts(lent);
         self.detect_buckling(self.time - dt);
         self.check_penetration();
-        self.update_lod(dt);
+        self.update_lod(dt, lent);
         if self.refine_work.is_some() {
             self.refine_sheets();
         }

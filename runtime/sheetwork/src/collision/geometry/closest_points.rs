@@ -116,6 +116,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::math::drawn::drawn_cases(256))]
+
         /// The distance is convex in the weights: a point without nearer neighbours is the closest
         /// one.
         #[test]

@@ -79,6 +79,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(crate::math::drawn::drawn_cases(256))]
+
         #[test]
         fn a_point_that_meets_a_triangle_is_found(at in points(), way in points(), time in 0.0..1.0,
                                                   v in 0.0..1.0, w in 0.0..1.0) {

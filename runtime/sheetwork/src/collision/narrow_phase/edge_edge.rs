@@ -315,7 +315,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(20_000))]
+        #![proptest_config(crate::math::drawn::drawn_cases(20_000))]
 
         /// A parallel pair has no contact, for edges close to the direction of a box edge that pass
         /// through it.

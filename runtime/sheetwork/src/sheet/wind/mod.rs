@@ -12,6 +12,7 @@
 //! A blast is shorter than a step: its velocity in a step is that with the mean of u |u| over the
 //! step, which gives the impulse of the drag.
 
+mod settings;
 mod turbulence;
 mod wake;
 
@@ -20,18 +21,12 @@ use rapier3d::prelude::{QueryPipeline, Ray};
 
 use crate::rigid::RigidView;
 use crate::scene::{BlastSpec, FluidSpec, GustSpec, VortexSpec, WindZone, ZoneVolume};
+use crate::sheet::wind::settings::WindSettings;
 use crate::sheet::wind::turbulence::{Turbulence, cosine_of_turns};
 use crate::sheet::wind::wake::MovingBody;
 use crate::sheet::{Field, Sheet, Status};
 
-/// Density of the air of a zone in a scene without air, kg/m³.
-const AIR_DENSITY: f64 = 1.2;
-/// Speed of sound, m/s.
-const SOUND: f64 = 340.0;
-/// End of a blast, in durations of its positive phase.
-const BLAST_END: f64 = 12.0;
-/// Part of the weight of a sheet above which unsteady wind wakes it.
-const WAKING_LOAD: f64 = 0.1;
+const SETTINGS: WindSettings = WindSettings::DEFAULT;
 
 /// Air at the nodes of a sheet during a step.
 #[derive(Clone, Debug, Default)]
@@ -153,9 +148,9 @@ impl WindField {
     /// Whether the air around a sleeping sheet changes enough to move it.
     fn wakes(&self, sheet: &Sheet, step: &WindStep) -> bool {
         let Some(bounds) = sheet.state.x.bounds() else { return false };
-        let load = WAKING_LOAD * sheet.total_mass() * step.field.gravity.length();
+        let load = SETTINGS.waking_load * sheet.total_mass() * step.field.gravity.length();
         let area = sheet.model.extent.0 * sheet.model.extent.1;
-        let moves = |speed: f64| 0.5 * AIR_DENSITY * speed * speed * area >= load;
+        let moves = |speed: f64| 0.5 * SETTINGS.air_density * speed * speed * area >= load;
         let reaching = self.zones.iter().filter(|zone| zone.meets(bounds));
         let by_zone = |zone: &Zone| {
             let gusts = zone.spec.gusts.map_or(0.0, |gusts| gusts.amplitude * zone.mean.length());
@@ -179,7 +174,7 @@ impl WindField {
                 continue;
             }
             if air.density == 0.0 {
-                air.density = AIR_DENSITY;
+                air.density = SETTINGS.air_density;
             }
             let mut velocity = zone.velocity(x, place, step.time + 0.5 * step.dt);
             if zone.spec.shelter > 0.0 && query.is_some_and(|query| is_sheltered(query, x, velocity, zone.spec.shelter))
@@ -283,12 +278,12 @@ fn vortex_velocity(vortex: &VortexSpec, place: DVec3) -> DVec3 {
 /// Radial velocity of a blast at the place `away` (m), with the mean of u |u| over the step, m/s.
 fn blast_velocity(blast: &BlastSpec, away: DVec3, density: f64, step: &WindStep) -> DVec3 {
     let distance = away.length();
-    let since = (step.time - blast.time - distance / SOUND) / blast.duration;
+    let since = (step.time - blast.time - distance / SETTINGS.speed_of_sound) / blast.duration;
     let until = since + step.dt / blast.duration;
-    if until <= 0.0 || since >= BLAST_END || step.dt <= 0.0 {
+    if until <= 0.0 || since >= SETTINGS.blast_end || step.dt <= 0.0 {
         return DVec3::ZERO;
     }
-    let peak = blast.overpressure / (density * SOUND) * (blast.radius / distance.max(blast.radius));
+    let peak = blast.overpressure / (density * SETTINGS.speed_of_sound) * (blast.radius / distance.max(blast.radius));
     // Integral of (1 - s)² exp(-2s).
     let integral = |s: f64| -(-2.0 * s).exp() * (0.5 * s * s - 0.5 * s + 0.25);
     let (from, to) = (since.max(0.0), until);
@@ -300,9 +295,9 @@ fn blast_velocity(blast: &BlastSpec, away: DVec3, density: f64, step: &WindStep)
 
 /// Whether a blast passes the box from `low` to `high` (m) during the step.
 fn is_blasting(blast: &BlastSpec, origin: DVec3, (low, high): (DVec3, DVec3), step: &WindStep) -> bool {
-    let near = origin.clamp(low, high).distance(origin) / SOUND;
-    let far = near + low.distance(high) / SOUND;
-    step.time + step.dt > blast.time + near && step.time < blast.time + far + BLAST_END * blast.duration
+    let near = origin.clamp(low, high).distance(origin) / SETTINGS.speed_of_sound;
+    let far = near + low.distance(high) / SETTINGS.speed_of_sound;
+    step.time + step.dt > blast.time + near && step.time < blast.time + far + SETTINGS.blast_end * blast.duration
 }
 
 /// Whether a body stands within `distance` (m) upwind of `x` (m).
@@ -377,7 +372,7 @@ mod tests {
             });
             each.sum()
         };
-        let peak = 5000.0 / (1.2 * SOUND) / 3.0;
+        let peak = 5000.0 / (1.2 * SETTINGS.speed_of_sound) / 3.0;
         // Outward (1 - exp(-2))/4, inward exp(-2)/4 by integration of (1 - s)² exp(-2s).
         let exact = peak * peak * 0.004 * (0.25 - 0.5 * (-2.0_f64).exp());
         for dt in [1e-4, 1e-3, 0.02] {

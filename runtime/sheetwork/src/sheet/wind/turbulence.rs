@@ -11,8 +11,10 @@
 use glam::{DQuat, DVec3};
 
 use crate::scene::TurbulenceSpec;
+use crate::sheet::wind::settings::WindSettings;
 
-const SHELLS: usize = 4;
+/// Bands of wave number.
+const BANDS: usize = WindSettings::DEFAULT.turbulence_bands;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Mode {
@@ -29,15 +31,15 @@ struct Mode {
 /// Turbulent velocity field.
 #[derive(Clone, Debug)]
 pub(super) struct Turbulence {
-    modes: [Mode; 3 * SHELLS],
+    modes: [Mode; 3 * BANDS],
 }
 
 impl Turbulence {
     pub fn new(spec: &TurbulenceSpec) -> Self {
         let mut random = SplitMix(u64::from(spec.seed));
         let weight = |shell: usize| 4.0_f64.powf(-(shell as f64) / 3.0);
-        let total: f64 = (0..SHELLS).map(weight).sum();
-        let mut modes = [Mode::default(); 3 * SHELLS];
+        let total: f64 = (0..BANDS).map(weight).sum();
+        let mut modes = [Mode::default(); 3 * BANDS];
         for (shell, part) in modes.chunks_exact_mut(3).enumerate() {
             let [x, y, z, w] = [(); 4].map(|()| random.next() - 0.5);
             let rotation = DQuat::from_xyzw(x, y, z, w + 1e-9).normalize();

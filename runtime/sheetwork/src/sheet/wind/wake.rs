@@ -16,15 +16,9 @@ use glam::DVec3;
 use rapier3d::prelude::RigidBodySet;
 
 use crate::rigid::RigidView;
+use crate::sheet::wind::settings::{WakeSettings, WindSettings};
 
-/// Spreading rate of the wake of a sphere.
-const SPREADING: f64 = 0.51;
-/// Drag coefficient of a sphere.
-const DRAG: f64 = 0.5;
-/// Length of a wake, and distance up to which a body moves the air, in radii.
-const REACH: f64 = 40.0;
-/// Speed below which a body moves no air, m/s.
-const MINIMUM_SPEED: f64 = 0.01;
+const SETTINGS: WakeSettings = WindSettings::DEFAULT.wake;
 
 /// Sphere that stands for a moving body.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +37,10 @@ impl MovingBody {
         let bodies: &RigidBodySet = view.bodies;
         for (_, body) in bodies.iter() {
             let velocity = body.linvel().as_dvec3();
-            if body.is_fixed() || velocity.length_squared() < MINIMUM_SPEED * MINIMUM_SPEED || !velocity.is_finite() {
+            if body.is_fixed()
+                || velocity.length_squared() < SETTINGS.minimum_speed * SETTINGS.minimum_speed
+                || !velocity.is_finite()
+            {
                 continue;
             }
             let solid = body.colliders().iter().filter_map(|handle| view.colliders.get(*handle));
@@ -67,7 +64,7 @@ impl MovingBody {
     pub fn induced(&self, x: DVec3) -> DVec3 {
         let (away, radius) = (x - self.centre, self.radius);
         let distance = away.length();
-        if distance > REACH * radius {
+        if distance > SETTINGS.reach * radius {
             return DVec3::ZERO;
         }
         let direction = away.normalize_or_zero();
@@ -87,11 +84,12 @@ impl MovingBody {
             return DVec3::ZERO;
         }
         let radius = self.radius;
-        let width = (radius.powi(3) + 1.5 * SPREADING * DRAG * LN_2 * radius * radius * behind).cbrt();
-        let deficit = 0.5 * DRAG * LN_2 * radius * radius / (width * width);
+        let width =
+            (radius.powi(3) + 1.5 * SETTINGS.spreading * SETTINGS.drag * LN_2 * radius * radius * behind).cbrt();
+        let deficit = 0.5 * SETTINGS.drag * LN_2 * radius * radius / (width * width);
         let aside = (away.length_squared() - behind * behind).max(0.0) / (width * width);
         // The far wake begins behind the body and ends gradually.
-        let part = (behind / radius).min(1.0) * (1.0 - behind / (REACH * radius)).max(0.0);
+        let part = (behind / radius).min(1.0) * (1.0 - behind / (SETTINGS.reach * radius)).max(0.0);
         self.velocity * (deficit * part * (-LN_2 * aside).exp())
     }
 
@@ -130,7 +128,7 @@ mod tests {
                 let u = BODY.trailing(DVec3::new(-behind, aside, 0.0)).x;
                 flux += 10.0 * u * std::f64::consts::TAU * aside * step;
             }
-            let drag = 0.5 * 100.0 * DRAG * std::f64::consts::PI * 0.25 * (1.0 - behind / 20.0);
+            let drag = 0.5 * 100.0 * SETTINGS.drag * std::f64::consts::PI * 0.25 * (1.0 - behind / 20.0);
             assert!((flux / drag - 1.0).abs() < 1e-3, "{flux} {drag}");
         }
     }

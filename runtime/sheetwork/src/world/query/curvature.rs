@@ -4,15 +4,12 @@ use glam::DVec3;
 use nalgebra::{SMatrix, SVector};
 
 use crate::world::query::SurfaceCurvature;
+use crate::world::query::settings::QuerySettings;
 use crate::world::query::surface::QuerySurface;
 
-/// Number of rings of triangles around the point.
-const RINGS: usize = 2;
 /// Number of coefficients of the fit.
 const TERMS: usize = 6;
-/// Least ratio of the pivots of the normal equations at which the nodes define the fit: above the
-/// rounding error of nodes on two parallel lines, 1e-16, and below a regular grid, 1e-3.
-const LEAST_PIVOT_RATIO: f64 = 1e-9;
+const SETTINGS: QuerySettings = QuerySettings::DEFAULT;
 
 /// Height over a plane with the slopes z_x, z_y and the second derivatives z_xx, z_xy, z_yy (1/m).
 struct Quadric {
@@ -54,7 +51,7 @@ fn fit_over(around: &[DVec3], place: DVec3, [across, beside, normal]: [DVec3; 3]
     }
     let factor = matrix.cholesky()?;
     let pivots = factor.l_dirty().diagonal().map(|d| d * d);
-    if pivots.min() < LEAST_PIVOT_RATIO * pivots.max() {
+    if pivots.min() < SETTINGS.least_pivot_ratio * pivots.max() {
         return None;
     }
     let solution = factor.solve(&load);
@@ -62,7 +59,7 @@ fn fit_over(around: &[DVec3], place: DVec3, [across, beside, normal]: [DVec3; 3]
     Some(Quadric { slopes: [solution[1], solution[2]], second })
 }
 
-/// Positions of the nodes within [`RINGS`] rings of triangles, and the sum of the area vectors of
+/// Positions of the nodes within the rings of triangles, and the sum of the area vectors of
 /// these triangles.
 fn neighbourhood(surface: &QuerySurface, nodes: [u32; 3]) -> (Vec<DVec3>, DVec3) {
     let triangles = surface.triangles();
@@ -70,7 +67,7 @@ fn neighbourhood(surface: &QuerySurface, nodes: [u32; 3]) -> (Vec<DVec3>, DVec3)
     let mut is_near = vec![false; count];
     nodes.iter().for_each(|i| is_near[*i as usize] = true);
     let mut normal = DVec3::ZERO;
-    for _ in 0..RINGS {
+    for _ in 0..SETTINGS.curvature_rings {
         let touches = |t: &&[u32; 3]| t.iter().any(|i| is_near[*i as usize]);
         let ring: Vec<[u32; 3]> = triangles.iter().filter(touches).copied().collect();
         ring.iter().flatten().for_each(|i| is_near[*i as usize] = true);

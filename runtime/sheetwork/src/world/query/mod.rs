@@ -13,6 +13,7 @@
 mod curvature;
 mod overlap;
 mod ray;
+mod settings;
 mod surface;
 
 use std::cell::Cell;

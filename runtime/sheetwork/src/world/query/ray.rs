@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use crate::collision::bvh::BoundingBox;
 use crate::collision::geometry::{barycentric_along, point_triangle};
+use crate::world::query::settings::QuerySettings;
 use crate::world::query::surface::combine;
 
-/// Relative rounding error of a distance to a plane of a box, with a margin.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+const SETTINGS: QuerySettings = QuerySettings::DEFAULT;
 
 /// Ray with a unit direction; lengths in m.
 pub(super) struct QueryRay {
@@ -56,7 +56,7 @@ impl QueryRay {
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
-        enter * (1.0 - ROUNDING) <= leave * (1.0 + ROUNDING)
+        enter * (1.0 - SETTINGS.distance_rounding) <= leave * (1.0 + SETTINGS.distance_rounding)
     }
 
     /// Distance to a triangle and the weights of its corners, from both sides. Adjacent triangles
@@ -143,7 +143,7 @@ impl QueryRay {
         let (square, b, c) = (across.length_squared(), across.dot(beside), beside.length_squared() - radius * radius);
         let root = b * b - square * c;
         // A ball that moves along the side touches a corner first.
-        if square < ROUNDING || root < 0.0 {
+        if square < SETTINGS.distance_rounding || root < 0.0 {
             return None;
         }
         let path = (-b - root.sqrt()) / square;

@@ -8,14 +8,10 @@ use crate::collision::bvh::BoundingBox;
 use crate::mesh::structure::LatticeLayer;
 use crate::sheet::{Sheet, Vectors};
 use crate::world::ids::SheetId;
+use crate::world::query::settings::QuerySettings;
 use crate::world::query::{InterpolatedNodes, QueryLayer, SurfaceArea, SurfacePoint};
 
-/// Number of triangles of a block.
-const BLOCK: usize = 32;
-/// Growth of bounding boxes against rounding, relative to the largest coordinate.
-const ROUNDING: f64 = 1e-14;
-/// Weight by which a material point may lie outside a triangle, so that none falls between two.
-const SLACK: f64 = 1e-6;
+const SETTINGS: QuerySettings = QuerySettings::DEFAULT;
 
 /// Surface of a layer of a sheet.
 pub(super) struct QuerySurface<'w> {
@@ -95,8 +91,8 @@ impl<'w> QuerySurface<'w> {
                 let join = |b: BoundingBox, p: DVec3| BoundingBox { low: b.low.min(p), high: b.high.max(p) };
                 widened(all.fold(BoundingBox::default(), join))
             };
-            let bounds = triangles.chunks(BLOCK).map(corners).collect();
-            let uv = triangles.chunks(BLOCK).map(|block| self.uv_range(block)).collect();
+            let bounds = triangles.chunks(SETTINGS.block).map(corners).collect();
+            let uv = triangles.chunks(SETTINGS.block).map(|block| self.uv_range(block)).collect();
             TriangleBlocks { triangles, bounds, uv }
         })
     }
@@ -128,7 +124,7 @@ impl<'w> QuerySurface<'w> {
             return;
         }
         let blocks = self.blocks();
-        for (block, bounds) in blocks.triangles.chunks(BLOCK).zip(&blocks.bounds) {
+        for (block, bounds) in blocks.triangles.chunks(SETTINGS.block).zip(&blocks.bounds) {
             if near(bounds) {
                 block.iter().for_each(|nodes| visit(*nodes));
             }
@@ -142,12 +138,15 @@ impl<'w> QuerySurface<'w> {
         }
         let blocks = self.blocks();
         let within = |[low, high]: &[(f64, f64); 2]| {
-            u >= low.0 - SLACK && u <= high.0 + SLACK && v >= low.1 - SLACK && v <= high.1 + SLACK
+            u >= low.0 - SETTINGS.weight_slack
+                && u <= high.0 + SETTINGS.weight_slack
+                && v >= low.1 - SETTINGS.weight_slack
+                && v <= high.1 + SETTINGS.weight_slack
         };
-        let chosen = blocks.triangles.chunks(BLOCK).zip(&blocks.uv).filter(|(_, range)| within(range));
+        let chosen = blocks.triangles.chunks(SETTINGS.block).zip(&blocks.uv).filter(|(_, range)| within(range));
         chosen.flat_map(|(block, _)| block).find_map(|nodes| {
             let weights = weights_at(self.uv_of(*nodes), (u, v))?;
-            weights.iter().all(|w| *w >= -SLACK).then(|| (*nodes, normalised(weights)))
+            weights.iter().all(|w| *w >= -SETTINGS.weight_slack).then(|| (*nodes, normalised(weights)))
         })
     }
 
@@ -192,7 +191,7 @@ impl<'w> QuerySurface<'w> {
 
 fn widened(bounds: BoundingBox) -> BoundingBox {
     let largest = bounds.low.abs().max(bounds.high.abs()).max_element();
-    if largest.is_finite() { bounds.grown(ROUNDING * largest) } else { bounds }
+    if largest.is_finite() { bounds.grown(SETTINGS.box_growth * largest) } else { bounds }
 }
 
 /// Weighted sum of three vectors.

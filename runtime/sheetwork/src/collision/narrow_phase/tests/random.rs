@@ -53,7 +53,7 @@ fn between(x: &Vectors, y: &Vectors, t: f64) -> Vectors {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(crate::math::drawn::drawn_cases(400))]
 
     /// A sheet moves from outside a box. Each node that has been inside the box has a violated
     /// constraint, a sheet that ends in the box has at least one, and a sheet that stays away has
@@ -110,7 +110,9 @@ proptest! {
         let end = posed(&flat, angles + shake, bend, place + way + DVec3::Y * (0.12 - fall));
         let found = rows(&[moved(0, &own, &lying, &lying), moved(1, &own, &start, &end)], &[]);
         for row in &found {
-            prop_assert!(gap(row, &[&lying, &start], &[]) > 0.0, "{row:?}");
+            // A node that slides along the plane of a triangle may begin nearer to this plane than
+            // the contact offset, far from the triangle.
+            prop_assert!(gap(row, &[&lying, &start], &[]) > -row.offset, "{row:?}");
         }
         for i in 0..flat.len() {
             let crossed = own.triangles().iter().any(|t| {
