@@ -87,7 +87,7 @@ pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Stat
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
     BodyId, BodyReport, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry, ForceReport,
-    ForceTarget, HeaterId, InterpolatedNodes, OpeningReport, Parameter, QueryFilter, QueryLayer, QueryShape, Report,
-    SheetId, SheetQueries, SheetReport, Snapshot, SurfaceArea, SurfaceCurvature, SurfaceOverlaps, SurfacePoint,
+    ForceTarget, HeaterId, InterpolatedNodes, JointId, OpeningReport, Parameter, QueryFilter, QueryLayer, QueryShape,
+    Report, SheetId, SheetQueries, SheetReport, Snapshot, SurfaceArea, SurfaceCurvature, SurfaceOverlaps, SurfacePoint,
     TemperatureReport, UnresolvedFolds, World, journal, recording,
 };

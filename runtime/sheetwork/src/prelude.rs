@@ -6,7 +6,7 @@ pub use crate::scene::{
     Scene, Shape, SheetSpec, SpringLaw,
 };
 pub use crate::{
-    BodyId, BodyState, BuildError, Energy, Event, EventKind, HeaterId, InputError, Parameter, ParameterError,
+    BodyId, BodyState, BuildError, Energy, Event, EventKind, HeaterId, InputError, JointId, Parameter, ParameterError,
     ParameterId, RigidView, SceneError, Sheet, SheetId, Snapshot, SnapshotError, Status, StepOutcome, StepReport,
     StructureKind, Vectors, World,
 };

@@ -5,7 +5,9 @@
 //! dynamic; `step` advances them.
 
 pub(crate) mod body_contacts;
+pub(crate) mod body_loads;
 pub(crate) mod impact;
+pub(crate) mod joints;
 pub(crate) mod lent;
 pub(crate) mod mass_properties;
 pub(crate) mod rolling_ball;
@@ -31,6 +33,7 @@ pub use crate::rigid::state::BodyState;
 pub use crate::rigid::view::RigidView;
 
 use crate::error::{InputError, check_range};
+use crate::rigid::body_loads::BodyLoad;
 use crate::rigid::rolling_ball::RollingBallSolver;
 use crate::rigid::shape::{is_convex, polyhedra_of, shapes_of};
 use crate::rigid::step::RigidMotion;
@@ -82,6 +85,10 @@ pub struct RigidWorld {
     /// Union-find roots of the islands of touching bodies; buffer of the sleep test.
     island_roots: Vec<usize>,
     rolling: RollingBallSolver,
+    /// Forces of a program during the present step or advance.
+    loads: Vec<BodyLoad>,
+    /// Whether collision groups or sensors differ from the scene.
+    has_changed_colliders: bool,
 }
 
 impl RigidWorld {
@@ -100,6 +107,8 @@ impl RigidWorld {
             contacts: Vec::new(),
             island_roots: Vec::new(),
             rolling: RollingBallSolver::default(),
+            loads: Vec::new(),
+            has_changed_colliders: false,
         };
         world.inner.gravity = Vector::ZERO;
         for (index, spec) in scene.bodies.iter().enumerate() {
@@ -210,6 +219,27 @@ impl RigidWorld {
         self.motions.get(index).map_or(0.0, |motion| motion.extent)
     }
 
+    /// Set the collision groups of body `index`, which exists, and wake all.
+    pub(crate) fn set_groups(&mut self, index: usize, groups: InteractionGroups) {
+        self.change_colliders(index, |collider| collider.set_collision_groups(groups));
+    }
+
+    /// Let body `index`, which exists, be a sensor or solid, and wake all.
+    pub(crate) fn set_sensor(&mut self, index: usize, is_sensor: bool) {
+        self.change_colliders(index, |collider| collider.set_sensor(is_sensor));
+    }
+
+    fn change_colliders(&mut self, index: usize, change: impl Fn(&mut Collider)) {
+        for handle in &self.bodies[index].colliders {
+            if let Some(collider) = self.inner.colliders.get_mut(*handle) {
+                change(collider);
+            }
+        }
+        self.has_changed_colliders = true;
+        self.contacts.clear();
+        self.wake_all();
+    }
+
     /// Index of the body called `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|b| b.name == name)
@@ -220,6 +250,8 @@ impl RigidWorld {
         let removed = self.bodies.remove(index);
         self.inner.remove_body(removed.handle);
         self.motions.remove(index);
+        self.loads.retain(|load| load.body != index);
+        self.loads.iter_mut().filter(|load| load.body > index).for_each(|load| load.body -= 1);
         self.owners.clear();
         for body in &self.bodies {
             self.owners.push(&body.colliders, body.material.as_deref());

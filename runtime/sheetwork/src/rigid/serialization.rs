@@ -5,7 +5,7 @@
 //! them, since it equals the world as built from its scene.
 
 use glam::{DQuat, DVec3};
-use rapier3d::prelude::PhysicsWorld;
+use rapier3d::prelude::{ImpulseJoint, PhysicsWorld};
 
 use crate::rigid::step::RigidMotion;
 use crate::rigid::{BodyState, MotionKind, RigidWorld};
@@ -17,8 +17,10 @@ impl RigidWorld {
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.count(self.motions.len() as u64);
         self.motions.iter().for_each(|motion| serialise_motion(motion, to));
-        [self.has_kinematic, self.has_moving_bodies()].into_iter().for_each(|f| to.flag(f));
-        if self.has_moving_bodies() {
+        self.serialise_loads(to);
+        let flags = [self.has_kinematic, self.has_changed_colliders, self.differs_from_scene()];
+        flags.into_iter().for_each(|f| to.flag(f));
+        if self.differs_from_scene() {
             // An error of serialisation leaves an empty byte sequence, which deserialisation
             // rejects.
             let sets = postcard::to_extend(&self.inner, Vec::new()).unwrap_or_default();
@@ -33,21 +35,27 @@ impl RigidWorld {
         }
         let motions =
             (0..self.motions.len()).map(|_| deserialise_motion(from)).collect::<ReadResult<Vec<RigidMotion>>>()?;
-        let (moving, has_sets) = (from.flag()?, from.flag()?);
+        self.deserialise_loads(from)?;
+        let (moving, changed, has_sets) = (from.flag()?, from.flag()?, from.flag()?);
         if has_sets {
             let inner: PhysicsWorld = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
             let known = |b: &crate::rigid::RigidBodyInfo| {
                 inner.bodies.get(b.handle).is_some() && b.colliders.iter().all(|c| inner.colliders.get(*c).is_some())
             };
             let counts = (inner.bodies.len(), inner.colliders.len());
-            if counts != (self.inner.bodies.len(), self.inner.colliders.len()) || !self.bodies.iter().all(known) {
+            let joined = |handle| inner.bodies.get(handle).is_some();
+            let holds = |(_, joint): (_, &ImpulseJoint)| joined(joint.body1()) && joined(joint.body2());
+            if counts != (self.inner.bodies.len(), self.inner.colliders.len())
+                || !self.bodies.iter().all(known)
+                || !inner.impulse_joints.iter().all(holds)
+            {
                 return Err(CorruptState);
             }
             self.inner = inner;
-        } else if self.has_moving_bodies() {
-            let sleep = self.sleep;
+        } else if self.differs_from_scene() {
+            let (sleep, loads) = (self.sleep, std::mem::take(&mut self.loads));
             *self = Self::build(scene).map_err(|_| CorruptState)?;
-            self.sleep = sleep;
+            (self.sleep, self.loads) = (sleep, loads);
             if motions.len() != self.motions.len() {
                 return Err(CorruptState);
             }
@@ -60,14 +68,15 @@ impl RigidWorld {
                 body.path.clear();
             }
         }
-        (self.motions, self.has_kinematic) = (motions, moving);
+        (self.motions, self.has_kinematic, self.has_changed_colliders) = (motions, moving, changed);
         self.contacts.clear();
         Ok(())
     }
 
-    /// Whether any body is kinematic or dynamic, so that Rapier's sets differ from those as built.
-    fn has_moving_bodies(&self) -> bool {
-        self.has_kinematic || self.motions.iter().any(|m| m.kind != MotionKind::Static)
+    /// Whether Rapier's sets differ from those as built: a body is kinematic or dynamic, or a
+    /// collider was changed.
+    fn differs_from_scene(&self) -> bool {
+        self.has_changed_colliders || self.has_kinematic || self.motions.iter().any(|m| m.kind != MotionKind::Static)
     }
 }
 

@@ -65,12 +65,17 @@ impl RigidWorld {
             motion.start = motion.end;
             (motion.set_by_contact, motion.had_impulse) = (false, false);
         }
+        if !self.loads.is_empty() {
+            self.apply_loads(0.5 * dt);
+            self.motions.iter_mut().for_each(|motion| motion.start = motion.end);
+        }
         let awake = self.motions.iter().any(|m| m.is_free() && !m.asleep);
         self.contacts.clear();
         if !(self.has_kinematic || awake) {
             return;
         }
         self.update_kinematic_bodies(t, dt);
+        self.wake_jointed();
         self.inner.gravity = g.as_vec3();
         let has_free = self.motions.iter().any(RigidMotion::is_free);
         let (mut done, mut number) = (0.0, 0);
@@ -134,7 +139,8 @@ impl RigidWorld {
     /// Read back the motion of the dynamic body `index` in a substep of `part` s that begins `done`
     /// s after the start of a step of `dt` s.
     fn read_back(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
-        let push = self.has_contact_impulse(index);
+        let jointed = self.is_jointed(index);
+        let push = jointed || self.has_contact_impulse(index);
         let disturbed = self.motions[index].asleep && self.is_woken(index);
         let motion = &mut self.motions[index];
         if motion.asleep && !disturbed {
@@ -144,7 +150,7 @@ impl RigidWorld {
         }
         motion.asleep = false;
         let flown = motion.substep_start.free_flight(part, g);
-        let alone = self.touches_no_dynamic_body(index);
+        let alone = !jointed && self.touches_no_dynamic_body(index);
         let (end, pushed) = match self.radius(index).filter(|_| alone) {
             Some(radius) => {
                 let rolled = self.roll_ball(index, radius, (done, part), g);
@@ -311,6 +317,7 @@ impl RigidWorld {
                 self.island_roots[a.max(b)] = a.min(b);
             }
         }
+        self.unite_jointed();
         for first in 0..self.motions.len() {
             if self.motions[first].is_free()
                 && island_root(&self.island_roots, first) == first
@@ -340,7 +347,33 @@ impl RigidWorld {
             }
             lies |= c.distance < self.contact_distance();
         }
+        if !self.inner.impulse_joints.is_empty() {
+            let held = (first..self.motions.len()).filter(|index| member(*index));
+            for other in held.flat_map(|index| self.jointed_with(index)).filter(|other| !member(*other)) {
+                if self.motions[other].start.is_moving() {
+                    return false;
+                }
+                lies = true;
+            }
+        }
         all_still && lies
+    }
+
+    /// Unite the islands of dynamic bodies that joints connect.
+    fn unite_jointed(&mut self) {
+        if self.inner.impulse_joints.is_empty() {
+            return;
+        }
+        for index in 0..self.motions.len() {
+            let mut roots = std::mem::take(&mut self.island_roots);
+            for other in self.jointed_with(index).filter(|other| self.motions[*other].is_free()) {
+                if self.motions[index].is_free() {
+                    let (a, b) = (island_root(&roots, index), island_root(&roots, other));
+                    roots[a.max(b)] = a.min(b);
+                }
+            }
+            self.island_roots = roots;
+        }
     }
 
     /// Set the state of the dynamic body `index` at the end of the step, as solved together with
@@ -350,6 +383,14 @@ impl RigidWorld {
         motion.end = end;
         (motion.set_by_contact, motion.asleep, motion.rest_time) = (true, false, 0.0);
         self.write_to_rapier(index);
+    }
+
+    /// Set the velocity (m/s) and the angular velocity (rad/s) of the dynamic body `index` and wake
+    /// it.
+    pub(crate) fn set_velocity(&mut self, index: usize, velocity: DVec3, spin: DVec3) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        motion.end = motion.end.with_velocity(velocity, spin);
+        self.wake(index);
     }
 
     /// Place the dynamic body called `name` at `origin` (m), at rest, and wake all bodies. Return

@@ -120,7 +120,7 @@ impl RigidWorld {
             let motion = &self.motions[index];
             let speed = motion.end.velocity().length() + motion.end.spin().length() * motion.extent;
             let way = (speed + g.length() * left) * left;
-            let ball = self.radius(index).is_some();
+            let ball = self.radius(index).is_some() && !self.is_jointed(index);
             if !motion.is_free()
                 || motion.asleep
                 || ball
@@ -165,22 +165,30 @@ impl RigidWorld {
         }
     }
 
-    /// Static and kinematic colliders nearer to body `index` than `way` (m), with their body
-    /// indices.
+    /// Static and kinematic colliders that body `index` can touch, nearer to it than `way` (m),
+    /// with their body indices.
     pub(crate) fn obstacles_near(&self, index: usize, way: f64) -> impl Iterator<Item = (usize, ColliderHandle)> {
         let motion = &self.motions[index];
         let centre = motion.end.centre().as_vec3();
+        let own = self.bodies[index].colliders.first().and_then(|own| self.inner.colliders.get(*own));
         let walls = self.motions.iter().zip(&self.bodies).enumerate().filter(|(_, (other, _))| !other.is_free());
         walls.flat_map(move |(index, (other, body))| {
             let led = other.start.origin().distance(other.end.origin());
             let turns = other.start.spin() != DVec3::ZERO;
             let around = Aabb::from_half_extents(centre, Vector::splat((motion.extent + way + led) as f32));
             let near = move |handle: &ColliderHandle| {
-                self.inner.colliders.get(*handle).is_some_and(|c| turns || c.compute_aabb().intersects(&around))
+                let touches = |c: &Collider| own.is_some_and(|own| can_touch(own, c));
+                let is_near = |c: &&Collider| turns || c.compute_aabb().intersects(&around);
+                self.inner.colliders.get(*handle).filter(is_near).is_some_and(touches)
             };
             body.colliders.iter().copied().filter(near).map(move |handle| (index, handle))
         })
     }
+}
+
+/// Whether two colliders are solid and of groups that meet.
+fn can_touch(a: &Collider, b: &Collider) -> bool {
+    !a.is_sensor() && !b.is_sensor() && a.collision_groups().test(b.collision_groups())
 }
 
 /// Whether a collider lies behind the plane through its point nearest to any exterior point.

@@ -27,6 +27,8 @@ settings! {
         pub maximum_impulse: f64 = 1e6,
         /// Maximum coordinate of a place, m.
         pub maximum_coordinate: f64 = 1e6,
+        /// Maximum component of the velocity of a body, m/s and rad/s.
+        pub maximum_body_speed: f64 = 1e4,
     }
 }
 
@@ -152,6 +154,7 @@ impl World {
 
     /// Remove the loads at the end of a step or an advance.
     pub(crate) fn clear_loads(&mut self) {
+        self.rigid.iter_mut().for_each(|rigid| rigid.clear_loads());
         let Self { loads: Loads { list, .. }, sheets, sheet_ids, .. } = self;
         for load in list.drain(..).filter(|load| load.has_acted) {
             if let Some(sheet) = sheet_ids.position(load.sheet.0).and_then(|index| sheets.get_mut(index)) {

@@ -76,7 +76,7 @@ impl World {
         let view = rigid.as_ref().map(RigidWorld::view);
         self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
         self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
-        self.update_bodies(rigid.as_mut());
+        self.update_bodies(rigid.as_mut(), dt);
         self.rigid = rigid;
         self.finish_step(dt, None);
     }
@@ -121,8 +121,8 @@ impl World {
         }
     }
 
-    /// Set the dynamic bodies to their state after contact with sheets.
-    fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>) {
+    /// Set the dynamic bodies to their state after contact with sheets in a step of `dt` (s).
+    fn update_bodies(&mut self, rigid: Option<&mut RigidWorld>, dt: f64) {
         let Some(rigid) = rigid else { return };
         for update in &self.islands.body_updates {
             let UpdatedBody::Own(index) = update.body else { continue };
@@ -131,6 +131,7 @@ impl World {
                 rigid.put_to_sleep(index as usize);
             }
         }
+        rigid.finish_loads(dt);
     }
 
     /// Set the lent bodies to their state after a step of `dt` (s).
