@@ -14,6 +14,7 @@ mod forces;
 mod frame;
 mod heat_gun;
 pub(crate) mod heater;
+mod joints;
 pub(crate) mod motion;
 pub(crate) mod placement;
 mod polyhedra;
@@ -39,6 +40,7 @@ pub use event::SheetEvent;
 pub use forces::SheetForces;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterHandle, SheetHeater};
+pub use joints::SheetJoint;
 pub use motion::{BodyMotion, SheetMotion};
 pub use polyhedra::SheetPolyhedra;
 pub use query::SheetRayCast;
@@ -89,7 +91,7 @@ impl Plugin for SheetworkCorePlugin {
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
         app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
-        app.add_observer(attachments::removed);
+        app.add_observer(attachments::removed).add_observer(joints::removed);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
@@ -103,6 +105,7 @@ impl Plugin for SheetworkCorePlugin {
                     sync::move_sheets,
                     sync::move_bodies,
                     attachments::sync,
+                    joints::sync,
                     heater::sync,
                     heat_gun::aim,
                     contacts::request,

@@ -311,6 +311,12 @@ impl BodyMotion {
         self.names.first().map_or("", String::as_str)
     }
 
+    /// Id of the first of its bodies in the world, as for
+    /// [`World::apply_body_force`](sheetwork::World::apply_body_force).
+    pub fn id(&self) -> Option<BodyId> {
+        self.ids.first().copied()
+    }
+
     /// Whether one of its bodies in the world has this name.
     pub fn is_named(&self, name: &str) -> bool {
         self.names.iter().any(|n| n == name)
