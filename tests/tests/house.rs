@@ -24,7 +24,7 @@ const MAXIMA: [(&str, usize); 12] = [
     ("comment lines over 100 columns", 0),
     ("comment sentences that begin with", 19),
     ("lines of the library without tests", 69_400),
-    ("lines of all crates without tests", 111_000),
+    ("lines of all crates without tests", 113_000),
     ("functions over 60 lines", 3),
     ("files over 600 lines", 0),
     ("rooms of the library in circles", 0),
