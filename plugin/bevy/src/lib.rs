@@ -87,7 +87,7 @@ pub use link::{SheetLink, SheetLinkPlugin};
 #[cfg(feature = "render")]
 pub use picking::SheetPickingPlugin;
 #[cfg(feature = "render")]
-pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetSide, SheetSides, SheetworkRenderPlugin};
 pub use sheetwork;
 #[cfg(feature = "link")]
 pub use sheetwork_link;

@@ -16,7 +16,9 @@ pub use crate::link::{SheetLink, SheetLinkPlugin};
 #[cfg(feature = "render")]
 pub use crate::picking::SheetPickingPlugin;
 #[cfg(feature = "render")]
-pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use crate::render::{
+    SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetSide, SheetSides, SheetworkRenderPlugin,
+};
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::islands::event::EventKind;
 pub use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};

@@ -5,33 +5,39 @@ use bevy::prelude::*;
 /// Default materials, created when first needed.
 #[derive(Resource, Default)]
 pub(super) struct Materials {
-    sheet: Option<Handle<StandardMaterial>>,
-    /// White variant of `sheet` for vertex colours.
-    coloured: Option<Handle<StandardMaterial>>,
+    /// Of sheets: without and with thickness, of each the plain and the white variant for vertex
+    /// colours.
+    sheets: [[Option<Handle<StandardMaterial>>; 2]; 2],
     body: Option<Handle<StandardMaterial>>,
     heater: Option<Handle<StandardMaterial>>,
 }
 
 impl Materials {
-    /// Saturated plastic, visible from both sides.
-    pub fn sheet(&mut self, coloured: bool, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
-        let make = || StandardMaterial {
-            base_color: if coloured { Color::WHITE } else { Color::srgb(0.86, 0.13, 0.03) },
-            perceptual_roughness: 0.38,
-            reflectance: 0.5,
-            double_sided: true,
-            cull_mode: None,
+    /// Saturated plastic, visible from both sides; `solid` for a sheet with thickness.
+    pub fn sheet(
+        &mut self,
+        coloured: bool,
+        solid: bool,
+        assets: &mut Assets<StandardMaterial>,
+    ) -> Handle<StandardMaterial> {
+        let make = || {
+            let plastic = StandardMaterial {
+                base_color: if coloured { Color::WHITE } else { Color::srgb(0.86, 0.13, 0.03) },
+                perceptual_roughness: 0.38,
+                reflectance: 0.5,
+                ..default()
+            };
             // Draws a sheet in front of the body on which it rests, by about 0.1 % of the distance.
-            depth_bias: 10_000.0,
-            ..default()
+            let open = |m| StandardMaterial { double_sided: true, cull_mode: None, depth_bias: 10_000.0, ..m };
+            if solid { plastic } else { open(plastic) }
         };
-        let kept = if coloured { &mut self.coloured } else { &mut self.sheet };
+        let kept = &mut self.sheets[usize::from(solid)][usize::from(coloured)];
         kept.get_or_insert_with(|| assets.add(make())).clone()
     }
 
     /// Whether a material came from [`Materials::sheet`].
     pub fn is_of_sheet(&self, material: &Handle<StandardMaterial>) -> bool {
-        [&self.sheet, &self.coloured].into_iter().flatten().any(|m| m == material)
+        self.sheets.iter().flatten().flatten().any(|m| m == material)
     }
 
     /// Dark metal.

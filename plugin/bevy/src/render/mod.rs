@@ -1,9 +1,10 @@
 //! Display: meshes and materials of sheets, bodies, heaters and the room.
 //!
 //! `sheet` updates the mesh of a sheet from its nodes, `clear` moves it out of bodies, `colour`
-//! colours it by the fields of `measure`, `tangents` prepares it for normal maps. `body`, `heater`
-//! and `room` make the other meshes, `grid` the texture of the room, `materials` the defaults,
-//! `triangle_mesh` Bevy's mesh.
+//! colours it by the fields of `measure`, `tangents` prepares it for normal maps. `solid` closes
+//! the surface of a sheet with thickness, `sides` keeps the child entities of its faces. `body`,
+//! `heater` and `room` make the other meshes, `grid` the texture of the room, `materials` the
+//! defaults, `triangle_mesh` Bevy's mesh, which `mesh_arrays` writes in place.
 
 mod body;
 mod clear;
@@ -12,8 +13,11 @@ mod grid;
 mod heater;
 mod materials;
 mod measure;
+mod mesh_arrays;
 mod room;
 mod sheet;
+mod sides;
+mod solid;
 mod tangents;
 mod triangle_mesh;
 
@@ -29,6 +33,7 @@ pub use grid::grid_picture;
 pub use heater::{glow, heater_meshes};
 pub use room::{SheetRoom, room_mesh};
 pub use sheet::{MeshedSurface, SheetDisplay, SheetLayer, display_clearance};
+pub use sides::{SheetSide, SheetSides};
 
 use crate::core::Sheet;
 use materials::Materials;
@@ -47,6 +52,7 @@ impl Plugin for SheetworkRenderPlugin {
             .and_then(resource_exists::<Assets<Image>>);
         app.register_required_components::<Sheet, SheetDisplay>();
         app.register_type::<SheetDisplay>().register_type::<SheetRoom>();
+        app.register_type::<SheetSides>().register_type::<SheetSide>();
         app.init_resource::<Materials>();
         app.add_systems(
             PostUpdate,
@@ -54,6 +60,7 @@ impl Plugin for SheetworkRenderPlugin {
                 (sheet::insert_meshes, body::insert_meshes, heater::insert_meshes, room::insert_meshes)
                     .after(crate::core::SheetworkSynced)
                     .before(TransformSystems::Propagate),
+                sides::copy_render_components.after(sheet::insert_meshes).before(VisibilitySystems::CheckVisibility),
                 // Before the asset events, to avoid a delay of one frame.
                 sheet::update
                     .after(TransformSystems::Propagate)

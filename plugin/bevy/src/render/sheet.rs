@@ -22,6 +22,9 @@ use sheetwork::sheet::surface::{DrawingSurface, SurfaceSmoothing};
 use super::clear::clear_of_bodies;
 use super::colour::{ColourScale, SheetColour};
 use super::materials::Materials;
+use super::mesh_arrays::{to_local, write_arrays};
+use super::sides::{SheetSide, SheetSides, SideChildren, replace_children};
+use super::solid::{Face, Solid};
 use super::tangents::update_tangents;
 use super::triangle_mesh::triangle_mesh;
 use crate::core::{SheetMotion, SheetState, SheetWorld};
@@ -159,19 +162,29 @@ impl MeshedSurface {
     pub fn write(
         &self,
         mesh: &mut Mesh,
-        (before, after, s): (&Vectors, &Vectors, f32),
+        states: (&Vectors, &Vectors, f32),
         bodies: Option<&RigidView>,
         change: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]]),
     ) -> bool {
-        let Some((mut positions, mut normals)) = take_arrays(mesh) else { return false };
-        self.surface.update(before, after, s, &mut positions, &mut normals);
+        write_arrays(mesh, |positions, normals| {
+            self.evaluate(states, bodies, positions, normals);
+            change(positions, normals);
+        })
+    }
+
+    /// Computes positions and normals in world space, as [`MeshedSurface::write`].
+    fn evaluate(
+        &self,
+        (before, after, s): (&Vectors, &Vectors, f32),
+        bodies: Option<&RigidView>,
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        self.surface.update(before, after, s, positions, normals);
         if let Some(bodies) = bodies {
             let (reach, clearance) = self.clearance;
-            clear_of_bodies(bodies, &self.triangles, reach, clearance, &mut positions, &mut normals);
+            clear_of_bodies(bodies, &self.triangles, reach, clearance, positions, normals);
         }
-        change(&mut positions, &mut normals);
-        put_arrays(mesh, positions, normals);
-        true
     }
 
     /// Colours the vertices of the mesh, if it has colours, by a field of `sheet`.
@@ -192,6 +205,8 @@ pub(super) struct DisplayedSheet {
     grid: (u32, u32, u32),
     /// Levels of a locally refined mesh.
     refinement: Option<Arc<[u8]>>,
+    /// Faces of a sheet with [`SheetSides`].
+    solid: Option<Box<Solid>>,
     /// State displayed by the mesh.
     at: Option<DisplayedState>,
 }
@@ -199,28 +214,124 @@ pub(super) struct DisplayedSheet {
 /// Revision of the motion, time, transform, and steps and scale of the coloured field.
 type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 
+/// Meshes of a sheet: its own, and those of its children.
+struct MadeMeshes {
+    own: Mesh,
+    children: Vec<(SheetSide, Mesh)>,
+}
+
+/// Settings that a mesh is made with.
+#[derive(Clone, Copy)]
+struct MeshSettings<'a> {
+    display: &'a SheetDisplay,
+    coloured: bool,
+    tangents: bool,
+    sides: Option<&'a SheetSides>,
+}
+
 impl DisplayedSheet {
-    /// Mesh and component of a sheet; `None` if it has no surface.
-    fn new(sheet: &SheetInWorld, motion: &SheetMotion, display: &SheetDisplay, coloured: bool) -> Option<(Mesh, Self)> {
-        let (x, layer) = (motion.positions(), (display.layer, segments(sheet, display)?, display.spline));
-        let (mut mesh, surface) = MeshedSurface::new(sheet, x, layer, coloured)?;
-        let has_tangents = display.tangents;
-        if has_tangents {
-            update_tangents(&mut mesh, &surface.triangles);
-        }
+    /// Meshes and component of a sheet; `None` if it has no surface.
+    fn new(sheet: &SheetInWorld, motion: &SheetMotion, settings: MeshSettings) -> Option<(MadeMeshes, Self)> {
+        let (display, x) = (settings.display, motion.positions());
+        let parts = segments(sheet, display)?;
+        let (own, surface) = MeshedSurface::new(sheet, x, (display.layer, parts, display.spline), settings.coloured)?;
         let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
-        let refinement = sheet.model.refinement.clone();
-        Some((mesh, Self { surface, smoothing, has_tangents, masses: x.len(), grid, refinement, at: None }))
+        let (has_tangents, refinement) = (settings.tangents, sheet.model.refinement.clone());
+        let mut made = MadeMeshes { own, children: Vec::new() };
+        let mut shown =
+            Self { surface, smoothing, has_tangents, masses: x.len(), grid, refinement, solid: None, at: None };
+        if let Some(sides) = settings.sides {
+            shown.add_solid(&mut made, sides, (seam(sheet, display, parts), face_offsets(sheet, display.layer)));
+        } else if has_tangents {
+            update_tangents(&mut made.own, &shown.surface.triangles);
+        }
+        Some((made, shown))
+    }
+
+    /// Replace the mesh of the displayed surface by those of a closed surface.
+    fn add_solid(&mut self, made: &mut MadeMeshes, sides: &SheetSides, (seam, offsets): (usize, (f32, f32))) {
+        let (triangles, coloured) = (&self.surface.triangles, self.surface.coloured);
+        let uvs = match made.own.attribute(Mesh::ATTRIBUTE_UV_0) {
+            Some(VertexAttributeValues::Float32x2(uvs)) => uvs.clone(),
+            _ => return,
+        };
+        let mut solid = Solid::new(uvs.len(), triangles, seam, offsets);
+        let is_own = |face: &Face| sides.own().all(|side| side.face() != *face);
+        let faces: Vec<Face> = [Face::Upper, Face::Lower, Face::Rim].into_iter().filter(is_own).collect();
+        made.own = solid.add_mesh(&faces, triangles, &uvs, coloured);
+        for side in sides.own() {
+            made.children.push((side, solid.add_mesh(&[side.face()], triangles, &uvs, coloured)));
+        }
+        let meshes = std::iter::once(&mut made.own).chain(made.children.iter_mut().map(|(_, mesh)| mesh));
+        for (part, mesh) in meshes.enumerate().filter(|_| self.has_tangents) {
+            solid.add_tangents(part, mesh);
+        }
+        if offsets.0 == -offsets.1 {
+            // The lower face touches bodies where the nodes do.
+            self.surface.clearance.1 = offsets.0;
+        }
+        self.solid = Some(Box::new(solid));
     }
 
     /// Whether the mesh has the topology and settings of `sheet`, which has `nodes` nodes.
-    fn fits(&self, sheet: &SheetInWorld, nodes: usize, display: &SheetDisplay, coloured: bool) -> bool {
-        self.surface.fits(sheet, display.layer, coloured)
+    fn fits(&self, sheet: &SheetInWorld, nodes: usize, settings: MeshSettings) -> bool {
+        let display = settings.display;
+        self.surface.fits(sheet, display.layer, settings.coloured)
             && self.smoothing == (display.smoothing, display.spline)
-            && self.has_tangents == display.tangents
+            && self.has_tangents == settings.tangents
             && (self.masses, self.grid) == (nodes, sheet.model.grid)
             && self.refinement == sheet.model.refinement
+            && self.solid.as_ref().map(|s| s.offsets()) == settings.sides.map(|_| face_offsets(sheet, display.layer))
     }
+
+    /// Write all meshes of a sheet with thickness; `meshes_of` are its own and those of its
+    /// children. Returns the bounds in the space of its entity, at `there`.
+    fn write_solid(
+        &mut self,
+        meshes: &mut Assets<Mesh>,
+        meshes_of: impl Iterator<Item = AssetId<Mesh>>,
+        (states, bodies, there): ((&Vectors, &Vectors, f32), Option<&RigidView>, &GlobalTransform),
+        coloured: Option<(&ColourScale, &SheetInWorld)>,
+    ) -> Option<Aabb> {
+        let solid = self.solid.as_mut()?;
+        let (positions, normals) = solid.surface_arrays();
+        self.surface.evaluate(states, bodies, positions, normals);
+        solid.join_seam();
+        if let Some((scale, sheet)) = coloured {
+            let MeshedSurface { surface, values, .. } = &mut self.surface;
+            for (upper, colours) in [true, false].into_iter().zip(solid.colours()) {
+                scale.paint((sheet, upper), surface, values, colours);
+            }
+        }
+        let mut bounds: Option<(Vec3, Vec3)> = None;
+        for (part, id) in meshes_of.enumerate() {
+            let Some(mut mesh) = meshes.get_mut(id) else { continue };
+            let Some((low, high)) = solid.write(part, &mut mesh, there) else { continue };
+            bounds = Some(bounds.map_or((low, high), |b| (b.0.min(low), b.1.max(high))));
+            if coloured.is_some() {
+                solid.write_colours(part, &mut mesh);
+            }
+        }
+        bounds.filter(|(low, _)| low.is_finite()).map(|(low, high)| Aabb::from_min_max(low, high))
+    }
+}
+
+/// Distances of the upper and the lower face of `sheet` from its displayed layer, m. A single layer
+/// lies in the middle, a layer of several at one of the faces.
+fn face_offsets(sheet: &SheetInWorld, layer: SheetLayer) -> (f32, f32) {
+    let thickness = sheet.material().thickness as f32;
+    match layer {
+        _ if sheet.model.layers.len() <= 1 => (0.5 * thickness, -0.5 * thickness),
+        SheetLayer::Top => (0.0, -thickness),
+        SheetLayer::Bottom => (thickness, 0.0),
+    }
+}
+
+/// Number of vertices at the end of a displayed tube that coincide with the first ones.
+fn seam(sheet: &SheetInWorld, display: &SheetDisplay, parts: u32) -> usize {
+    let layer = display.layer.index(sheet).and_then(|index| sheet.model.layers.get(index));
+    let smoothed = parts > 1 && sheet.model.triangles.is_none();
+    layer.filter(|layer| smoothed && layer.tubular).map_or(0, |layer| ((layer.nx - 1) * parts + 1) as usize)
 }
 
 /// Insert mesh and material where they are missing, and a new mesh after a change of topology.
@@ -232,34 +343,47 @@ pub(super) fn insert_meshes(
     mut defaults: ResMut<Materials>,
     sheets: Query<(
         Entity,
-        &SheetMotion,
-        &SheetDisplay,
-        Option<&DisplayedSheet>,
-        Option<&Mesh3d>,
-        Option<&MeshMaterial3d<StandardMaterial>>,
+        (&SheetMotion, &SheetDisplay, Option<&DisplayedSheet>),
+        (Option<&Mesh3d>, Option<&MeshMaterial3d<StandardMaterial>>),
+        (Option<Ref<SheetSides>>, Option<&SideChildren>),
     )>,
+    side_meshes: Query<(), (With<SheetSide>, With<Mesh3d>)>,
 ) {
-    for (entity, motion, display, drawn, mesh, material) in &sheets {
+    for (entity, (motion, display, drawn), (mesh, material), (sides, children)) in &sheets {
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let bumpy = material.and_then(|m| materials.get(&m.0)).is_some_and(|m| m.normal_map_texture.is_some());
-        let display = &SheetDisplay { tangents: display.tangents || bumpy, ..*display };
+        let has_map = |m: &Handle<StandardMaterial>| materials.get(m).is_some_and(|m| m.normal_map_texture.is_some());
+        let of_sides = sides.as_ref().is_some_and(|s| s.back.iter().chain(&s.rim).any(has_map));
+        let tangents = display.tangents || of_sides || material.is_some_and(|m| has_map(&m.0));
+        let settings = MeshSettings { display, coloured, tangents, sides: sides.as_deref() };
         let nodes = motion.positions().len();
         let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
-        if drawn.is_some_and(|d| d.fits(sheet, nodes, display, coloured)) || !present {
+        let complete = match (settings.sides, children) {
+            (None, None) => true,
+            (Some(sides), Some(children)) => children.fit(sides, |child| side_meshes.contains(child)),
+            _ => false,
+        };
+        if let (Some(changed), Some(children)) = (sides.as_ref().filter(|sides| sides.is_changed()), children) {
+            children.insert_materials(&mut commands, changed);
+        }
+        if drawn.is_some_and(|d| d.fits(sheet, nodes, settings)) && complete || !present {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }
-        let Some((made, displayed)) = DisplayedSheet::new(sheet, motion, display, coloured) else { continue };
+        let Some((made, displayed)) = DisplayedSheet::new(sheet, motion, settings) else { continue };
         // The handle is kept: other entities may use it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
-        let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
+        let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.own.clone()).is_ok());
         if !replaced {
-            commands.entity(entity).try_insert(Mesh3d(meshes.add(made)));
+            commands.entity(entity).try_insert(Mesh3d(meshes.add(made.own)));
+        }
+        if settings.sides.is_some() || children.is_some() {
+            replace_children(&mut commands, &mut meshes, (entity, children), settings.sides, made.children);
         }
         commands.entity(entity).try_insert((displayed, NoAutoAabb, Aabb::default()));
         if display.default_material && material.is_none_or(|m| defaults.is_of_sheet(&m.0)) {
-            commands.entity(entity).try_insert(MeshMaterial3d(defaults.sheet(coloured, &mut materials)));
+            let own = defaults.sheet(coloured, settings.sides.is_some(), &mut materials);
+            commands.entity(entity).try_insert(MeshMaterial3d(own));
         }
     }
 }
@@ -306,12 +430,13 @@ pub(super) fn update(
     mut meshes: ResMut<Assets<Mesh>>,
     mut sheets: Query<(
         (&SheetMotion, &SheetState, &SheetDisplay, &GlobalTransform, &InheritedVisibility),
-        (&Mesh3d, &mut DisplayedSheet, &mut Aabb),
+        (&Mesh3d, &mut DisplayedSheet, &mut Aabb, Option<&SideChildren>),
     )>,
+    mut side_bounds: Query<&mut Aabb, (With<SheetSide>, Without<SheetMotion>)>,
 ) {
     let time = world.shown_time();
     let bodies = world.rigid().map(|rigid| rigid.view());
-    for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds)) in &mut sheets {
+    for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds, children)) in &mut sheets {
         let scale = if drawn.surface.is_coloured() { display.colour.scale(&world) } else { None };
         // The mesh of a resting sheet depends on time only through its temperature.
         let warmth = scale.map(|scale| (world.steps(), scale));
@@ -319,8 +444,25 @@ pub(super) fn update(
         if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
             continue;
         }
-        let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
         let bodies = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0);
+        let coloured = scale.as_ref().zip(motion.sheet(&world));
+        let drawn = &mut *drawn;
+        if drawn.solid.is_some() {
+            let of_sides = children.iter().flat_map(|children| &children.0).map(|child| child.mesh.id());
+            let all = std::iter::once(handle.0.id()).chain(of_sides);
+            let Some(new) = drawn.write_solid(&mut meshes, all, (motion.around(time), bodies, there), coloured) else {
+                continue;
+            };
+            *bounds = new;
+            for child in children.iter().flat_map(|children| children.entities()) {
+                if let Ok(mut bounds) = side_bounds.get_mut(child) {
+                    *bounds = new;
+                }
+            }
+            drawn.at = Some(now);
+            continue;
+        }
+        let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
         let written = drawn.surface.write(&mut mesh, motion.around(time), bodies, |positions, normals| {
             to_local(there, positions, normals);
             if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
@@ -330,49 +472,11 @@ pub(super) fn update(
         if written && drawn.has_tangents {
             update_tangents(&mut mesh, &drawn.surface.triangles);
         }
-        if let (Some(scale), Some(sheet)) = (scale, motion.sheet(&world)) {
-            drawn.surface.paint(&mut mesh, sheet, &scale);
+        if let Some((scale, sheet)) = coloured {
+            drawn.surface.paint(&mut mesh, sheet, scale);
         }
         if written {
             drawn.at = Some(now);
-        }
-    }
-}
-
-/// Transform from world space into the space of the entity.
-fn to_local(there: &GlobalTransform, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
-    let affine = there.affine();
-    if affine == bevy::math::Affine3A::IDENTITY || affine.matrix3.determinant() == 0.0 {
-        return;
-    }
-    let inverse = affine.inverse();
-    // Normals transform by the inverse transpose.
-    let turn = affine.matrix3.transpose();
-    for p in positions {
-        *p = inverse.transform_point3(Vec3::from(*p)).to_array();
-    }
-    for n in normals {
-        *n = (turn * Vec3::from(*n)).normalize_or(Vec3::Y).to_array();
-    }
-}
-
-type Array = Vec<[f32; 3]>;
-
-/// Take positions and normals out of a mesh, to write to both at once without a copy.
-fn take_arrays(mesh: &mut Mesh) -> Option<(Array, Array)> {
-    let mut take = |attribute| match mesh.try_attribute_mut(attribute) {
-        Ok(VertexAttributeValues::Float32x3(values)) => Some(std::mem::take(values)),
-        _ => None,
-    };
-    let positions = take(Mesh::ATTRIBUTE_POSITION)?;
-    Some((positions, take(Mesh::ATTRIBUTE_NORMAL).unwrap_or_default()))
-}
-
-/// Return positions and normals to the mesh.
-fn put_arrays(mesh: &mut Mesh, positions: Array, normals: Array) {
-    for (attribute, array) in [(Mesh::ATTRIBUTE_POSITION, positions), (Mesh::ATTRIBUTE_NORMAL, normals)] {
-        if let Ok(VertexAttributeValues::Float32x3(values)) = mesh.try_attribute_mut(attribute) {
-            *values = array;
         }
     }
 }
