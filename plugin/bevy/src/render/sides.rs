@@ -22,14 +22,15 @@ use super::solid::Face;
 /// All faces have the (u, v) of their material point. A picture on the back that is to be read from
 /// there needs [`StandardMaterial::FLIP_HORIZONTAL`] as `uv_transform`. Materials of a sheet with
 /// sides should have no `depth_bias`, which draws hidden faces in front of visible ones. A moving
-/// sheet with sides has about two and a half times the vertices of one without.
+/// sheet with sides has about two and a half times the vertices of one without. Rays and picking
+/// meet the nodes, half a thickness below a face of a single layer.
 ///
 /// ```
 /// # use bevy::prelude::*;
 /// # use bevy_sheetwork::prelude::*;
 /// fn setup(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) {
-///     let [front, back, rim] = [Color::WHITE, Color::srgb(0.1, 0.3, 0.6), Color::srgb(0.6, 0.5, 0.4)]
-///         .map(|colour| materials.add(colour));
+///     let colours = [Color::WHITE, Color::srgb(0.1, 0.3, 0.6), Color::srgb(0.6, 0.5, 0.4)];
+///     let [front, back, rim] = colours.map(|colour| materials.add(colour));
 ///     commands.spawn((Sheet::new("card"), MeshMaterial3d(front), SheetSides::new(back, rim)));
 /// }
 /// ```
