@@ -68,7 +68,7 @@ fn despawned_entities_are_removed_from_the_world() {
     app.world_mut().entity_mut(body).remove::<SheetBody>();
     assert_eq!(count(&app), (1, 0));
     assert!(app.world().get::<SheetMotion>(other).is_some());
-    assert!(app.world().get::<bevy_sheetwork::BodyMotion>(body).is_none());
+    assert!(app.world().get::<BodyMotion>(body).is_none());
     run(&mut app, 0.1);
     assert_eq!(count(&app), (1, 0));
 }
@@ -101,7 +101,7 @@ fn a_body_moved_while_paused_is_put_there_without_pushing() {
     app.world_mut().resource_mut::<SheetClock>().paused = false;
     run(&mut app, 0.1);
     assert!(state(&app, sheet).centre.length() < 2e-3, "{:?}", state(&app, sheet));
-    let motion = app.world().get::<bevy_sheetwork::BodyMotion>(wall).expect("in the world again");
+    let motion = app.world().get::<BodyMotion>(wall).expect("in the world again");
     let rigid = app.world().resource::<SheetWorld>();
     let index = rigid.rigid().expect("owned").bodies().iter().position(|b| b.name == motion.name()).expect("named");
     assert!((rigid.rigid().and_then(|r| r.pose(index)).expect("there").0.x - 0.1).abs() < 1e-6);
