@@ -10,7 +10,7 @@ use bevy_sheetwork::sheetwork::scene::material;
 mod stage;
 
 fn main() {
-    let mut app = stage::app("blinds", Vec3::new(0.30, 0.45, 0.60), Vec3::new(0.0, 0.27, 0.0), 0.2);
+    let mut app = stage::app("blinds", Vec3::new(0.30, 0.45, 0.60), Vec3::new(0.0, 0.27, 0.0), 0.18);
     app.add_systems(Startup, setup).run();
 }
 

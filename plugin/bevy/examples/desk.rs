@@ -10,7 +10,7 @@ use bevy_sheetwork::sheetwork::scene::{GustSpec, TurbulenceSpec};
 mod stage;
 
 fn main() {
-    let mut app = stage::app("desk", Vec3::new(0.45, 1.3, 1.35), Vec3::new(0.1, 0.72, 0.0), 0.9);
+    let mut app = stage::app("desk", Vec3::new(0.45, 1.3, 1.35), Vec3::new(0.1, 0.72, 0.0), 0.8);
     app.add_systems(Startup, setup).run();
 }
 

@@ -13,7 +13,7 @@ mod stage;
 const RIDGE: f64 = 0.9;
 
 fn main() {
-    let mut app = stage::app("tent", Vec3::new(2.0, 1.3, 2.1), Vec3::new(0.0, 0.38, 0.0), 3.0);
+    let mut app = stage::app("tent", Vec3::new(2.0, 1.3, 2.1), Vec3::new(0.0, 0.38, 0.0), 2.0);
     app.add_systems(Startup, setup).run();
 }
 

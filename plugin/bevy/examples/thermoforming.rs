@@ -12,7 +12,7 @@ mod stage;
 
 fn main() {
     let eye = Vec3::new(0.17, 0.30, 0.26);
-    let mut app = stage::app("thermoforming", eye, Vec3::new(0.0, 0.15, 0.0), 4.0);
+    let mut app = stage::app("thermoforming", eye, Vec3::new(0.0, 0.15, 0.0), 6.3);
     app.add_systems(Startup, setup).run();
 }
 
@@ -43,7 +43,8 @@ fn setup(
     }
     let wood = MeshMaterial3d(paints.add(Color::srgb(0.5, 0.36, 0.22)));
     let key = |time, y| PathKey { time, offset: DVec3::Y * y, ..default() };
-    let form = SheetBody::ball(0.055).friction(0.2).along([key(2.2, 0.0), key(3.2, 0.085)]);
+    let form =
+        SheetBody::ball(0.055).friction(0.2).along([key(2.2, 0.0), key(3.2, 0.085), key(5.2, 0.085), key(6.0, 0.0)]);
     commands.spawn((form, wood, Transform::from_xyz(0.0, 0.075, 0.0)));
     Ok(())
 }
