@@ -109,7 +109,7 @@ fn is_useful(error: &InputError) -> bool {
     !error.problem.is_empty() && error.to_string().len() < 5000
 }
 
-/// The same 1,000 cases in each run, or those of the seed `PROPTEST_RNG_SEED`.
+/// 1,000 cases, equal in each run unless the seed `PROPTEST_RNG_SEED` is set.
 fn drawn_cases() -> ProptestConfig {
     let config = ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() };
     let rng_seed = if config.rng_seed == RngSeed::Random { RngSeed::Fixed(1) } else { config.rng_seed };

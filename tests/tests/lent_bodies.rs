@@ -4,7 +4,7 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, Vector};
 use sheetwork::rigid::RigidView;
-use sheetwork::scene::Scene;
+use sheetwork::scene::{Region, Scene};
 
 /// Tick of the game, s.
 const DT: f64 = 1.0 / 60.0;
@@ -63,6 +63,63 @@ const FOIL: &str = r#"(contact: (friction: 0.3, restitution: 0), sheets: [(name:
 fn a_lent_ball_does_not_pass_through_a_clamped_foil_at_any_speed() {
     for speed in [1.0, 5.0, 20.0, 100.0] {
         let mut game = Game::new(FOIL, 9.81, 0.01, [0.011, 0.2, 0.007], [0.0, -speed, 0.0]);
+        for _ in 0..30 {
+            game.step(1);
+            let (place, velocity) = game.ball();
+            assert!(place.y > 0.0 && velocity.is_finite(), "{speed} m/s: {place} m, {velocity} m/s");
+        }
+    }
+}
+
+/// Assert that an own ball of 10 g at 1 to 100 m/s stays above the foil of `world_of`, which gets
+/// the description of the ball.
+fn assert_own_ball_stays_above(world_of: impl Fn(&str) -> World) {
+    for speed in [1.0, 5.0, 20.0, 100.0] {
+        let bodies = format!(
+            r#"(name: "ball", shape: Ball({RADIUS}), mass: 0.01, placement: (position: (0.011, 0.2, 0.007)),
+            velocity: (0, {}, 0))"#,
+            -speed
+        );
+        let mut world = world_of(&bodies);
+        let ball = world.body_id("ball").expect("there");
+        for _ in 0..30 {
+            world.advance(DT);
+            let state = world.get_body(ball).expect("there");
+            let (place, velocity) = (state.centre(), state.velocity());
+            assert!(place.y > 0.0 && velocity.is_finite(), "{speed} m/s: {place} m, {velocity} m/s");
+        }
+    }
+}
+
+#[test]
+fn an_own_ball_does_not_pass_through_a_clamped_foil_at_any_speed() {
+    let clamped = |ball: &str| format!("{}, bodies: [{ball}])", FOIL.strip_suffix(')').expect("a scene"));
+    assert_own_ball_stays_above(|ball| World::new(&Scene::parse(&clamped(ball)).expect("a scene")).expect("a world"));
+}
+
+#[test]
+fn an_own_ball_does_not_pass_through_a_foil_that_is_glued_to_a_frame() {
+    assert_own_ball_stays_above(|ball| {
+        let free = FOIL.replace(", pins: [(region: Border)]", "");
+        let frame = r#"(name: "frame", shape: Box((0.02, 0.02, 0.02)), placement: (position: (0.3, 0, 0)))"#;
+        let text = format!("{}, bodies: [{ball}, {frame}])", free.strip_suffix(')').expect("a scene"));
+        let mut world = World::new(&Scene::parse(&text).expect("a scene")).expect("a world");
+        let (foil, frame) = (world.sheet_id("foil").expect("there"), world.body_id("frame").expect("there"));
+        assert_eq!(world.attach(foil, &Region::Border, frame), Ok(40));
+        world
+    });
+}
+
+#[test]
+fn a_lent_ball_does_not_pass_through_a_foil_that_is_glued_to_a_lent_frame() {
+    for speed in [1.0, 5.0, 20.0, 100.0] {
+        let free = FOIL.replace(", pins: [(region: Border)]", "");
+        let mut game = Game::new(&free, 9.81, 0.01, [0.011, 0.2, 0.007], [0.0, -speed, 0.0]);
+        let frame = RigidBodyBuilder::kinematic_position_based().translation(Vector::new(0.3, 0.0, 0.0));
+        let frame = game.rigid.insert_body(frame);
+        game.rigid.insert_collider(ColliderBuilder::cuboid(0.01, 0.01, 0.01), Some(frame));
+        let foil = game.sheets.sheet_id("foil").expect("there");
+        assert_eq!(game.sheets.attach_lent(foil, &Region::Border, (&game.rigid.bodies, frame)), Ok(40));
         for _ in 0..30 {
             game.step(1);
             let (place, velocity) = game.ball();

@@ -1,6 +1,7 @@
 //! Frame of a sheet: the pose of its entity, which follows the sheet.
 //!
-//! With the nodes' masses m, material coordinates (u, v) and positions x, their means ū, v̄ and x̄,
+//! With the masses m of the nodes, their material coordinates (u, v) and positions x, and the means
+//! ū, v̄ and x̄ of these,
 //!
 //!   a = Σ m (u - ū) (x - x̄), b = Σ m (v - v̄) (x - x̄)
 //!

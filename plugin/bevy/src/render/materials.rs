@@ -5,8 +5,8 @@ use bevy::prelude::*;
 /// Default materials, created when first needed.
 #[derive(Resource, Default)]
 pub(super) struct Materials {
-    /// Of sheets: without and with thickness, of each the plain and the white variant for vertex
-    /// colours.
+    /// Materials of sheets without and with thickness, each as the plain and the white variant for
+    /// vertex colours.
     sheets: [[Option<Handle<StandardMaterial>>; 2]; 2],
     body: Option<Handle<StandardMaterial>>,
     heater: Option<Handle<StandardMaterial>>,
