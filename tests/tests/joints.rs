@@ -6,7 +6,7 @@ use sheetwork::rapier3d::prelude::{
     RevoluteJointBuilder, SphericalJointBuilder, Vector,
 };
 use sheetwork::scene::Scene;
-use sheetwork::{BodyId, World};
+use sheetwork::{BodyId, EventKind, World};
 
 /// A world with these bodies, and with a sheet if `sheet` is not empty.
 fn world_with(gravity: bool, bodies: &str, sheet: &str) -> World {
@@ -153,6 +153,7 @@ const BLOCK: &str = r#"(name: "block", shape: Box((0.3, 0.02, 0.3)), placement: 
 #[test]
 fn a_sheet_falls_through_a_sensor_which_stays_one_in_a_snapshot() {
     let mut world = world_with(true, BLOCK, FILM);
+    world.set_penetration_check(true);
     let block = id(&world, "block");
     let fresh = world.serialise();
     world.advance(0.5);
@@ -161,13 +162,13 @@ fn a_sheet_falls_through_a_sensor_which_stays_one_in_a_snapshot() {
     let saved = world.serialise();
     world.advance(0.06);
     let middle = world.sheets()[0].centre_of_mass().y;
-    assert!(middle < 1.01, "{middle}");
-    if middle > 0.995 {
-        let error = world.set_body_sensor(block, false).expect_err("the sheet is in it");
-        assert!(error.to_string().contains("a sheet is in the body"), "{error}");
-    }
+    assert!(middle < 1.01 && middle > 0.99, "{middle}");
+    let error = world.set_body_sensor(block, false).expect_err("the sheet is in it");
+    assert!(error.to_string().contains("a sheet is in the body"), "{error}");
     world.advance(0.5);
     assert!(world.sheets()[0].centre_of_mass().y < 0.5);
+    let told = world.events_since(0).iter().any(|event| event.kind == EventKind::Penetration);
+    assert!(!told, "a sensor is not penetrated");
     world.set_body_sensor(block, false).expect("the sheet has left it");
     world.deserialise(&saved).expect("its own snapshot");
     world.advance(0.5);

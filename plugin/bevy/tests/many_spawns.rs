@@ -26,7 +26,7 @@ fn five_hundred_sheets_that_come_and_go_leave_nothing() {
     for round in 0..51 {
         let places = (0..10).map(|k| Transform::from_xyz(0.2 * k as f32, 0.05, 0.0));
         let spawned: Vec<Entity> = places
-            .map(|place| {
+            .flat_map(|place| {
                 let arm = app.world_mut().spawn((SheetBody::cuboid(0.01, 0.01, 0.01), place)).id();
                 let sheet = Sheet::new("card").size(0.1, 0.1).grid(5, 5);
                 let parts = (SheetAttachments::new(Region::Left, arm), SheetContacts::default(), SheetSides::default());
@@ -35,7 +35,6 @@ fn five_hundred_sheets_that_come_and_go_leave_nothing() {
                 let sheet = sheet.id();
                 [sheet, arm]
             })
-            .flatten()
             .collect();
         (0..4).for_each(|_| frame(&mut app, 1.0 / 64.0));
         assert_eq!(app.world().resource::<SheetWorld>().sheets().len(), 10);

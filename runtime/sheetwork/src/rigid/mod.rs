@@ -224,9 +224,20 @@ impl RigidWorld {
         self.change_colliders(index, |collider| collider.set_collision_groups(groups));
     }
 
-    /// Let body `index`, which exists, be a sensor or solid, and wake all.
-    pub(crate) fn set_sensor(&mut self, index: usize, is_sensor: bool) {
-        self.change_colliders(index, |collider| collider.set_sensor(is_sensor));
+    /// Let body `index`, which exists, be a sensor or solid, and wake all. Return whether that is a
+    /// change.
+    pub(crate) fn set_sensor(&mut self, index: usize, is_sensor: bool) -> bool {
+        let is_change = self.is_sensor(index) != is_sensor;
+        if is_change {
+            self.change_colliders(index, |collider| collider.set_sensor(is_sensor));
+        }
+        is_change
+    }
+
+    /// Whether body `index` is a sensor.
+    pub(crate) fn is_sensor(&self, index: usize) -> bool {
+        let collider = self.colliders(index).first().and_then(|handle| self.inner.colliders.get(*handle));
+        collider.is_some_and(Collider::is_sensor)
     }
 
     fn change_colliders(&mut self, index: usize, change: impl Fn(&mut Collider)) {

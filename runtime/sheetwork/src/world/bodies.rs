@@ -1,14 +1,16 @@
-//! Rigid bodies that are added, removed and moved while a world runs.
+//! Rigid bodies that are added, removed, moved and made sensors while a world runs.
 
 use glam::{DQuat, DVec3};
+use rapier3d::prelude::InteractionGroups;
 
 use crate::error::{BuildError, InputError};
-use crate::rigid::BodyState;
+use crate::rigid::{BodyState, RigidWorld};
 use crate::scene::{BodySpec, Scene, validate};
 use crate::sheet::{Sheet, attachment};
 use crate::thermal::ThermalModel;
 use crate::units::parameters::ParameterId as Id;
 use crate::world::ids::BodyId;
+use crate::world::penetration::PenetratedObject;
 use crate::world::serialization::StructureChecksum;
 use crate::world::{World, unique_name};
 
@@ -111,6 +113,46 @@ impl World {
         }
         placed
     }
+
+    /// Set Rapier's collision groups of a body, for contact with other bodies. Sheets meet every
+    /// body that is no sensor.
+    ///
+    /// # Errors
+    /// When the body does not exist.
+    pub fn set_body_groups(&mut self, id: BodyId, groups: InteractionGroups) -> Result<(), InputError> {
+        let body = self.own_body(id)?.1;
+        self.rigid.iter_mut().for_each(|rigid| rigid.set_groups(body, groups));
+        Ok(())
+    }
+
+    /// Let a body be a sensor, which touches nothing, or solid again; sheets wake.
+    /// [`SheetQueries::overlaps`](crate::SheetQueries::overlaps) tells which sheets are in it.
+    ///
+    /// # Errors
+    /// When the body does not exist, or a sheet is in a body that is to be solid; nothing changes
+    /// then.
+    pub fn set_body_sensor(&mut self, id: BodyId, is_sensor: bool) -> Result<(), InputError> {
+        let body = self.own_body(id)?.1;
+        let mut change = |is_sensor| self.rigid.as_mut().is_some_and(|rigid| rigid.set_sensor(body, is_sensor));
+        if !change(is_sensor) {
+            return Ok(());
+        }
+        if !is_sensor && self.penetrations().iter().any(|found| found.with == PenetratedObject::Body(body)) {
+            self.rigid.iter_mut().for_each(|rigid| _ = rigid.set_sensor(body, true));
+            return Err(InputError::new("sensor", "a sheet is in the body: move one of them before it is solid"));
+        }
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(())
+    }
+
+    /// The rigid world and the index of the body `id`.
+    pub(super) fn own_body(&self, id: BodyId) -> Result<(&RigidWorld, usize), InputError> {
+        self.rigid.as_ref().zip(self.body_ids.position(id.0)).ok_or_else(no_body)
+    }
+}
+
+pub(super) fn no_body() -> InputError {
+    InputError::new("body", "was removed, or this world has no bodies of its own")
 }
 
 /// Whether a body may stand there: within the range of positions, with a rotation of unit length.

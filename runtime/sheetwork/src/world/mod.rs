@@ -4,6 +4,7 @@
 //! by path, with the checks of a scene file.
 
 pub(crate) mod bodies;
+pub(crate) mod body_loads;
 pub(crate) mod contacts;
 pub(crate) mod failure_events;
 pub(crate) mod forces;

@@ -42,12 +42,12 @@ impl PlacedSolid<'_> {
     }
 }
 
-/// The convex parts of all bodies, in the order of the bodies. Parts that are not convex are left
-/// out.
+/// The convex parts of all bodies, in the order of the bodies. Sensors and parts that are not
+/// convex are left out.
 pub(super) fn placed_solids(rigid: Option<&RigidWorld>) -> Vec<PlacedSolid<'_>> {
     let mut all = Vec::new();
     for (body, of) in rigid.into_iter().flat_map(|r| r.bodies().iter().enumerate()) {
-        let Some(state) = rigid.and_then(|r| r.state(body)) else { continue };
+        let Some(state) = rigid.filter(|r| !r.is_sensor(body)).and_then(|r| r.state(body)) else { continue };
         let pose = BodyPose { position: state.origin(), rotation: state.rotation() };
         let mut add = |solid, normals: Vec<DVec3>, sphere: Option<(DVec3, f64)>| {
             let normals = normals.into_iter().map(|n| pose.rotation * n).collect();
