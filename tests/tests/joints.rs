@@ -6,7 +6,7 @@ use sheetwork::rapier3d::prelude::{
     RevoluteJointBuilder, SphericalJointBuilder, Vector,
 };
 use sheetwork::scene::Scene;
-use sheetwork::{BodyId, EventKind, World};
+use sheetwork::{BodyId, EventKind, StepOutcome, World};
 
 /// A world with these bodies, and with a sheet if `sheet` is not empty.
 fn world_with(gravity: bool, bodies: &str, sheet: &str) -> World {
@@ -85,6 +85,40 @@ fn motors_limits_and_removal_act() {
     world.advance(2.0);
     let place = centre(&world, "cart");
     assert!(place.x < 0.305 && place.x > -0.105 && (place.y - 1.0).abs() < 1e-3, "{place}");
+}
+
+#[test]
+fn a_rod_that_swings_through_its_post_gains_no_energy() {
+    for dt in [0.001, 0.004, 1.0 / 60.0] {
+        let mut world = world_with(true, ROD, "");
+        world.set("dt", &dt.to_string()).expect("in range");
+        let (post, rod) = (id(&world, "post"), id(&world, "rod"));
+        world.insert_joint(post, rod, hinge()).expect("a hinge");
+        for _ in 0..20 {
+            world.advance(0.15);
+            let state = world.get_body(rod).expect("there");
+            let energy = state.kinetic_energy() + 0.5 * 9.81 * (state.centre().y - 2.0);
+            // Of the 0.98 J between its highest and its lowest place.
+            assert!(energy < 1e-3 && energy > -0.2, "{energy} J with steps of {dt} s");
+        }
+    }
+}
+
+#[test]
+fn a_joint_whose_forces_exceed_all_numbers_is_removed_and_told() {
+    let mut world = world_with(true, ROD, "");
+    let (post, rod) = (id(&world, "post"), id(&world, "rod"));
+    let mut driven = hinge();
+    driven.set_motor_velocity(JointAxis::AngX, f32::MAX, f32::MAX);
+    let joint = world.insert_joint(post, rod, driven).expect("finite");
+    let mut told = 0;
+    for _ in 0..250 {
+        let report = world.step();
+        told += report.lost_joints;
+        assert_eq!(report.lost_joints > 0, report.outcome() == StepOutcome::Stopped);
+        assert!(world.get_body(rod).expect("there").centre().is_finite());
+    }
+    assert!(told == 1 && world.joint(joint).is_none(), "{told}");
 }
 
 #[test]

@@ -18,7 +18,8 @@ pub enum StepOutcome {
     Barrier,
     /// The barrier method ended before it converged: motion may lag.
     Fallback,
-    /// Sheets were stopped for the rest of the step, and are unstable or frozen from now on.
+    /// Sheets were stopped for the rest of the step, and are unstable or frozen from now on; or
+    /// joints were removed.
     Stopped,
 }
 
@@ -39,13 +40,16 @@ pub struct StepReport {
     /// Islands that were stopped for the rest of the step, or sheets that became unstable in it,
     /// whichever are more.
     pub stopped: u32,
+    /// Joints of bodies that were removed because their forces exceeded the range of Rapier's
+    /// numbers.
+    pub lost_joints: u32,
 }
 
 impl StepReport {
     /// The worst that happened in the step.
     pub fn outcome(&self) -> StepOutcome {
         match self {
-            Self { stopped: 1.., .. } => StepOutcome::Stopped,
+            Self { stopped: 1.., .. } | Self { lost_joints: 1.., .. } => StepOutcome::Stopped,
             Self { fallbacks: 1.., .. } => StepOutcome::Fallback,
             Self { barrier: 1.., .. } => StepOutcome::Barrier,
             Self { unconverged: 1.., .. } => StepOutcome::Unconverged,
@@ -62,10 +66,11 @@ impl StepReport {
         self.barrier += other.barrier;
         self.fallbacks += other.fallbacks;
         self.stopped += other.stopped;
+        self.lost_joints += other.lost_joints;
     }
 }
 
-state!(StepReport { islands, deepest_bisection, unconverged, barrier, fallbacks, stopped });
+state!(StepReport { islands, deepest_bisection, unconverged, barrier, fallbacks, stopped, lost_joints });
 
 #[cfg(test)]
 mod tests {

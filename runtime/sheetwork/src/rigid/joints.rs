@@ -8,8 +8,11 @@
 use rapier3d::prelude::*;
 
 use crate::error::InputError;
+use crate::rigid::settings::RigidSettings;
 use crate::rigid::{MotionKind, RigidWorld};
 use crate::scene::sleep::SLEEP;
+
+const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 
 impl RigidWorld {
     /// Join bodies `a` and `b`, which exist.
@@ -62,6 +65,38 @@ impl RigidWorld {
         !self.inner.impulse_joints.is_empty() && self.jointed_with(index).next().is_some()
     }
 
+    /// Restore body `index` if Rapier has excluded it, because its pose was not finite, and remove
+    /// the joints that act on it: the body flies on.
+    pub(super) fn restore_excluded(&mut self, index: usize) {
+        let handle = self.bodies[index].handle;
+        if self.inner.bodies.get(handle).is_none_or(RigidBody::is_enabled) {
+            return;
+        }
+        let joints: Vec<ImpulseJointHandle> =
+            self.inner.impulse_joints.attached_joints(handle).map(|(_, _, joint, _)| joint).collect();
+        for joint in &joints {
+            self.inner.impulse_joints.remove(*joint, true);
+        }
+        self.lost_joints += joints.len() as u32;
+        if let Some(body) = self.inner.bodies.get_mut(handle) {
+            body.set_enabled(true);
+        }
+    }
+
+    /// Joints that were removed in the last step.
+    pub(crate) fn lost_joints(&self) -> u32 {
+        self.lost_joints
+    }
+
+    /// Whether a joint between two bodies excludes their contact.
+    pub(super) fn joint_excludes_contact(&self, a: usize, b: usize) -> bool {
+        let joints = &self.inner.impulse_joints;
+        !joints.is_empty()
+            && joints
+                .joints_between(self.bodies[a].handle, self.bodies[b].handle)
+                .any(|(_, j)| !j.data.contacts_enabled)
+    }
+
     /// Wake the bodies that joints connect to a moving body.
     pub(super) fn wake_jointed(&mut self) {
         if self.inner.impulse_joints.is_empty() {
@@ -89,11 +124,13 @@ impl RigidWorld {
     }
 }
 
-/// Refuse a joint with a number that is not finite.
+/// Refuse a joint with a number that is not finite or out of range.
 pub(crate) fn check_joint(joint: &GenericJoint) -> Result<(), InputError> {
     let frames = [joint.local_frame1, joint.local_frame2];
-    if !frames.iter().all(|frame| frame.translation.is_finite() && frame.rotation.is_normalized()) {
-        return Err(InputError::new("joint", "has a frame that is not finite or not of unit length"));
+    let is_near = |frame: &Pose| frame.translation.length() <= SETTINGS.maximum_joint_distance;
+    if !frames.iter().all(|frame| is_near(frame) && frame.rotation.is_normalized()) {
+        let problem = "has a frame farther than 10 km from the origin of its body, or not of unit length";
+        return Err(InputError::new("joint", problem));
     }
     let is_limit =
         |limits: &JointLimits<Real>| limits.min.is_finite() && limits.max.is_finite() && limits.min <= limits.max;

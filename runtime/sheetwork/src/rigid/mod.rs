@@ -87,6 +87,8 @@ pub struct RigidWorld {
     rolling: RollingBallSolver,
     /// Forces of a program during the present step or advance.
     loads: Vec<BodyLoad>,
+    /// Joints removed in the last step.
+    lost_joints: u32,
     /// Whether collision groups or sensors differ from the scene.
     has_changed_colliders: bool,
 }
@@ -108,6 +110,7 @@ impl RigidWorld {
             island_roots: Vec::new(),
             rolling: RollingBallSolver::default(),
             loads: Vec::new(),
+            lost_joints: 0,
             has_changed_colliders: false,
         };
         world.inner.gravity = Vector::ZERO;

@@ -16,6 +16,9 @@ settings! {
         pub penetration_recovery: f64 = 0.2,
         /// Speed (m/s) above which a body wakes a sleeping one that it touches.
         pub wake_speed: f64 = 0.01,
+        /// Maximum distance of a joint from the origins of its bodies, m: that of the origin of a
+        /// body from the origin of the world.
+        pub maximum_joint_distance: f32 = 1e4,
         /// Maximum number of steps of conservative advancement.
         pub maximum_advancement_steps: usize = 48,
         /// Impacts of a body on several points at once.

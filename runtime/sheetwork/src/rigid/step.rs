@@ -69,6 +69,7 @@ impl RigidWorld {
             self.apply_loads(0.5 * dt);
             self.motions.iter_mut().for_each(|motion| motion.start = motion.end);
         }
+        self.lost_joints = 0;
         let awake = self.motions.iter().any(|m| m.is_free() && !m.asleep);
         self.contacts.clear();
         if !(self.has_kinematic || awake) {
@@ -119,6 +120,7 @@ impl RigidWorld {
         body_contacts::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
         for index in 0..self.motions.len() {
             if self.motions[index].is_free() {
+                self.restore_excluded(index);
                 self.read_back(index, (done, part, dt), g);
             }
         }

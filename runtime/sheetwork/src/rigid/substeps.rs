@@ -171,7 +171,8 @@ impl RigidWorld {
         let motion = &self.motions[index];
         let centre = motion.end.centre().as_vec3();
         let own = self.bodies[index].colliders.first().and_then(|own| self.inner.colliders.get(*own));
-        let walls = self.motions.iter().zip(&self.bodies).enumerate().filter(|(_, (other, _))| !other.is_free());
+        let walls = self.motions.iter().zip(&self.bodies).enumerate();
+        let walls = walls.filter(move |(at, (other, _))| !other.is_free() && !self.joint_excludes_contact(index, *at));
         walls.flat_map(move |(index, (other, body))| {
             let led = other.start.origin().distance(other.end.origin());
             let turns = other.start.spin() != DVec3::ZERO;

@@ -131,6 +131,7 @@ impl World {
                 rigid.put_to_sleep(index as usize);
             }
         }
+        self.islands.report.lost_joints = rigid.lost_joints();
         rigid.finish_loads(dt);
     }
 
