@@ -19,6 +19,11 @@ pub(crate) struct BodyLoad {
 }
 
 impl RigidWorld {
+    /// Whether forces act.
+    pub(crate) fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
     /// Let a force act from the next step on; the body wakes.
     pub(crate) fn add_load(&mut self, load: BodyLoad) {
         self.loads.push(load);

@@ -65,7 +65,7 @@ impl RigidWorld {
             motion.start = motion.end;
             (motion.set_by_contact, motion.had_impulse) = (false, false);
         }
-        if !self.loads.is_empty() {
+        if self.has_loads() {
             self.apply_loads(0.5 * dt);
             self.motions.iter_mut().for_each(|motion| motion.start = motion.end);
         }

@@ -17,7 +17,7 @@ use crate::world::{World, unique_name};
 impl World {
     /// Id of the rigid body `name`.
     pub fn body_id(&self, name: &str) -> Option<BodyId> {
-        self.body_ids.at(self.rigid.as_ref()?.index_of(name)?).map(BodyId)
+        self.body_ids.at(self.rigid.as_deref()?.index_of(name)?).map(BodyId)
     }
 
     /// Ids of the world's own rigid bodies: those of the scene, then floor and back wall, then
@@ -28,13 +28,13 @@ impl World {
 
     /// Name of the rigid body `id`; `None` when it was removed.
     pub fn body_name(&self, id: BodyId) -> Option<&str> {
-        let body = self.rigid.as_ref()?.bodies().get(self.body_ids.position(id.0)?)?;
+        let body = self.rigid.as_deref()?.bodies().get(self.body_ids.position(id.0)?)?;
         Some(&body.name)
     }
 
     /// State of the rigid body `id`; `None` when it was removed.
     pub fn get_body(&self, id: BodyId) -> Option<&BodyState> {
-        self.rigid.as_ref()?.state(self.body_ids.position(id.0)?)
+        self.rigid.as_deref()?.state(self.body_ids.position(id.0)?)
     }
 
     /// Add a rigid body. Its name is that of the description, with a number where it is not unique.
@@ -147,7 +147,7 @@ impl World {
 
     /// The rigid world and the index of the body `id`.
     pub(super) fn own_body(&self, id: BodyId) -> Result<(&RigidWorld, usize), InputError> {
-        self.rigid.as_ref().zip(self.body_ids.position(id.0)).ok_or_else(no_body)
+        self.rigid.as_deref().zip(self.body_ids.position(id.0)).ok_or_else(no_body)
     }
 }
 

@@ -79,7 +79,7 @@ impl World {
 
     /// Name of the partner of a force: a sheet or a body.
     pub fn partner_name(&self, entry: &ForceEntry) -> Option<&str> {
-        let rigid = self.rigid.as_ref();
+        let rigid = self.rigid.as_deref();
         match entry.partner {
             ForcePartner::Itself => Some(&self.sheets.get(entry.sheet)?.name),
             ForcePartner::Sheet(index) => Some(&self.sheets.get(index)?.name),

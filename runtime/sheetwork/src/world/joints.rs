@@ -42,7 +42,7 @@ impl World {
 
     /// Joint `id`; `None` when it was removed, also with a body.
     pub fn joint(&self, id: JointId) -> Option<&GenericJoint> {
-        Some(self.rigid.as_ref()?.joint(id.0)?.0)
+        Some(self.rigid.as_deref()?.joint(id.0)?.0)
     }
 
     /// Change the joint `id`, as its motors and limits, and wake its bodies. Returns `false` when

@@ -154,7 +154,9 @@ impl World {
 
     /// Remove the loads at the end of a step or an advance.
     pub(crate) fn clear_loads(&mut self) {
-        self.rigid.iter_mut().for_each(|rigid| rigid.clear_loads());
+        if let Some(rigid) = self.rigid.as_mut().filter(|rigid| rigid.has_loads()) {
+            rigid.clear_loads();
+        }
         let Self { loads: Loads { list, .. }, sheets, sheet_ids, .. } = self;
         for load in list.drain(..).filter(|load| load.has_acted) {
             if let Some(sheet) = sheet_ids.position(load.sheet.0).and_then(|index| sheets.get_mut(index)) {

@@ -88,7 +88,7 @@ pub struct World {
     heater_names: Vec<String>,
     sheet_contacts: Vec<SheetContact>,
     contact_logs: Vec<ContactLog>,
-    rigid: Option<RigidWorld>,
+    rigid: Option<Box<RigidWorld>>,
     gravity: DVec3,
     air: Air,
     engine: IntegratorKind,
@@ -143,7 +143,7 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is invalid.
     pub fn with_start_overlaps(scene: &Scene) -> Result<Self, BuildError> {
-        Self::built(scene, |scene, rigid| Self::build(scene, Some(rigid)))
+        Self::built(scene, |scene, rigid| Self::build(scene, Some(Box::new(rigid))))
     }
 
     /// Build a world with its own rigid bodies by `build`.
@@ -165,9 +165,10 @@ impl World {
 
     /// Build a world whose sheets start apart from bodies and from one another.
     fn build_apart(scene: &Scene, rigid: RigidWorld) -> Result<Self, InputError> {
-        let mut world = Self::build(scene, Some(rigid))?;
+        let mut world = Self::build(scene, Some(Box::new(rigid)))?;
         let mut first = 0;
-        while let Some((index, by)) = start_overlap::check(&world.sheets, first, world.rigid.as_ref(), scene.repair)? {
+        while let Some((index, by)) = start_overlap::check(&world.sheets, first, world.rigid.as_deref(), scene.repair)?
+        {
             let mut moved = world.scene.clone();
             moved.sheets[index].placement.position += by;
             first = index + 1;
@@ -176,9 +177,9 @@ impl World {
         Ok(world)
     }
 
-    fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
+    fn build(scene: &Scene, rigid: Option<Box<RigidWorld>>) -> Result<Self, InputError> {
         validate::values(scene)?;
-        let mut sheets = attached_sheets(scene, rigid.as_ref())?;
+        let mut sheets = attached_sheets(scene, rigid.as_deref())?;
         let heat = ThermalModel::of(scene)?.map(Box::new);
         if let Some(heat) = &heat {
             // An oven that is on begins with sheets at ambient temperature.
@@ -237,7 +238,7 @@ impl World {
     /// # Errors
     /// When a file that the scene names cannot be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), BuildError> {
-        let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
+        let rigid = if self.rigid.is_some() { Some(Box::new(RigidWorld::build(&self.scene)?)) } else { None };
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
@@ -304,7 +305,7 @@ impl World {
     /// Returns the result of each sheet, in order.
     pub fn find_equilibrium(&mut self, tolerance: f64) -> Vec<Equilibrium> {
         let rigid = self.rigid.take();
-        self.update_wind(rigid.as_ref().map(RigidWorld::view).as_ref(), 0.0);
+        self.update_wind(rigid.as_deref().map(RigidWorld::view).as_ref(), 0.0);
         self.rigid = rigid;
         let field = self.field();
         self.sheets.iter_mut().map(|s| equilibrium::find_equilibrium(s, field, tolerance)).collect()
@@ -326,7 +327,7 @@ impl World {
 
     /// The world's own rigid bodies; `None` when the caller provides them.
     pub fn rigid(&self) -> Option<&RigidWorld> {
-        self.rigid.as_ref()
+        self.rigid.as_deref()
     }
 
     /// Counters of the contact solver of the island whose first sheet is `index`.
@@ -390,7 +391,7 @@ impl World {
 
     /// State of the rigid body `name`.
     pub fn body_state(&self, name: &str) -> Option<&BodyState> {
-        let rigid = self.rigid.as_ref()?;
+        let rigid = self.rigid.as_deref()?;
         rigid.state(rigid.index_of(name)?)
     }
 
@@ -405,7 +406,7 @@ impl World {
     /// Whether all sheets are asleep or stopped and all dynamic bodies are asleep.
     pub fn is_resting(&self) -> bool {
         let rests = self.sheets.iter().all(|s| s.state.status != Status::Awake);
-        rests && self.rigid.as_ref().is_none_or(RigidWorld::all_asleep)
+        rests && self.rigid.as_deref().is_none_or(RigidWorld::all_asleep)
     }
 
     /// The first unstable sheet, if any.

@@ -122,7 +122,7 @@ impl World {
 
     /// Penetrations of the sheets that `counts` accepts.
     fn penetrations_of(&self, counts: impl Fn(&Sheet) -> bool) -> Vec<Penetration> {
-        let solids = placed_solids(self.rigid.as_ref());
+        let solids = placed_solids(self.rigid.as_deref());
         let placed: Vec<PlacedSheet> = self.sheets.iter().map(PlacedSheet::free).collect();
         let mut all = Vec::new();
         for (index, sheet) in placed.iter().enumerate().filter(|(_, sheet)| counts(sheet.sheet)) {
@@ -178,7 +178,7 @@ impl World {
         for p in &found {
             let sheet = &self.sheets[p.sheet];
             let (body, other) = match p.with {
-                PenetratedObject::Body(index) => (self.rigid.as_ref().map(|r| r.bodies()[index].name.clone()), None),
+                PenetratedObject::Body(index) => (self.rigid.as_deref().map(|r| r.bodies()[index].name.clone()), None),
                 PenetratedObject::Sheet(index) => (None, Some(self.sheets[index].name.clone())),
                 PenetratedObject::Itself => (None, Some(sheet.name.clone())),
             };

@@ -55,7 +55,7 @@ impl World {
     pub fn attach(&mut self, id: SheetId, region: &Region, body: BodyId) -> Result<usize, InputError> {
         let gone = || InputError::new("body", "was removed");
         let body = self.body_ids.position(body.0).ok_or_else(gone)?;
-        let state = *self.rigid.as_ref().and_then(|rigid| rigid.state(body)).ok_or_else(gone)?;
+        let state = *self.rigid.as_deref().and_then(|rigid| rigid.state(body)).ok_or_else(gone)?;
         self.attach_to(id, region, AttachedTo::Own(body), state)
     }
 

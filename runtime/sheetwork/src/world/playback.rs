@@ -16,7 +16,7 @@ impl World {
     /// When the frame belongs to other sheets or bodies, or holds values that are non-finite or out
     /// of range.
     pub fn can_show(&self, frame: &RecordedFrame) -> Result<(), InputError> {
-        let bodies = self.rigid.as_ref().map_or(0, |r| r.bodies().len());
+        let bodies = self.rigid.as_deref().map_or(0, |r| r.bodies().len());
         let same = |(index, sheet): (usize, &Sheet)| {
             let (warmth, cells) = (frame.temperatures_of(index), frame.open_of(index));
             frame.sheets[index].len() == sheet.node_count()

@@ -112,7 +112,7 @@ impl World {
         }
         let at = Resolution { grid, levels: None };
         let (new, contact) = self.on_resolution(index, &at)?;
-        let own = self.rigid.as_ref().map(RigidWorld::view);
+        let own = self.rigid.as_deref().map(RigidWorld::view);
         let old = &self.sheets[index];
         if lent.or(own.as_ref()).is_some_and(|view| penetrates(&new, old, view)) {
             return Ok(GridChange::Deferred);
@@ -155,7 +155,7 @@ impl World {
     /// The sheet `index` of the scene, on that grid and with those levels.
     pub(crate) fn build_sheet_on_grid(&mut self, index: usize, at: &Resolution) -> Result<Sheet, InputError> {
         let mut sheet = Sheet::build_at(&self.scene, index, at)?;
-        crate::world::attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
+        crate::world::attach_to_bodies(&mut sheet, self.rigid.as_deref())?;
         sheet.name.clone_from(&self.sheets[index].name);
         outline::copy_described_mesh(&mut sheet, &self.sheets[index]);
         Ok(sheet)

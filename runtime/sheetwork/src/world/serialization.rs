@@ -115,7 +115,7 @@ impl World {
         let mut to = StateWriter::default();
         to.bytes.extend_from_slice(&self.structure.value().to_le_bytes());
         self.sheets.iter().for_each(|s| serialization::serialise_layout(s, &mut to));
-        to.count(self.rigid.as_ref().map_or(0, |r| 1 + r.bodies().len() as u64));
+        to.count(self.rigid.as_deref().map_or(0, |r| 1 + r.bodies().len() as u64));
         to.count(self.heat.as_ref().map_or(0, |h| 1 + h.sources() as u64));
         crc32fast::hash(&to.bytes)
     }

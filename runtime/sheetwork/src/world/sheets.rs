@@ -6,7 +6,6 @@ use crate::contact::SheetContact;
 use crate::error::{BuildError, InputError};
 use crate::islands::contact_log::ContactLog;
 use crate::islands::island_builder::broad_phase_margin;
-use crate::rigid::RigidWorld;
 use crate::scene::{Scene, SheetSpec, validate};
 use crate::sheet::temperature::spots;
 use crate::sheet::{Sheet, Status, node_contact};
@@ -114,7 +113,7 @@ impl World {
     fn build_last_sheet(&self) -> Result<(Sheet, Option<Box<ThermalModel>>), InputError> {
         let Scene { sheets, ambient_temperature, .. } = &self.scene;
         let mut sheet = Sheet::build(&self.scene, sheets.len() - 1)?;
-        attach_to_bodies(&mut sheet, self.rigid.as_ref())?;
+        attach_to_bodies(&mut sheet, self.rigid.as_deref())?;
         let heat = if self.heat.is_some() { None } else { ThermalModel::of(&self.scene)?.map(Box::new) };
         if let Some(heat) = self.heat.as_ref().or(heat.as_ref()) {
             heat.prepare(&mut sheet, *ambient_temperature);
@@ -151,6 +150,6 @@ impl World {
                 sheet.wake();
             }
         }
-        self.rigid.iter_mut().for_each(RigidWorld::wake_all);
+        self.rigid.iter_mut().for_each(|rigid| rigid.wake_all());
     }
 }

@@ -37,7 +37,7 @@ impl Snapshot {
 impl World {
     /// Store the present state.
     pub fn snapshot(&self) -> Snapshot {
-        let rigid = self.rigid.as_ref();
+        let rigid = self.rigid.as_deref();
         let free = |i: usize| {
             let rigid = rigid?;
             let state = rigid.state(i).filter(|s| s.is_dynamic())?;
@@ -66,8 +66,8 @@ impl World {
             sheet.name == *name && snapshot::accepts_state(sheet, state)
         };
         let sheets = self.sheets.len() == snapshot.sheets.len() && self.sheets.iter().zip(&snapshot.sheets).all(same);
-        let gives = |i: usize| self.rigid.as_ref().and_then(|r| r.state(i)).is_some_and(|s| s.is_dynamic());
-        let free = (0..self.rigid.as_ref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
+        let gives = |i: usize| self.rigid.as_deref().and_then(|r| r.state(i)).is_some_and(|s| s.is_dynamic());
+        let free = (0..self.rigid.as_deref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
         let bodies = free == snapshot.bodies.len() && snapshot.bodies.iter().all(|b| gives(b.0));
         if !(sheets && bodies) {
             let problem = "is of other sheets or bodies than there are now";

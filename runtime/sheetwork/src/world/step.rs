@@ -61,7 +61,7 @@ impl World {
     /// First time in a step of `dt` (s) at which a body on its path changes its displacement in the
     /// step by more than a fraction of the smallest sheet.
     fn first_jolt(&self, dt: f64) -> Option<f64> {
-        let rigid = self.rigid.as_ref()?;
+        let rigid = self.rigid.as_deref()?;
         let size = self.sheets.iter().map(|sheet| sheet.model.initial_diagonal).fold(f64::INFINITY, f64::min);
         let margin = SETTINGS.impact_fraction * dt;
         rigid.first_jolt((self.time + margin, self.time + dt - margin), SETTINGS.impact_displacement * size / dt)
@@ -72,11 +72,11 @@ impl World {
         self.release_due_pins(dt);
         // The bodies are taken out for the step: the view borrows them while the sheets change.
         let mut rigid = self.rigid.take();
-        self.step_bodies(rigid.as_mut(), dt);
-        let view = rigid.as_ref().map(RigidWorld::view);
-        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
-        self.step_thermal(view.as_ref(), rigid.as_ref(), dt);
-        self.update_bodies(rigid.as_mut(), dt);
+        self.step_bodies(rigid.as_deref_mut(), dt);
+        let view = rigid.as_deref().map(RigidWorld::view);
+        self.step_sheets(view.as_ref(), rigid.as_deref(), dt);
+        self.step_thermal(view.as_ref(), rigid.as_deref(), dt);
+        self.update_bodies(rigid.as_deref_mut(), dt);
         self.rigid = rigid;
         self.finish_step(dt, None);
     }
@@ -131,8 +131,12 @@ impl World {
                 rigid.put_to_sleep(index as usize);
             }
         }
-        self.islands.report.lost_joints = rigid.lost_joints();
-        rigid.finish_loads(dt);
+        if rigid.lost_joints() > 0 {
+            self.islands.report.lost_joints = rigid.lost_joints();
+        }
+        if rigid.has_loads() {
+            rigid.finish_loads(dt);
+        }
     }
 
     /// Set the lent bodies to their state after a step of `dt` (s).
@@ -262,7 +266,7 @@ impl World {
     fn name_of_collider(&self, collider: ColliderHandle, lent: Option<&RigidView>) -> Option<String> {
         match lent {
             Some(_) => Some(format!("collider {}", collider.into_raw_parts().0)),
-            None => self.rigid.as_ref()?.name_of(collider).map(str::to_owned),
+            None => self.rigid.as_deref()?.name_of(collider).map(str::to_owned),
         }
     }
 }
