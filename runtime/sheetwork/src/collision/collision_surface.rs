@@ -222,7 +222,7 @@ fn checksum_of(rest: &[DVec3], offset: f64) -> u32 {
 }
 
 /// Triangles of closed cells of the lowest and the highest layer.
-fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
+pub(crate) fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
     let count = sheet.model.layers.len();
     (0..count).filter(|i| *i == 0 || *i + 1 == count).flat_map(|i| sheet.cells().layer_triangles(i)).collect()
 }

@@ -38,6 +38,17 @@ settings! {
         pub triangle_ball: TriangleBallSettings = TriangleBallSettings::DEFAULT,
         /// Pairs of sheets, and a sheet with itself.
         pub sheet_pairs: SheetPairSettings = SheetPairSettings::DEFAULT,
+        /// Test of overlap, independent of the contacts.
+        pub overlap: OverlapSettings = OverlapSettings::DEFAULT,
+    }
+
+    /// Test of overlap of sheets with bodies and with each other.
+    pub struct OverlapSettings {
+        /// Accepted overlap, in thicknesses.
+        pub depth: f64 = 0.1,
+        /// Cosine between the normal of a triangle and the mean normal of its sheet, above which
+        /// for all triangles the sheet does not meet itself.
+        pub unfolded_cosine: f64 = 0.5,
     }
 
     /// Surfaces of bodies: faces, edges and corners.

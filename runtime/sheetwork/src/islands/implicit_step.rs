@@ -17,10 +17,11 @@ use crate::contact::workspace::ContactWorkspace;
 use crate::islands::energy_budget::{EnergyBudget, EnergyVerdict};
 use crate::islands::island_detection::IslandDetection;
 use crate::islands::island_progress::IslandProgress;
+use crate::islands::overlap_test::TestedState;
 use crate::islands::rigid_motion::{is_free, rigid_equivalent};
 use crate::islands::settings::{BisectionSettings, StepSettings};
 use crate::islands::unstable::is_unstable;
-use crate::sheet::{Field, attachment, creep, stage, stage_trace};
+use crate::sheet::{Field, Sheet, attachment, creep, node_contact, stage, stage_trace};
 
 const CONTACT: ContactSettings = ContactSettings::DEFAULT;
 const SETTINGS: BisectionSettings = StepSettings::DEFAULT.bisection;
@@ -361,7 +362,28 @@ impl IslandSolve<'_, '_, '_> {
             EnergyVerdict::Bisect => StageOutcome::Bisect,
             EnergyVerdict::Fallback => StageOutcome::Fallback,
             EnergyVerdict::Accept if crossed || is_inside => StageOutcome::Fallback,
-            EnergyVerdict::Accept => StageOutcome::Accepted,
+            EnergyVerdict::Accept => self.accept_without_overlap(),
         }
     }
+
+    /// Accept a substep unless a sheet ends in something. Where one began in something already, the
+    /// substep stands, and the check of the step reports it. Shorter substeps help where nodes have
+    /// moved by more than the half thickness.
+    fn accept_without_overlap(&mut self) -> StageOutcome {
+        if !self.detection.finds_overlap(self.view, self.workspace, TestedState::End) {
+            return StageOutcome::Accepted;
+        }
+        if self.detection.finds_overlap(self.view, self.workspace, TestedState::Start) {
+            self.progress.starts_in_something = true;
+            return StageOutcome::Accepted;
+        }
+        if self.view.sheets.iter().any(has_moved) { self.bisect_or_fall_back() } else { StageOutcome::Fallback }
+    }
+}
+
+/// Whether a node has moved by more than the half thickness in the substep.
+fn has_moved(sheet: &Sheet) -> bool {
+    let half = node_contact::contact_offset(sheet);
+    let before = stage::saved_positions(sheet).iter();
+    sheet.state.x.iter().zip(before).any(|(x, before)| x.distance_squared(before) > half * half)
 }

@@ -19,6 +19,8 @@ use crate::contact::gap::node_side;
 use crate::contact::outer_iteration::{ContactMargins, DetectionMode};
 use crate::contact::solver_body::{SolverBody, frame_of_body};
 use crate::contact::step_bodies::StepBodies;
+use crate::contact::workspace::ContactWorkspace;
+use crate::islands::overlap_test::{OverlapTest, TestedColliders, TestedState, frame_in};
 use crate::math::{RigidFrame, Vectors};
 use crate::profiler::{Phase, Profiler};
 use crate::rigid::settings::RigidSettings;
@@ -45,6 +47,8 @@ pub(crate) struct DetectionCache {
     body_motions: Vec<BodyStageMotion<'static>>,
     /// Positions of the nodes of a lone sheet after the contact solution, m.
     moved: Vectors,
+    /// Buffers of the test before a substep is accepted.
+    overlap: OverlapTest,
     /// Sheets of the island that interpenetrate.
     crossing: Vec<u32>,
 }
@@ -302,6 +306,19 @@ impl IslandDetection<'_> {
         all
     }
 
+    /// Whether a sheet of the island is deeper than accepted in something, at the start or at the
+    /// end of a substep.
+    pub fn finds_overlap(&mut self, island: &IslandView, workspace: &ContactWorkspace, state: TestedState) -> bool {
+        let mut test = std::mem::take(&mut self.work.overlap);
+        let frames = |body| frame_in(state, island, workspace, body);
+        let finds = {
+            let colliders = TestedColliders { colliders: self.barrier_colliders(), frames: &frames };
+            test.finds(island, &colliders, (state, self.sheets_meet))
+        };
+        self.work.overlap = test;
+        finds
+    }
+
     /// Friction coefficient of a pair; `None` where it has no contact.
     pub fn friction(&self, island: &IslandView, pair: ContactPair) -> Option<f64> {
         if let ContactPair::Sheets(a, b) = pair
@@ -503,7 +520,7 @@ fn apply_force(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f
 }
 
 /// Frame `inner`, given in the axes of `outer`, in the world.
-fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
+pub(super) fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
     RigidFrame { origin: outer.world(inner.origin), rotation: outer.rotation * inner.rotation }
 }
 

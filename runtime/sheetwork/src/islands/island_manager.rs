@@ -156,7 +156,8 @@ impl IslandManager {
             if let Some(state) = &mut all.states[island.start as usize] {
                 body_updates.append(&mut state.body_updates);
                 report.add(&state.progress.report);
-                let is_uncertain = state.progress.report.outcome() > StepOutcome::Bisected;
+                let is_uncertain =
+                    state.progress.report.outcome() > StepOutcome::Bisected || state.progress.starts_in_something;
                 let range = island.start as usize..island.end as usize;
                 all.sheets[range].iter_mut().for_each(|sheet| sheet.work.is_contact_uncertain = is_uncertain);
             }

@@ -17,12 +17,15 @@ pub(crate) struct IslandProgress {
     pub energy_error: f64,
     /// Least bisection level of the present step, for its rotation.
     pub least_bisection: u32,
+    /// Whether a substep was accepted that began with a sheet in something.
+    pub starts_in_something: bool,
 }
 
 impl IslandProgress {
     /// Begin a step.
     pub fn begin_step(&mut self) {
         self.report = StepReport { islands: 1, ..StepReport::default() };
+        self.starts_in_something = false;
     }
 
     /// Forget contact: none is possible in the present step.
@@ -55,4 +58,4 @@ impl IslandProgress {
     }
 }
 
-state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error; without least_bisection });
+state!(IslandProgress { report, previous, consecutive_fallbacks, energy_error; without least_bisection, starts_in_something });

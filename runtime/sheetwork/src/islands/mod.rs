@@ -28,6 +28,7 @@ pub(crate) mod island_detection;
 pub(crate) mod island_manager;
 pub(crate) mod island_progress;
 pub(crate) mod island_step;
+pub(crate) mod overlap_test;
 pub(crate) mod resting;
 pub(crate) mod rigid_motion;
 pub(crate) mod settings;

@@ -3,8 +3,8 @@
 //!
 //! Every pair of triangles, and every triangle and convex solid, whose boxes meet is tested
 //! exactly (`collision/overlap`), independently of the contact solver: the sheets of islands whose
-//! contact solution was not accepted in this step, or all with [`World::set_penetration_check`].
-//! Triangles whose nodes are all held, and parts of bodies that are not convex, do not count, nor
+//! contact solution was not accepted in this step, or that began it with an overlap, or all with
+//! [`World::set_penetration_check`]. Triangles whose nodes are all held, and parts of bodies that are not convex, do not count, nor
 //! does a sheet compressed between two bodies that do not reach its mid-surface. Triangles of one
 //! sheet count where they are farther apart at rest than their size and the thickness. Lengths in
 //! m.
@@ -13,22 +13,14 @@ use glam::DVec3;
 
 use crate::collision::overlap::half_thickness;
 use crate::collision::overlap::sheets::{NearestPlace, PlacedSheet};
+use crate::collision::settings::{DetectionSettings, OverlapSettings};
 use crate::islands::event::{Event, EventKind};
 use crate::serialize::{ReadResult, State, StateReader, StateWriter};
 use crate::sheet::Sheet;
-use crate::units::settings::settings;
 use crate::world::World;
 use crate::world::placed_solids::{PlacedSolid, placed_solids};
 
-settings! {
-    /// Settings of the check of penetration.
-    pub struct PenetrationSettings {
-        /// Accepted penetration, in thicknesses.
-        pub depth: f64 = 0.1,
-    }
-}
-
-const SETTINGS: PenetrationSettings = PenetrationSettings::DEFAULT;
+const SETTINGS: OverlapSettings = DetectionSettings::DEFAULT.overlap;
 
 /// Object that a sheet penetrates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +155,8 @@ impl World {
             let reach = thickness + size(p).max(size(q));
             p.iter().any(|i| q.iter().any(|j| surface.rest_distance(*i, *j) < reach))
         };
-        sheet.nearest(DVec3::ZERO, sheet, thickness, neighbours)
+        let sheet = PlacedSheet::with_flat_rim(sheet.sheet, surface);
+        sheet.nearest(DVec3::ZERO, &sheet, thickness, neighbours)
     }
 
     /// Report the penetrations that begin in this step.

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use crate::collision::settings::{DetectionSettings, OverlapSettings};
 use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest_penetration;
 use crate::error::{InputError, check_range};
@@ -17,9 +18,8 @@ use crate::sheet::remap::{self, outline};
 use crate::sheet::{Sheet, Status, buckling};
 use crate::units::parameters::ParameterId as Id;
 use crate::world::World;
-use crate::world::penetration::PenetrationSettings;
 
-const PENETRATION: PenetrationSettings = PenetrationSettings::DEFAULT;
+const OVERLAP: OverlapSettings = DetectionSettings::DEFAULT.overlap;
 
 /// Result of a change of grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub(crate) enum GridChange {
 /// Whether a node of `new`, the sheet `old` on another grid, lies in a body by more than the
 /// accepted penetration, and deeper than those of `old`.
 fn penetrates(new: &Sheet, old: &Sheet, view: &RigidView) -> bool {
-    let accepted = PENETRATION.depth * new.material().thickness;
+    let accepted = OVERLAP.depth * new.material().thickness;
     let depth = deepest_penetration(new, view);
     depth > accepted && depth > deepest_penetration(old, view) + accepted
 }

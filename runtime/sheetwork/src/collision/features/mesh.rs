@@ -135,6 +135,11 @@ impl ColliderMesh {
         self.surface.is_none()
     }
 
+    /// Whether the solid is convex.
+    pub fn is_convex(&self) -> bool {
+        self.thinness.is_finite()
+    }
+
     /// Least width of a convex solid across any of its faces, m; infinite for other surfaces.
     pub fn min_width(&self) -> f64 {
         self.thinness

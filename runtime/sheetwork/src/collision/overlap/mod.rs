@@ -6,11 +6,14 @@
 //! on a body has overlap 0.
 
 pub(crate) mod distance;
+pub(crate) mod nearness;
+pub(crate) mod rim;
 pub(crate) mod sheets;
 pub(crate) mod solid;
 
 use glam::{DQuat, DVec3};
 
+use crate::collision::collision_surface::outer_triangles;
 pub use crate::collision::overlap::sheets::{between, pairs};
 pub use crate::collision::overlap::solid::OverlapSolid;
 use crate::math::Vectors;
@@ -26,18 +29,9 @@ pub fn half_thickness(sheet: &Sheet) -> f64 {
     }
 }
 
-/// Outer surfaces of a sheet as triangles between its nodes.
+/// Outer surfaces of a sheet as triangles between its nodes, without those of open cells.
 pub fn faces(sheet: &Sheet) -> Vec<[u32; 3]> {
-    if let Some(triangles) = &sheet.model.triangles {
-        return triangles.clone();
-    }
-    let outer = sheet
-        .model
-        .layers
-        .first()
-        .into_iter()
-        .chain(sheet.model.layers.last().filter(|_| sheet.model.layers.len() > 1));
-    outer.flat_map(crate::mesh::structure::LatticeLayer::triangles).collect()
+    outer_triangles(sheet)
 }
 
 /// Corners of a triangle, m.

@@ -3,7 +3,10 @@
 
 use glam::DVec3;
 
+use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::overlap::rim::inset_border;
 use crate::collision::overlap::{BodyPose, OverlapSolid, corners, distance, faces, half_thickness};
+use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 /// Triangle of a sheet: nodes and corners.
@@ -35,10 +38,15 @@ pub(crate) struct PlacedSheet<'a> {
 impl<'a> PlacedSheet<'a> {
     /// The surface, without the triangles that `keep` excludes.
     pub fn new(sheet: &'a Sheet, keep: impl Fn(&[u32; 3]) -> bool) -> Self {
-        let each = faces(sheet).into_iter().filter(keep).map(|t| (t, corners(&sheet.state.x, &t)));
+        Self::at(sheet, &sheet.state.x, keep)
+    }
+
+    /// The surface with the nodes at `x` (m), without the triangles that `keep` excludes.
+    fn at(sheet: &'a Sheet, x: &Vectors, keep: impl Fn(&[u32; 3]) -> bool) -> Self {
+        let each = faces(sheet).into_iter().filter(keep).map(|t| (t, corners(x, &t)));
         let mut triangles: Vec<PlacedTriangle> = each.collect();
         triangles.sort_by(|a, b| bounds(a.1).0.x.total_cmp(&bounds(b.1).0.x));
-        let (low, high) = sheet.state.x.bounds().unwrap_or_default();
+        let (low, high) = x.bounds().unwrap_or_default();
         let wide = triangles.iter().map(|(_, t)| bounds(*t).1.x - bounds(*t).0.x).fold(0.0, f64::max);
         Self { sheet, triangles, wide, low, high }
     }
@@ -46,6 +54,13 @@ impl<'a> PlacedSheet<'a> {
     /// The surface without the triangles whose nodes are all held.
     pub fn free(sheet: &'a Sheet) -> Self {
         Self::new(sheet, |t| t.iter().any(|i| !sheet.is_held(*i as usize)))
+    }
+
+    /// The surface as it meets itself, with a flat rim.
+    pub fn with_flat_rim(sheet: &'a Sheet, surface: &CollisionSurface) -> Self {
+        let mut x = sheet.state.x.clone();
+        inset_border(surface, &mut x, &mut Vec::new(), half_thickness(sheet));
+        Self::at(sheet, &x, |t| t.iter().any(|i| !sheet.is_held(*i as usize)))
     }
 
     /// Mean normal.
