@@ -36,6 +36,15 @@ pub(super) struct JointLink {
     generation: u32,
 }
 
+impl JointLink {
+    /// End the joint in the world.
+    pub fn remove_from(&self, world: &mut SheetWorld) {
+        if let Some(id) = self.id.filter(|_| self.generation == world.generation()) {
+            world.remove_joint(id);
+        }
+    }
+}
+
 /// Give new and changed joints to the world.
 pub(super) fn sync(
     mut commands: Commands,
@@ -75,8 +84,6 @@ pub(super) fn removed(
     links: Query<&JointLink>,
 ) {
     let Ok(link) = links.get(removed.entity) else { return };
-    if let Some(id) = link.id.filter(|_| link.generation == world.generation()) {
-        world.remove_joint(id);
-    }
+    link.remove_from(&mut world);
     commands.entity(removed.entity).try_remove::<JointLink>();
 }

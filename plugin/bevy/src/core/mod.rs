@@ -9,6 +9,7 @@ mod body;
 mod clock;
 mod contacts;
 mod detail;
+mod disabled;
 mod event;
 mod forces;
 mod frame;
@@ -92,6 +93,7 @@ impl Plugin for SheetworkCorePlugin {
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
         app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
         app.add_observer(attachments::removed).add_observer(joints::removed);
+        app.add_observer(disabled::disabled).add_observer(disabled::enabled);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,

@@ -171,6 +171,12 @@ impl SheetMotion {
         }
     }
 
+    /// Store the state of a sheet that is in the world again from `time`, s, on.
+    pub(super) fn rejoin(&mut self, time: f64, sheet: &SheetInWorld) {
+        self.times = [time; 3];
+        self.jump(sheet);
+    }
+
     /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].
     pub(super) fn record_sheet(&mut self, time: f64, sheet: &SheetInWorld) -> bool {
         self.record_frame(time, sheet);

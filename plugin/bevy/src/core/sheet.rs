@@ -37,6 +37,9 @@ use super::reflect::SheetSpecReflect;
 /// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from
 /// then. Any other change of the component rebuilds the sheet at its entity's transform.
 ///
+/// While its entity has Bevy's `Disabled`, the sheet is out of the simulation; it comes back with
+/// its shape and velocities, and its paths go on from there. A hidden sheet is simulated.
+///
 /// It is serialised as in a scene file, with pins, outline and all that reflection does not name:
 /// Bevy's scenes keep it.
 ///

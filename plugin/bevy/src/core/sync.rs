@@ -1,6 +1,7 @@
 //! Transfer of new, changed, moved and removed entities to the world.
 
-use bevy::ecs::query::Has;
+use bevy::ecs::entity_disabling::Disabled;
+use bevy::ecs::query::{Allow, Has};
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
 use sheetwork::scene::{BodySpec, PathKey, PinSpec, Polyhedron, Shape, SheetSpec};
@@ -352,7 +353,7 @@ pub(crate) fn insert_body(
     Ok(BodyMotion { ids: vec![id], names: vec![name], generation, built_from, given: there, path: spec.path, history })
 }
 
-fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
+pub(super) fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
     let Some(motion) = motion.filter(|m| m.generation == world.generation()) else { return };
     for id in &motion.ids {
         world.remove_body(*id);
@@ -446,7 +447,7 @@ pub(super) fn sheet_removed(
     removed: On<Remove, Sheet>,
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    motions: Query<&SheetMotion>,
+    motions: Query<&SheetMotion, Allow<Disabled>>,
 ) {
     if let Ok(motion) = motions.get(removed.entity) {
         if motion.generation == world.generation() {

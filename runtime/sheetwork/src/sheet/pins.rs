@@ -161,6 +161,25 @@ impl Pins {
         freed
     }
 
+    /// Let paths and releases be later by `delay` (s).
+    pub(crate) fn delay(&mut self, delay: f64) {
+        for group in &mut self.groups {
+            group.path.iter_mut().for_each(|key| key.time += delay);
+            group.until = group.until.map(|until| until + delay);
+        }
+    }
+
+    /// Bind the attachments again, with their nodes at `x` (m), to bodies in the state that `find`
+    /// gives.
+    pub(crate) fn renew_attachments(&mut self, x: &Vectors, find: impl Fn(AttachedTo) -> Option<BodyState>) {
+        for glue in &mut self.glue {
+            let Some(owner) = glue.body.map(|body| body.owner) else { continue };
+            let Some(state) = find(owner) else { continue };
+            glue.masses.iter_mut().for_each(|(node, place, _)| *place = x.get(*node as usize));
+            glue.bind(owner, state);
+        }
+    }
+
     /// Fix the node `mass`, at present at `start` (m), along the axes (x, y, z) selected by `held`.
     pub fn add_fixed_axes(&mut self, mass: u32, start: DVec3, held: [bool; 3]) {
         self.fixed_axes.push(FixedAxes { mass, held, start });

@@ -71,6 +71,30 @@ impl IdTable {
         self.update_positions();
     }
 
+    /// Take the object at `position` out of the list; its slot remains its own.
+    pub(crate) fn suspend(&mut self, position: usize) {
+        let index = self.order.remove(position);
+        self.slots[index as usize].position = None;
+        self.update_positions();
+    }
+
+    /// Append a suspended object to the list.
+    pub(crate) fn resume(&mut self, slot: Slot) {
+        self.slots[slot.index as usize].position = Some(self.order.len());
+        self.order.push(slot.index);
+    }
+
+    /// Release the slot of a suspended object.
+    pub(crate) fn release(&mut self, slot: Slot) {
+        self.slots[slot.index as usize] = SlotEntry { generation: slot.generation + 1, position: None };
+        self.free.push(slot.index);
+    }
+
+    /// Whether the object exists, in the list or suspended.
+    pub(crate) fn exists(&self, slot: Slot) -> bool {
+        self.slots.get(slot.index as usize).is_some_and(|entry| entry.generation == slot.generation)
+    }
+
     /// Replace the list: `former` are the former positions of its objects, `None` for a new one.
     /// Objects without a place in the new list are removed.
     pub(crate) fn replace(&mut self, former: &[Option<usize>]) {
@@ -131,5 +155,12 @@ mod tests {
         let positions = [reused, ids[0], ids[2]].map(|slot| table.position(slot));
         assert_eq!(positions, [Some(0), Some(2), None]);
         assert_eq!((table.at(0), table.at(2), table.at(3)), (Some(reused), Some(ids[0]), None));
+        table.suspend(0);
+        assert!(table.position(reused).is_none() && table.exists(reused) && table.push() != reused);
+        table.resume(reused);
+        assert_eq!((table.position(ids[0]), table.position(reused)), (Some(1), Some(3)));
+        table.suspend(3);
+        table.release(reused);
+        assert!(!table.exists(reused) && table.push().index == reused.index);
     }
 }

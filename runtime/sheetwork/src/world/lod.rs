@@ -92,8 +92,9 @@ impl LodState {
         })
     }
 
-    pub fn add(&mut self) {
-        self.sheets.push(SheetLod::default());
+    /// Add a sheet that has had so many evaluations.
+    pub fn add(&mut self, evaluations: u64) {
+        self.sheets.push(SheetLod { counted: evaluations, ..SheetLod::default() });
     }
 
     pub fn remove(&mut self, index: usize) {

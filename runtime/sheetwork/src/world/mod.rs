@@ -31,6 +31,7 @@ mod start_overlap;
 pub(crate) mod state_hash;
 pub(crate) mod step;
 pub(crate) mod suggestions;
+mod suspension;
 pub(crate) mod teleport;
 mod thermal;
 pub(crate) mod wind;
@@ -81,6 +82,7 @@ const MAX_THREADS: f64 = 1024.0;
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    suspended: Vec<suspension::SuspendedSheet>,
     sheet_ids: IdTable,
     body_ids: IdTable,
     heater_ids: IdTable,
@@ -199,6 +201,7 @@ impl World {
             heater_ids: IdTable::new(scene.heaters.len()),
             heater_names: scene.heaters.iter().enumerate().map(|(index, h)| heater::name_of(h, index)).collect(),
             sheets,
+            suspended: Vec::new(),
             sheet_contacts,
             contact_logs,
             rigid,
@@ -238,6 +241,15 @@ impl World {
     /// # Errors
     /// When a file that the scene names cannot be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), BuildError> {
+        let suspended = self.suspended_ids();
+        suspended.iter().for_each(|id| _ = self.resume_sheet(*id));
+        let done = self.rebuild();
+        suspended.iter().for_each(|id| _ = self.suspend_sheet(*id));
+        done
+    }
+
+    /// Build the world again from its scene.
+    fn rebuild(&mut self) -> Result<(), BuildError> {
         let rigid = if self.rigid.is_some() { Some(Box::new(RigidWorld::build(&self.scene)?)) } else { None };
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);
