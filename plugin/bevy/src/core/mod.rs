@@ -17,6 +17,7 @@ mod heat_gun;
 pub(crate) mod heater;
 mod joints;
 pub(crate) mod motion;
+mod parents;
 pub(crate) mod placement;
 mod polyhedra;
 mod query;
@@ -104,6 +105,7 @@ impl Plugin for SheetworkCorePlugin {
                     forces::request,
                     sync::sync_bodies,
                     sync::sync_sheets,
+                    parents::lead,
                     sync::move_sheets,
                     sync::move_bodies,
                     attachments::sync,

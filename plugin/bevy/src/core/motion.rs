@@ -34,6 +34,8 @@ pub struct SheetMotion {
     /// Transform of the entity that the sheet has followed or that follows it; `None` before the
     /// first tick.
     pub(super) given: Option<Transform>,
+    /// Parent of the entity at the last tick; `None` before the first.
+    pub(super) parent: Option<LastParent>,
     frame: Option<FrameMotion>,
 }
 
@@ -45,6 +47,22 @@ struct FrameMotion {
     history: PoseHistory,
     /// Transform at which the sheet was first built.
     start: Transform,
+}
+
+/// Parent of a sheet's entity at the last tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LastParent {
+    pub entity: Option<Entity>,
+    pub transform: GlobalTransform,
+    /// Whether a change of its scale has been told.
+    pub is_told: bool,
+}
+
+impl LastParent {
+    /// Parent with this transform.
+    pub fn new(parent: Option<&ChildOf>, transform: GlobalTransform) -> Self {
+        Self { entity: parent.map(ChildOf::parent), transform, is_told: false }
+    }
 }
 
 impl SheetMotion {
@@ -101,6 +119,7 @@ impl SheetMotion {
             revision: 0,
             refinement: None,
             given: None,
+            parent: None,
             frame: None,
         }
     }
@@ -174,6 +193,7 @@ impl SheetMotion {
     /// Store the state of a sheet that is in the world again from `time`, s, on.
     pub(super) fn rejoin(&mut self, time: f64, sheet: &SheetInWorld) {
         self.times = [time; 3];
+        self.parent = None;
         self.jump(sheet);
     }
 

@@ -7,7 +7,8 @@ use bevy::transform::helper::TransformHelper;
 use sheetwork::scene::{BodySpec, PathKey, PinSpec, Polyhedron, Shape, SheetSpec};
 use sheetwork::{InputError, SheetId};
 
-use super::motion::PoseHistory;
+use super::motion::{LastParent, PoseHistory};
+use super::placement::parent_transform;
 use super::world::KinematicMotion;
 use super::{
     BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
@@ -36,12 +37,6 @@ pub(super) fn insert_link<L: Component>(
 
 /// Name and place of a sheet's entity.
 type SheetPlace<'a> = (Option<&'a Name>, &'a Transform, Option<&'a ChildOf>);
-
-/// Global transform of the parent of an entity; the identity without one.
-fn parent_transform(parent: Option<&ChildOf>, transforms: &TransformHelper) -> GlobalTransform {
-    let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
-    above.unwrap_or_default()
-}
 
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
@@ -72,10 +67,12 @@ pub(super) fn sync_sheets(
             world.remove_sheet(motion.id());
         }
         let place = start.filter(|_| anew).unwrap_or(*transform);
-        let there = parent_transform(parent, &transforms) * place;
+        let above = parent_transform(parent, &transforms);
+        let there = above * place;
         let mut added = add_sheet(&mut world, &clock, &sheet, name, &there);
         if let Ok((motion, _)) = &mut added {
             motion.given = Some(*transform);
+            motion.parent = Some(LastParent::new(parent, above));
             if let Some(sheet) = world.get_sheet(motion.id()) {
                 motion.follow(sheet, (world.time(), placement::pose_of(&there)), start.unwrap_or(*transform));
             }
@@ -394,7 +391,7 @@ pub(super) fn move_bodies(
 }
 
 /// Move the sheets whose transform was written there, at once and with their velocities; a changed
-/// scale builds the sheet again. Motion of a parent does not move them.
+/// scale builds the sheet again. Motion of a parent moves pins alone.
 pub(super) fn move_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,

@@ -9,12 +9,23 @@ use sheetwork::rigid::RigidView;
 use sheetwork::scene::{Air, Region, Scene};
 use sheetwork::{BodyId, InputError, SheetId, World as Sheets};
 
+use super::placement;
+
 /// Prescribed motion of a kinematic body during this tick.
 #[derive(Clone, Debug)]
 pub(super) struct KinematicMotion {
     pub body: BodyId,
     pub from: (DVec3, DQuat),
     pub to: (DVec3, DQuat),
+}
+
+/// Motion of the pins of a sheet with the parent of its entity during this tick.
+#[derive(Clone, Debug)]
+struct PinLead {
+    entity: Entity,
+    sheet: SheetId,
+    from: (DVec3, DQuat),
+    to: (DVec3, DQuat),
 }
 
 /// The [`sheetwork::World`] of the entities with [`Sheet`](super::Sheet) and
@@ -33,6 +44,9 @@ pub struct SheetWorld {
     borrowed: bool,
     generation: u32,
     pub(super) moves: Vec<KinematicMotion>,
+    leads: Vec<PinLead>,
+    /// Sheets whose pins do not follow a parent, which has been told.
+    refused_leads: Vec<SheetId>,
     /// Attachments to bodies of the caller that are not made yet.
     later: Vec<(SheetId, (Region, Entity))>,
     pub(super) events_seen: u64,
@@ -67,6 +81,8 @@ impl SheetWorld {
             borrowed,
             generation: 0,
             moves: Vec::new(),
+            leads: Vec::new(),
+            refused_leads: Vec::new(),
             later: Vec::new(),
             events_seen: 0,
             step_time: Duration::ZERO,
@@ -101,6 +117,8 @@ impl SheetWorld {
         self.world = make(&empty, self.borrowed)?;
         self.generation += 1;
         self.moves.clear();
+        self.leads.clear();
+        self.refused_leads.clear();
         self.later.clear();
         self.events_seen = 0;
         (self.unstepped, self.shown, self.fitted) = (0.0, 0.0, None);
@@ -117,6 +135,7 @@ impl SheetWorld {
         // The reset world has its first step again, which is fitted to the tick as at the start.
         self.fitted = self.fitted.map(|_| self.world.dt());
         self.moves.clear();
+        self.leads.clear();
         self.events_seen = 0;
         (self.unstepped, self.shown) = (0.0, 0.0);
         Ok(())
@@ -131,6 +150,7 @@ impl SheetWorld {
     pub fn rewind(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         self.world.deserialise(bytes)?;
         self.moves.clear();
+        self.leads.clear();
         self.events_seen = self.events_seen.min(self.world.event_count());
         Ok(())
     }
@@ -162,6 +182,9 @@ impl SheetWorld {
         // The slack of 1e-9 steps absorbs the rounding of a duration of whole steps.
         let steps = (self.unstepped / self.world.dt() + 1e-9).floor().max(0.0) as u64;
         let moves = if steps > 0 { std::mem::take(&mut self.moves) } else { Vec::new() };
+        if steps > 0 {
+            self.lead_pins(steps as f64 * self.world.dt());
+        }
         for step in 1..=steps {
             // Constant velocity over the tick.
             let s = step as f64 / steps as f64;
@@ -184,10 +207,34 @@ impl SheetWorld {
             return 0;
         }
         let start = Instant::now();
+        self.lead_pins(duration);
         let steps = self.world.advance_with(view, duration);
         self.attach_waiting(view);
         self.took(start.elapsed(), steps);
         steps
+    }
+
+    /// Lead the pins of a sheet with the parent of `entity`, from one pose to another, during the
+    /// next tick with a step.
+    pub(super) fn lead_later(&mut self, entity: Entity, sheet: SheetId, from: (DVec3, DQuat), to: (DVec3, DQuat)) {
+        match self.leads.iter_mut().find(|lead| lead.sheet == sheet) {
+            Some(waiting) => waiting.to = to,
+            None => self.leads.push(PinLead { entity, sheet, from, to }),
+        }
+    }
+
+    /// Lead pins within the next `duration` s.
+    fn lead_pins(&mut self, duration: f64) {
+        for PinLead { entity, sheet, from, to } in std::mem::take(&mut self.leads) {
+            let (by, turn) = placement::motion_between(from, to);
+            if self.world.get_sheet(sheet).is_some()
+                && let Err(problem) = self.world.lead_pins(sheet, by, turn, duration)
+                && !self.refused_leads.contains(&sheet)
+            {
+                self.refused_leads.push(sheet);
+                error!("pins of {entity} do not follow its parent: {problem}");
+            }
+        }
     }
 
     /// Attach a region of a sheet to a body of the caller after its next step.
