@@ -5,8 +5,8 @@ use bevy::ecs::entity_disabling::Disabled;
 use bevy::ecs::query::Allow;
 use bevy::prelude::*;
 
-use super::attachments::Attached;
 use super::joints::JointLink;
+use super::motion::Attached;
 use super::{BodyMotion, HeaterHandle, Sheet, SheetHeatGun, SheetMotion, SheetWorld};
 
 /// Links of an entity to the world. A body or heater loses its link and is added again when its
@@ -49,7 +49,6 @@ pub(super) fn disabled(
 /// Put the sheet of an enabled entity back. Changes of its components in between count from now on.
 pub(super) fn enabled(
     removed: On<Remove, Disabled>,
-    mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     mut sheets: Query<(&mut Sheet, &mut SheetMotion, &mut Transform), Allow<Disabled>>,
 ) {
@@ -68,6 +67,6 @@ pub(super) fn enabled(
     }
     if world.borrows_bodies() {
         // The attachments to the caller's bodies have ended and are made again.
-        commands.entity(removed.entity).try_remove::<Attached>();
+        motion.attached = Attached::default();
     }
 }

@@ -90,6 +90,11 @@ impl HeaterHandle {
         &self.name
     }
 
+    /// Whether the heater is in the world.
+    pub(super) fn is_in(&self, world: &SheetWorld) -> bool {
+        world.get_heater(self.id).is_some()
+    }
+
     /// Remove the heater from the world.
     pub(super) fn remove_from(&self, world: &mut SheetWorld) {
         if self.generation == world.generation() {

@@ -27,9 +27,10 @@ impl SheetJoint {
     }
 }
 
-/// Joint of the world that belongs to a component.
+/// Link from the entity to its joint in the [`SheetWorld`]. Inserted when the joint is made,
+/// removed with its [`SheetJoint`].
 #[derive(Component, Clone, Debug)]
-pub(super) struct JointLink {
+pub struct JointLink {
     /// `None` for a joint that the world has refused.
     id: Option<JointId>,
     bodies: [Entity; 2],
@@ -38,7 +39,7 @@ pub(super) struct JointLink {
 
 impl JointLink {
     /// End the joint in the world.
-    pub fn remove_from(&self, world: &mut SheetWorld) {
+    pub(super) fn remove_from(&self, world: &mut SheetWorld) {
         if let Some(id) = self.id.filter(|_| self.generation == world.generation()) {
             world.remove_joint(id);
         }

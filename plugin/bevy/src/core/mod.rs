@@ -42,14 +42,14 @@ pub use event::SheetEvent;
 pub use forces::SheetForces;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterHandle, SheetHeater};
-pub use joints::SheetJoint;
+pub use joints::{JointLink, SheetJoint};
 pub use motion::{BodyMotion, SheetMotion};
 pub use polyhedra::SheetPolyhedra;
 pub use query::SheetRayCast;
 pub use sheet::Sheet;
 pub use state::SheetState;
 pub use wind::SheetWind;
-pub use world::SheetWorld;
+pub use world::{SheetCheckpoint, SheetWorld};
 
 /// Stages of the simulation in `FixedUpdate`, in this order.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -103,6 +103,7 @@ impl Plugin for SheetworkCorePlugin {
                 (
                     clock::begin_tick,
                     forces::request,
+                    sync::discard_stale_links,
                     sync::sync_bodies,
                     sync::sync_sheets,
                     parents::lead,
@@ -127,7 +128,7 @@ impl Plugin for SheetworkCorePlugin {
         // Once a frame as well, so that entities spawned in this frame are displayed in it.
         app.add_systems(
             PostUpdate,
-            (sync::sync_bodies, sync::sync_sheets, heater::sync)
+            (sync::discard_stale_links, sync::sync_bodies, sync::sync_sheets, heater::sync)
                 .chain()
                 .in_set(SheetworkSynced)
                 .before(SheetworkDisplay)

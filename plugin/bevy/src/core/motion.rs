@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
-use sheetwork::scene::{PathKey, Placement, path_at};
+use sheetwork::scene::{PathKey, Placement, Region, path_at};
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::{BodyId, SheetId};
 
@@ -36,7 +36,17 @@ pub struct SheetMotion {
     pub(super) given: Option<Transform>,
     /// Parent of the entity at the last tick; `None` before the first.
     pub(super) parent: Option<LastParent>,
+    /// Attachments by entity that the world has.
+    pub(super) attached: Attached,
     frame: Option<FrameMotion>,
+}
+
+/// Attachments of a sheet by entity.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attached {
+    pub list: Vec<(Region, Entity)>,
+    /// Entities without a body that attachments wait for.
+    pub waits: Vec<Entity>,
 }
 
 /// Pose of a sheet's entity, which follows the sheet.
@@ -120,6 +130,7 @@ impl SheetMotion {
             refinement: None,
             given: None,
             parent: None,
+            attached: Attached::default(),
             frame: None,
         }
     }

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use rapier3d::prelude::RigidBodySet;
 use sheetwork::rigid::RigidView;
 use sheetwork::scene::{Air, Region, Scene};
-use sheetwork::{BodyId, InputError, SheetId, World as Sheets};
+use sheetwork::{BodyId, Checkpoint, InputError, SheetId, World as Sheets};
 
 use super::placement;
 
@@ -49,6 +49,8 @@ pub struct SheetWorld {
     refused_leads: Vec<SheetId>,
     /// Attachments to bodies of the caller that are not made yet.
     later: Vec<(SheetId, (Region, Entity))>,
+    /// Whether the objects may differ from the links of the entities since the last tick.
+    pub(super) is_rewound: bool,
     pub(super) events_seen: u64,
     step_time: Duration,
     /// Wall-clock time of a step, exponential mean over ticks, s.
@@ -71,6 +73,23 @@ fn empty_world() -> Scene {
     Scene { air, dt: FIXED_STEP, ..Scene::default() }
 }
 
+/// State of a [`SheetWorld`] with its sheets, bodies and heaters, of [`SheetWorld::checkpoint`].
+#[derive(Clone)]
+pub struct SheetCheckpoint {
+    world: Checkpoint,
+    generation: u32,
+    unstepped: f64,
+    moves: Vec<KinematicMotion>,
+    leads: Vec<PinLead>,
+}
+
+impl SheetCheckpoint {
+    /// Size of the state, bytes. Checkpoints of the same objects share their descriptions.
+    pub fn size(&self) -> usize {
+        self.world.size()
+    }
+}
+
 impl SheetWorld {
     pub(super) fn new(borrowed: bool) -> Self {
         // The empty scene is valid.
@@ -84,6 +103,7 @@ impl SheetWorld {
             leads: Vec::new(),
             refused_leads: Vec::new(),
             later: Vec::new(),
+            is_rewound: false,
             events_seen: 0,
             step_time: Duration::ZERO,
             mean_step: 0.0,
@@ -152,6 +172,38 @@ impl SheetWorld {
         self.moves.clear();
         self.leads.clear();
         self.events_seen = self.events_seen.min(self.world.event_count());
+        Ok(())
+    }
+
+    /// Store the world as a checkpoint, for a rollback across spawns and despawns.
+    pub fn checkpoint(&mut self) -> SheetCheckpoint {
+        let world = self.world.checkpoint();
+        let (moves, leads) = (self.moves.clone(), self.leads.clone());
+        SheetCheckpoint { world, generation: self.generation, unstepped: self.unstepped, moves, leads }
+    }
+
+    /// Return to a checkpoint. Sheets, bodies and heaters that were added since are gone, and those
+    /// that were removed are back, with their ids of that time. The following ticks repeat the
+    /// original ones bit for bit, given equal inputs, spawns and despawns in equal order.
+    ///
+    /// Entities are restored by the game, as `bevy_ggrs` does: roll back [`Sheet`](super::Sheet),
+    /// [`SheetMotion`](super::SheetMotion), which links an entity to its sheet, `Transform` and the
+    /// like as components, in any order with this call. An entity whose sheet is gone and that
+    /// still has its `Sheet` gets a new one at its `Transform`.
+    ///
+    /// # Errors
+    /// When the world was restarted since, or the checkpoint is of another world; the world is
+    /// unchanged then.
+    pub fn rewind_to(&mut self, checkpoint: &SheetCheckpoint) -> Result<(), InputError> {
+        if checkpoint.generation != self.generation {
+            return Err(InputError::new("checkpoint", "the world was restarted after it"));
+        }
+        self.world.restore_checkpoint(&checkpoint.world)?;
+        self.moves.clone_from(&checkpoint.moves);
+        self.leads.clone_from(&checkpoint.leads);
+        self.unstepped = checkpoint.unstepped;
+        self.events_seen = self.events_seen.min(self.world.event_count());
+        self.is_rewound = true;
         Ok(())
     }
 

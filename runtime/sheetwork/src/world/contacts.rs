@@ -330,6 +330,16 @@ impl World {
 }
 
 impl ContactRecords {
+    /// Sheets that record contacts, with their thresholds, N.
+    pub(super) fn thresholds(&self) -> &[(SheetId, f64)] {
+        &self.thresholds
+    }
+
+    /// Whether the contacts of the sheet are recorded.
+    pub(super) fn has(&self, id: SheetId) -> bool {
+        self.thresholds.iter().any(|(sheet, _)| *sheet == id)
+    }
+
     /// Records of the same sheets before the first contact.
     pub(super) fn restarted(self) -> Self {
         Self { thresholds: self.thresholds, ..Self::default() }

@@ -24,14 +24,14 @@ pub struct BodyId(pub(crate) Slot);
 pub struct HeaterId(pub(crate) Slot);
 
 /// Generation of a slot, and position of its object in the list.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct SlotEntry {
     generation: u32,
     position: Option<usize>,
 }
 
 /// Slots of the objects of one list, which shifts when an object is removed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct IdTable {
     slots: Vec<SlotEntry>,
     /// Slot index of each object, in the order of the list.
@@ -93,6 +93,11 @@ impl IdTable {
     /// Whether the object exists, in the list or suspended.
     pub(crate) fn exists(&self, slot: Slot) -> bool {
         self.slots.get(slot.index as usize).is_some_and(|entry| entry.generation == slot.generation)
+    }
+
+    /// Whether the object exists and is suspended.
+    pub(crate) fn is_suspended(&self, slot: Slot) -> bool {
+        self.exists(slot) && self.position(slot).is_none()
     }
 
     /// Replace the list: `former` are the former positions of its objects, `None` for a new one.

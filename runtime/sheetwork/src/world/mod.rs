@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod body_loads;
+pub(crate) mod checkpoint;
 pub(crate) mod contacts;
 pub(crate) mod failure_events;
 pub(crate) mod forces;
@@ -40,6 +41,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::checkpoint::Checkpoint;
 pub use crate::world::contacts::{ContactEvent, ContactEventKind, ContactPair, ContactPartner};
 pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
@@ -125,6 +127,8 @@ pub struct World {
     profiler: Profiler,
     /// Checksum of the scene's structure, for snapshots.
     structure: StructureChecksum,
+    /// Layout of the last checkpoint.
+    layout: Option<Arc<checkpoint::WorldLayout>>,
     /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
     drained_events: u64,
 }
@@ -230,6 +234,7 @@ impl World {
             refine_work: scene.sheets.iter().any(|s| s.refine.is_some()).then(Box::default),
             profiler: Profiler::default(),
             structure: StructureChecksum::new(&own),
+            layout: None,
             drained_events: 0,
             scene: own,
         })

@@ -296,7 +296,7 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
 
 /// Checksum of the structure of a scene: the parts that cannot change while a world runs. It is
 /// composed of the checksums of the objects, so that a change of one does not visit the others.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct StructureChecksum {
     sheets: Vec<Hasher>,
     bodies: Vec<Hasher>,

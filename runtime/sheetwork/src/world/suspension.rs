@@ -10,7 +10,7 @@ use crate::world::ids::{SheetId, Slot};
 
 /// Sheet that is out of the simulation.
 pub(crate) struct SuspendedSheet {
-    slot: Slot,
+    pub(super) slot: Slot,
     pub(super) sheet: Sheet,
     pub(super) spec: SheetSpec,
     /// Time of the suspension, s.
