@@ -75,8 +75,8 @@ pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, Shee
 pub use core::{
     BodyMotion, BodyShape, HeaterHandle, JointLink, Sheet, SheetAttachments, SheetBody, SheetCheckpoint, SheetClock,
     SheetContact, SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
-    SheetJoint, SheetMotion, SheetRayCast, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
-    StepTimes,
+    SheetJoint, SheetMotion, SheetRayCast, SheetState, SheetThreading, SheetWind, SheetWorld, SheetworkCorePlugin,
+    SheetworkSet, StepTimes,
 };
 #[cfg(feature = "render")]
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};

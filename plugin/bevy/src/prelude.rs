@@ -4,7 +4,7 @@ pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpa
 pub use crate::core::{
     BodyMotion, BodyShape, Sheet, SheetAttachments, SheetBody, SheetCheckpoint, SheetClock, SheetContact,
     SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetJoint, SheetMotion,
-    SheetRayCast, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    SheetRayCast, SheetState, SheetThreading, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 #[cfg(feature = "render")]
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
