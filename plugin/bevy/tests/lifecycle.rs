@@ -44,7 +44,7 @@ fn a_disabled_sheet_is_out_of_the_simulation_and_comes_back_with_its_state() {
     disable(&mut app, sheet);
     assert_eq!(world(&app).sheets().len(), 1);
     run(&mut app, 0.3);
-    assert!(world(&app).is_suspended(id) && world(&app).sheets().len() == 1);
+    assert!(world(&app).get_sheet(id).is_none() && world(&app).sheets().len() == 1);
     assert_eq!(state(&app, sheet), before, "not stepped");
     assert!(state(&app, other).centre.y < before.centre.y);
     enable(&mut app, sheet);

@@ -49,11 +49,17 @@ pub(super) fn disabled(
 /// Put the sheet of an enabled entity back. Changes of its components in between count from now on.
 pub(super) fn enabled(
     removed: On<Remove, Disabled>,
+    mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     mut sheets: Query<(&mut Sheet, &mut SheetMotion, &mut Transform), Allow<Disabled>>,
 ) {
     let Ok((mut sheet, mut motion, mut transform)) = sheets.get_mut(removed.entity) else { return };
-    if motion.generation != world.generation() || !world.resume_sheet(motion.id()) {
+    if motion.generation != world.generation() {
+        return;
+    }
+    if !world.resume_sheet(motion.id()) {
+        // A return to a checkpoint has removed it: it is built again.
+        commands.entity(removed.entity).try_remove::<SheetMotion>();
         return;
     }
     if let Some(resumed) = world.get_sheet(motion.id()) {

@@ -16,6 +16,7 @@ mod frame;
 mod heat_gun;
 pub(crate) mod heater;
 mod joints;
+mod links;
 pub(crate) mod motion;
 mod parents;
 pub(crate) mod placement;
@@ -102,6 +103,21 @@ pub struct SheetworkCorePlugin {
     pub threading: SheetThreading,
 }
 
+impl SheetworkCorePlugin {
+    /// Order the stages, and add the step.
+    fn order_sets(&self, app: &mut App) {
+        if self.threading == SheetThreading::Background && !self.borrow_bodies {
+            let order = (SheetworkSet::Writeback, SheetworkSet::Sync, SheetworkSet::Step);
+            app.configure_sets(FixedUpdate, order.chain());
+            app.add_systems(FixedUpdate, step::begin.in_set(SheetworkSet::Step));
+            app.add_systems(FixedUpdate, step::finish.in_set(SheetworkSet::Writeback).before(SheetworkWritten));
+        } else {
+            app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
+            app.add_systems(FixedUpdate, step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step));
+        }
+    }
+}
+
 impl Plugin for SheetworkCorePlugin {
     fn build(&self, app: &mut App) {
         if sheetwork::OPTIMISATION_LEVEL == "0" {
@@ -112,19 +128,8 @@ impl Plugin for SheetworkCorePlugin {
         }
         app.insert_resource(SheetWorld::new(self.borrow_bodies)).init_resource::<SheetClock>();
         app.add_message::<SheetEvent>().add_message::<SheetContact>();
-        if self.threading == SheetThreading::Background && !self.borrow_bodies {
-            let order = (SheetworkSet::Writeback, SheetworkSet::Sync, SheetworkSet::Step);
-            app.configure_sets(FixedUpdate, order.chain());
-            app.add_systems(FixedUpdate, step::begin.in_set(SheetworkSet::Step));
-            app.add_systems(FixedUpdate, step::finish.in_set(SheetworkSet::Writeback).before(SheetworkWritten));
-        } else {
-            app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
-            app.add_systems(FixedUpdate, step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step));
-        }
-        app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
-        app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
-        app.add_observer(attachments::removed).add_observer(joints::removed);
-        app.add_observer(disabled::disabled).add_observer(disabled::enabled);
+        self.order_sets(app);
+        add_observers(app);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
@@ -133,7 +138,7 @@ impl Plugin for SheetworkCorePlugin {
                 (
                     clock::begin_tick,
                     forces::request,
-                    sync::discard_stale_links,
+                    links::discard_stale,
                     sync::sync_bodies,
                     sync::sync_sheets,
                     parents::lead,
@@ -158,7 +163,7 @@ impl Plugin for SheetworkCorePlugin {
         // Once a frame as well, so that entities spawned in this frame are displayed in it.
         app.add_systems(
             PostUpdate,
-            (sync::discard_stale_links, sync::sync_bodies, sync::sync_sheets, heater::sync)
+            (links::discard_stale, sync::sync_bodies, sync::sync_sheets, heater::sync)
                 .chain()
                 .in_set(SheetworkSynced)
                 .before(SheetworkDisplay)
@@ -173,6 +178,13 @@ impl Plugin for SheetworkCorePlugin {
         );
         register_types(app);
     }
+}
+
+fn add_observers(app: &mut App) {
+    app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
+    app.add_observer(heater::removed).add_observer(heat_gun::removed).add_observer(contacts::removed);
+    app.add_observer(attachments::removed).add_observer(joints::removed);
+    app.add_observer(disabled::disabled).add_observer(disabled::enabled);
 }
 
 fn register_types(app: &mut App) {

@@ -11,8 +11,7 @@ use super::motion::{LastParent, PoseHistory};
 use super::placement::parent_transform;
 use super::world::KinematicMotion;
 use super::{
-    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState,
-    SheetWorld, placement,
+    BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
 };
 
 /// Marker of an entity whose description was rejected. It is tried again after a change of the
@@ -38,33 +37,6 @@ pub(super) fn insert_link<L: Component>(
 
 /// Name and place of a sheet's entity.
 type SheetPlace<'a> = (Option<&'a Name>, &'a Transform, Option<&'a ChildOf>);
-
-/// Discard the links of entities whose sheet or body is gone after a return to a checkpoint.
-pub(super) fn discard_stale_links(
-    mut commands: Commands,
-    mut world: ResMut<SheetWorld>,
-    sheets: Query<(Entity, &SheetMotion), Allow<Disabled>>,
-    bodies: Query<(Entity, &BodyMotion), Allow<Disabled>>,
-    heaters: Query<(Entity, &HeaterHandle), Allow<Disabled>>,
-) {
-    if !world.is_rewound {
-        return;
-    }
-    world.bypass_change_detection().is_rewound = false;
-    for (entity, motion) in &sheets {
-        if world.get_sheet(motion.id()).is_none() && !world.is_suspended(motion.id()) {
-            commands.entity(entity).try_remove::<SheetMotion>();
-        }
-    }
-    for (entity, motion) in &bodies {
-        if motion.ids.iter().any(|id| world.body_name(*id).is_none()) {
-            commands.entity(entity).try_remove::<BodyMotion>();
-        }
-    }
-    for (entity, _) in heaters.iter().filter(|(_, heater)| !heater.is_in(&world)) {
-        commands.entity(entity).try_remove::<HeaterHandle>();
-    }
-}
 
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(

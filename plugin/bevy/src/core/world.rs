@@ -40,8 +40,8 @@ struct PinLead {
 /// `set_dt`, `set_oven`, `set_surroundings` or `set("sheets.leaf.damping", "0.2")`. Sheets, bodies,
 /// heaters and heat guns are added and removed with their entities: do not add or remove them here.
 ///
-/// While the plugin steps it on another thread ([`SheetThreading`](super::SheetThreading)), each access to the
-/// world waits for the end of the step.
+/// While the plugin steps it on another thread ([`SheetThreading`](super::SheetThreading)), each
+/// access to the world waits for the end of the step.
 #[derive(Resource)]
 pub struct SheetWorld {
     world: WorldCell,
@@ -88,13 +88,6 @@ pub struct SheetCheckpoint {
     unstepped: f64,
     moves: Vec<KinematicMotion>,
     leads: Vec<PinLead>,
-}
-
-impl SheetCheckpoint {
-    /// Size of the state, bytes. Checkpoints of the same objects share their descriptions.
-    pub fn size(&self) -> usize {
-        self.world.size()
-    }
 }
 
 impl SheetWorld {

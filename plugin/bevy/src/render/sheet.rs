@@ -371,20 +371,16 @@ pub(super) fn insert_meshes(
     side_meshes: Query<(), (With<SheetSide>, With<Mesh3d>)>,
 ) {
     for (entity, (motion, display, mut drawn), (mesh, material), (sides, children)) in &mut sheets {
-        let has_map = |m: &Handle<StandardMaterial>| materials.get(m).is_some_and(|m| m.normal_map_texture.is_some());
-        let of_sides = sides.as_ref().is_some_and(|s| s.back.iter().chain(&s.rim).any(has_map));
-        let tangents = display.tangents || of_sides || material.is_some_and(|m| has_map(&m.0));
+        let tangents = display.tangents || has_normal_map(material, sides.as_deref(), &materials);
         let is_changed = display.is_changed() || sides.as_ref().is_some_and(Ref::is_changed);
-        let is_plain = display.colour == SheetColour::Plain;
         let is_current = drawn.as_deref().is_some_and(|d| d.is_current(motion, tangents, sides.is_some()));
-        if world.is_stepping() && is_plain && !is_changed && is_current {
-            // A look at the sheet would wait for the step.
+        // A look at the sheet would wait for its step.
+        if world.is_stepping() && display.colour == SheetColour::Plain && !is_changed && is_current {
             continue;
         }
-        let display = &*display;
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let settings = MeshSettings { display, coloured, tangents, sides: sides.as_deref() };
+        let settings = MeshSettings { display: &display, coloured, tangents, sides: sides.as_deref() };
         let nodes = motion.positions().len();
         let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
         let complete = match (settings.sides, children) {
@@ -419,6 +415,17 @@ pub(super) fn insert_meshes(
             commands.entity(entity).try_insert(MeshMaterial3d(own));
         }
     }
+}
+
+/// Whether a material of a sheet has a normal map.
+fn has_normal_map(
+    material: Option<&MeshMaterial3d<StandardMaterial>>,
+    sides: Option<&SheetSides>,
+    materials: &Assets<StandardMaterial>,
+) -> bool {
+    let of_sides = sides.into_iter().flat_map(|sides| sides.back.iter().chain(&sides.rim));
+    let mut all = material.map(|material| &material.0).into_iter().chain(of_sides);
+    all.any(|handle| materials.get(handle).is_some_and(|material| material.normal_map_texture.is_some()))
 }
 
 /// Spline segments per cell of the displayed layer of a sheet; `None` without this layer.

@@ -31,13 +31,6 @@ pub struct Checkpoint {
     recorded: Vec<(SheetId, f64)>,
 }
 
-impl Checkpoint {
-    /// Size of the state without the shared descriptions, bytes.
-    pub fn size(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
 /// Objects of a world.
 pub(crate) struct WorldLayout {
     sheets: Vec<SheetSpec>,
