@@ -13,7 +13,7 @@ fn main() {
     App::new()
         .add_plugins(DefaultPlugins)
         .add_plugins(RapierPhysicsPlugin::<NoUserData>::default().in_fixed_schedule())
-        .add_plugins(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }))
+        .add_plugins(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() }))
         .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))
         .insert_resource(TimestepMode::Fixed { dt: 1.0 / 64.0, substeps: 1 })
         .add_systems(Startup, setup)

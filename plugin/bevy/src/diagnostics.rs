@@ -3,7 +3,7 @@
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 
-use crate::core::{SheetClock, SheetState, SheetWorld, SheetworkSet};
+use crate::core::{SheetClock, SheetState, SheetWorld, SheetworkSet, SheetworkWritten};
 
 /// Plugin that measures the simulation in every tick.
 ///
@@ -47,7 +47,7 @@ impl Plugin for SheetworkDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(Self::ENERGY).with_suffix("J"))
             .register_diagnostic(Diagnostic::new(Self::STIFFNESS).with_suffix("%"))
             .register_diagnostic(Diagnostic::new(Self::TIME_LOST).with_suffix("s").with_max_history_length(1))
-            .add_systems(FixedUpdate, measure.after(SheetworkSet::Writeback));
+            .add_systems(FixedUpdate, measure.in_set(SheetworkSet::Writeback).after(SheetworkWritten));
     }
 }
 

@@ -73,9 +73,10 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact,
-    SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetJoint,
-    SheetMotion, SheetRayCast, SheetState, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
+    BodyMotion, BodyShape, HeaterHandle, JointLink, Sheet, SheetAttachments, SheetBody, SheetCheckpoint, SheetClock,
+    SheetContact, SheetContactPair, SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater,
+    SheetJoint, SheetMotion, SheetRayCast, SheetState, SheetThreading, SheetWind, SheetWorld, SheetworkCorePlugin,
+    SheetworkSet, StepTimes,
 };
 #[cfg(feature = "render")]
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};

@@ -2,9 +2,9 @@
 
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
-    BodyMotion, BodyShape, Sheet, SheetAttachments, SheetBody, SheetClock, SheetContact, SheetContacts, SheetDetail,
-    SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetJoint, SheetMotion, SheetRayCast, SheetState, SheetWind,
-    SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    BodyMotion, BodyShape, Sheet, SheetAttachments, SheetBody, SheetCheckpoint, SheetClock, SheetContact,
+    SheetContacts, SheetDetail, SheetEvent, SheetForces, SheetHeatGun, SheetHeater, SheetJoint, SheetMotion,
+    SheetRayCast, SheetState, SheetThreading, SheetWind, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 #[cfg(feature = "render")]
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};

@@ -54,7 +54,7 @@ fn a_sheet_lets_go_of_a_despawned_body() {
 
 #[test]
 fn a_dynamic_body_of_the_callers_world_hangs_on_a_sheet_by_its_entity() {
-    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() }));
     let weight = app.world_mut().spawn_empty().id();
     let mut game = PhysicsWorld::new();
     game.gravity = Vector::new(0.0, -9.81, 0.0);

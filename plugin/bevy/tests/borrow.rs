@@ -15,7 +15,7 @@ fn a_sheet_rests_on_a_body_of_the_callers_world() {
     let table = game.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.1, 0.0)));
     game.insert_collider(ColliderBuilder::cuboid(0.1, 0.01, 0.1), Some(table));
 
-    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() }));
     explicit(&mut app);
     lend(&mut app, game);
     let sheet = app.world_mut().spawn((Sheet::thesis(), Transform::from_xyz(0.0, 0.13, 0.0))).id();
@@ -30,7 +30,7 @@ fn a_sheet_carries_a_dynamic_body_of_the_callers_world() {
     game.gravity = Vector::new(0.0, -9.81, 0.0);
     let ball = game.insert_body(RigidBodyBuilder::dynamic().translation(Vector::new(0.0, 1.2, 0.0)));
     game.insert_collider(ColliderBuilder::ball(0.03).mass(0.02), Some(ball));
-    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() }));
     lend(&mut app, game);
     let net = Sheet::new("pet").size(0.3, 0.3).pin(Region::Border);
     app.world_mut().spawn((net, Transform::from_xyz(0.0, 1.0, 0.0)));
@@ -41,7 +41,7 @@ fn a_sheet_carries_a_dynamic_body_of_the_callers_world() {
 
 #[test]
 fn a_pin_with_an_end_is_released_in_the_callers_world_too() {
-    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() }));
     explicit(&mut app);
     lend(&mut app, PhysicsWorld::new());
     let mut held = Sheet::thesis();

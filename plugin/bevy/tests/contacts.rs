@@ -67,7 +67,7 @@ fn contacts_begin_and_end_with_both_entities() {
 
 #[test]
 fn a_body_of_the_callers_world_is_named_by_its_entity() {
-    let mut app = with_ear(app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true })));
+    let mut app = with_ear(app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true, ..default() })));
     let table = app.world_mut().spawn_empty().id();
     let mut game = PhysicsWorld::new();
     let body = game.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, -0.1, 0.0)));

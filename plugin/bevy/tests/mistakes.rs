@@ -87,6 +87,16 @@ fn mistakes_are_told_once_with_their_entity() {
     is_told_once(&mut app, card, "finite");
     assert!(centre(&app).distance(before) < 0.01);
 
+    let parent = app.world_mut().spawn(Transform::default()).id();
+    let child = Sheet::new("card").size(0.1, 0.1).grid(7, 7).clamp(Region::Left);
+    let child = app.world_mut().spawn((child, Transform::from_xyz(2.0, 1.0, 0.0), ChildOf(parent))).id();
+    run(&mut app, 0.05);
+    app.world_mut().get_mut::<Transform>(parent).expect("there").scale = Vec3::splat(2.0);
+    is_told_once(&mut app, child, "scale");
+    app.world_mut().get_mut::<Transform>(parent).expect("there").rotate_y(0.1);
+    is_told_once(&mut app, child, "clamp");
+    app.world_mut().despawn(child);
+
     app.world_mut().despawn(card);
     run(&mut app, 0.1);
     assert!(said().is_empty());

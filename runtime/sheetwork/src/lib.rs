@@ -86,8 +86,8 @@ pub use crate::rigid::{BodyState, RigidView};
 pub use crate::sheet::{Energy, Equilibrium, ForceKind, ForcePartner, Sheet, Status};
 pub use crate::units::parameters::{ParameterId, ParameterKind, ParameterRow, ParameterScope, UsualRange};
 pub use crate::world::{
-    BodyId, BodyReport, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry, ForceReport,
-    ForceTarget, HeaterId, InterpolatedNodes, JointId, OpeningReport, Parameter, QueryFilter, QueryLayer, QueryShape,
-    Report, SheetId, SheetQueries, SheetReport, Snapshot, SurfaceArea, SurfaceCurvature, SurfaceOverlaps, SurfacePoint,
-    TemperatureReport, UnresolvedFolds, World, journal, recording,
+    BodyId, BodyReport, Checkpoint, ContactEvent, ContactEventKind, ContactPair, ContactPartner, ForceEntry,
+    ForceReport, ForceTarget, HeaterId, InterpolatedNodes, JointId, OpeningReport, Parameter, QueryFilter, QueryLayer,
+    QueryShape, Report, SheetId, SheetQueries, SheetReport, Snapshot, SurfaceArea, SurfaceCurvature, SurfaceOverlaps,
+    SurfacePoint, TemperatureReport, UnresolvedFolds, World, journal, recording,
 };

@@ -2,9 +2,10 @@
 //! Rapier world that carry their entity in the user data, as bevy_rapier3d's do.
 
 use bevy::prelude::*;
+use sheetwork::InputError;
 use sheetwork::scene::Region;
-use sheetwork::{InputError, SheetId};
 
+use super::motion::Attached;
 use super::{BodyMotion, SheetMotion, SheetWorld};
 
 /// Parts of a sheet that are attached to bodies, where they are. Add it to the entity of a
@@ -31,28 +32,18 @@ impl SheetAttachments {
     }
 }
 
-/// Attachments that the world has, with the sheet they were given to.
-#[derive(Component, Clone, Debug)]
-pub(super) struct Attached {
-    sheet: SheetId,
-    list: Vec<(Region, Entity)>,
-    /// Entities without a body that attachments wait for.
-    waits: Vec<Entity>,
-}
-
 /// Give changed attachments to the world.
 pub(super) fn sync(
-    mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    sheets: Query<(Entity, &SheetMotion, &SheetAttachments, Option<&Attached>)>,
+    mut sheets: Query<(Entity, &mut SheetMotion, &SheetAttachments)>,
     bodies: Query<&BodyMotion>,
 ) {
-    for (entity, motion, wanted, attached) in &sheets {
-        let present = attached.filter(|attached| attached.sheet == motion.id()).map_or(&[][..], |a| &a.list);
-        if present == wanted.0 || motion.sheet(&world).is_none() {
+    for (entity, mut motion, wanted) in &mut sheets {
+        let present = &motion.attached.list;
+        if *present == wanted.0 || motion.sheet(&world).is_none() {
             continue;
         }
-        let (mut list, mut waits) = (present.to_vec(), Vec::new());
+        let (mut list, mut waits) = (present.clone(), Vec::new());
         for gone in present.iter().filter(|old| !wanted.0.contains(old)) {
             list.retain(|kept| kept != gone);
             report(entity, world.unpin(motion.id(), &gone.0));
@@ -63,7 +54,7 @@ pub(super) fn sync(
                 Some(body) => report(entity, world.attach(motion.id(), &new.0, body)),
                 None if world.borrows_bodies() => world.attach_later(motion.id(), new.clone()),
                 None => {
-                    let is_told = attached.is_some_and(|attached| attached.waits.contains(&new.1));
+                    let is_told = motion.attached.waits.contains(&new.1);
                     if !is_told {
                         warn!("sheet {entity} is attached to {} as soon as that has a body", new.1);
                     }
@@ -73,22 +64,22 @@ pub(super) fn sync(
             }
             list.push(new.clone());
         }
-        commands.entity(entity).try_insert(Attached { sheet: motion.id(), list, waits });
+        // Not a change of the sheet for its observers.
+        motion.bypass_change_detection().attached = Attached { list, waits };
     }
 }
 
 /// Let go of the attachments of a removed component.
 pub(super) fn removed(
     removed: On<Remove, SheetAttachments>,
-    mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    sheets: Query<(&SheetMotion, &Attached)>,
+    mut sheets: Query<&mut SheetMotion>,
 ) {
-    let Ok((motion, attached)) = sheets.get(removed.entity) else { return };
+    let Ok(mut motion) = sheets.get_mut(removed.entity) else { return };
+    let attached = std::mem::take(&mut motion.bypass_change_detection().attached);
     if motion.sheet(&world).is_some() {
         attached.list.iter().for_each(|(region, _)| report(removed.entity, world.unpin(motion.id(), region)));
     }
-    commands.entity(removed.entity).try_remove::<Attached>();
 }
 
 fn report(entity: Entity, result: Result<usize, InputError>) {

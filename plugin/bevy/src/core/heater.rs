@@ -89,6 +89,18 @@ impl HeaterHandle {
     pub fn name(&self) -> &str {
         &self.name
     }
+
+    /// Whether the heater is in the world.
+    pub(super) fn is_in(&self, world: &SheetWorld) -> bool {
+        world.get_heater(self.id).is_some()
+    }
+
+    /// Remove the heater from the world.
+    pub(super) fn remove_from(&self, world: &mut SheetWorld) {
+        if self.generation == world.generation() {
+            world.remove_heater(self.id);
+        }
+    }
 }
 
 /// Add new heaters, rebuild changed ones, and move those whose transform changed.
@@ -144,9 +156,7 @@ pub(super) fn removed(
     places: Query<&HeaterHandle>,
 ) {
     if let Ok(place) = places.get(removed.entity) {
-        if place.generation == world.generation() {
-            world.remove_heater(place.id);
-        }
+        place.remove_from(&mut world);
         commands.entity(removed.entity).try_remove::<HeaterHandle>();
     }
 }

@@ -27,13 +27,23 @@ impl SheetJoint {
     }
 }
 
-/// Joint of the world that belongs to a component.
+/// Link from the entity to its joint in the [`SheetWorld`]. Inserted when the joint is made,
+/// removed with its [`SheetJoint`].
 #[derive(Component, Clone, Debug)]
-pub(super) struct JointLink {
+pub struct JointLink {
     /// `None` for a joint that the world has refused.
     id: Option<JointId>,
     bodies: [Entity; 2],
     generation: u32,
+}
+
+impl JointLink {
+    /// End the joint in the world.
+    pub(super) fn remove_from(&self, world: &mut SheetWorld) {
+        if let Some(id) = self.id.filter(|_| self.generation == world.generation()) {
+            world.remove_joint(id);
+        }
+    }
 }
 
 /// Give new and changed joints to the world.
@@ -75,8 +85,6 @@ pub(super) fn removed(
     links: Query<&JointLink>,
 ) {
     let Ok(link) = links.get(removed.entity) else { return };
-    if let Some(id) = link.id.filter(|_| link.generation == world.generation()) {
-        world.remove_joint(id);
-    }
+    link.remove_from(&mut world);
     commands.entity(removed.entity).try_remove::<JointLink>();
 }

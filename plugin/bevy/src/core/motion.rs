@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
-use sheetwork::scene::{PathKey, Placement, path_at};
+use sheetwork::scene::{PathKey, Placement, Region, path_at};
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::{BodyId, SheetId};
 
@@ -31,10 +31,44 @@ pub struct SheetMotion {
     revision: u64,
     /// Levels of a locally refined mesh in the last state.
     refinement: Option<Arc<[u8]>>,
+    /// Topology of the last state, and its revision.
+    topology: (Topology, u64),
     /// Transform of the entity that the sheet has followed or that follows it; `None` before the
     /// first tick.
     pub(super) given: Option<Transform>,
+    /// Parent of the entity at the last tick; `None` before the first.
+    pub(super) parent: Option<LastParent>,
+    /// Attachments by entity that the world has.
+    pub(super) attached: Attached,
     frame: Option<FrameMotion>,
+}
+
+/// Grid, open cells and thickness (m) of a sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Topology {
+    nodes: usize,
+    grid: (u32, u32, u32),
+    opening: u64,
+    thickness: f64,
+}
+
+impl Topology {
+    fn of_sheet(sheet: &SheetInWorld) -> Self {
+        Self {
+            nodes: sheet.node_count(),
+            grid: sheet.model.grid,
+            opening: sheet.opening_revision(),
+            thickness: sheet.material().thickness,
+        }
+    }
+}
+
+/// Attachments of a sheet by entity.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attached {
+    pub list: Vec<(Region, Entity)>,
+    /// Entities without a body that attachments wait for.
+    pub waits: Vec<Entity>,
 }
 
 /// Pose of a sheet's entity, which follows the sheet.
@@ -47,10 +81,27 @@ struct FrameMotion {
     start: Transform,
 }
 
+/// Parent of a sheet's entity at the last tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LastParent {
+    pub entity: Option<Entity>,
+    pub transform: GlobalTransform,
+    /// Whether a change of its scale has been told.
+    pub is_told: bool,
+}
+
+impl LastParent {
+    /// Parent with this transform.
+    pub fn new(parent: Option<&ChildOf>, transform: GlobalTransform) -> Self {
+        Self { entity: parent.map(ChildOf::parent), transform, is_told: false }
+    }
+}
+
 impl SheetMotion {
     /// Let the pose of the entity, at present `pose`, follow `sheet` at `time`, s. `start` is its
     /// transform at the first time.
     pub(super) fn follow(&mut self, sheet: &SheetInWorld, (time, pose): (f64, Pose), start: Transform) {
+        self.topology.0 = Topology::of_sheet(sheet);
         self.frame = frame_of(sheet).map(|frame| FrameMotion {
             anchor: relative(frame, pose),
             history: PoseHistory::new(time, pose),
@@ -100,7 +151,10 @@ impl SheetMotion {
             still: 2,
             revision: 0,
             refinement: None,
+            topology: (Topology::default(), 0),
             given: None,
+            parent: None,
+            attached: Attached::default(),
             frame: None,
         }
     }
@@ -159,6 +213,13 @@ impl SheetMotion {
         &self.refinement
     }
 
+    /// Revision of what a mesh of the sheet is made for, in the last state: grid, open cells,
+    /// thickness.
+    #[cfg_attr(not(feature = "render"), allow(dead_code))]
+    pub(crate) fn topology(&self) -> u64 {
+        self.topology.1
+    }
+
     /// Store the state of a sheet that was moved at once: there is no motion to show.
     pub(super) fn jump(&mut self, sheet: &SheetInWorld) {
         self.states.iter_mut().for_each(|state| copy(state, &sheet.state.x));
@@ -171,9 +232,20 @@ impl SheetMotion {
         }
     }
 
+    /// Store the state of a sheet that is in the world again from `time`, s, on.
+    pub(super) fn rejoin(&mut self, time: f64, sheet: &SheetInWorld) {
+        self.times = [time; 3];
+        self.parent = None;
+        self.jump(sheet);
+    }
+
     /// Store the state of `sheet` at `time`, s, as [`SheetMotion::record`].
     pub(super) fn record_sheet(&mut self, time: f64, sheet: &SheetInWorld) -> bool {
         self.record_frame(time, sheet);
+        let topology = Topology::of_sheet(sheet);
+        if topology != self.topology.0 || self.refinement != sheet.model.refinement {
+            self.topology = (topology, self.topology.1 + 1);
+        }
         let (x, v) = (&sheet.state.x, &sheet.state.v);
         if self.refinement != sheet.model.refinement {
             self.refinement = sheet.model.refinement.clone();

@@ -2,6 +2,7 @@
 
 use bevy::math::{DQuat, DVec3, EulerRot};
 use bevy::prelude::*;
+use bevy::transform::helper::TransformHelper;
 use sheetwork::scene::Placement;
 
 /// Position (m) and rotation.
@@ -32,6 +33,18 @@ pub(crate) fn transform_of((position, rotation): Pose) -> Transform {
 /// Pose of a placement.
 pub(crate) fn pose_of_placement(placement: &Placement) -> Pose {
     (placement.position, placement.quaternion())
+}
+
+/// Displacement and rotation, about the origin, that lead from one pose to another.
+pub(crate) fn motion_between(from: Pose, to: Pose) -> Pose {
+    let turn = if from.1 == to.1 { DQuat::IDENTITY } else { (to.1 * from.1.conjugate()).normalize() };
+    (to.0 - turn * from.0, turn)
+}
+
+/// Global transform of the parent of an entity; the identity without one.
+pub(super) fn parent_transform(parent: Option<&ChildOf>, transforms: &TransformHelper) -> GlobalTransform {
+    let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
+    above.unwrap_or_default()
 }
 
 /// Whether a pose is the identity.

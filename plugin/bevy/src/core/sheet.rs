@@ -33,9 +33,17 @@ use super::reflect::SheetSpecReflect;
 /// to its first place. A tube has no such pose: its `Transform` stays, and writing it moves the
 /// tube by the difference.
 ///
+/// When a parent moves after the spawn, it leads the pinned nodes, at constant velocity during a
+/// tick, and the free ones follow by their forces; a sheet without pins stays. A parent that moves
+/// while time is paused takes a pinned sheet along at once. A changed scale of a parent, a turn of
+/// one with clamped nodes, and pins with axes are refused with a message.
+///
 /// A change of material, damping, drag, friction, restitution, the grid of a shell, or of pins
 /// without clamp, body and axes acts on the running sheet; paths and ends of new pins count from
 /// then. Any other change of the component rebuilds the sheet at its entity's transform.
+///
+/// While its entity has Bevy's `Disabled`, the sheet is out of the simulation; it comes back with
+/// its shape and velocities, and its paths go on from there. A hidden sheet is simulated.
 ///
 /// It is serialised as in a scene file, with pins, outline and all that reflection does not name:
 /// Bevy's scenes keep it.

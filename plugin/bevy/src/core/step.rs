@@ -15,6 +15,16 @@ pub(super) fn advance(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>) {
     world.advance(clock.due());
 }
 
+/// Begin the steps of this tick on another thread.
+pub(super) fn begin(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>) {
+    world.begin_advance(clock.due());
+}
+
+/// Wait for the steps of the last tick.
+pub(super) fn finish(mut world: ResMut<SheetWorld>) {
+    world.finish_advance();
+}
+
 /// Write positions and state of every sheet to its entity.
 pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut SheetMotion, &mut SheetState)>) {
     for (mut motion, mut state) in &mut sheets {

@@ -1,12 +1,14 @@
 //! Transfer of new, changed, moved and removed entities to the world.
 
-use bevy::ecs::query::Has;
+use bevy::ecs::entity_disabling::Disabled;
+use bevy::ecs::query::{Allow, Has};
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
 use sheetwork::scene::{BodySpec, PathKey, PinSpec, Polyhedron, Shape, SheetSpec};
 use sheetwork::{InputError, SheetId};
 
-use super::motion::PoseHistory;
+use super::motion::{LastParent, PoseHistory};
+use super::placement::parent_transform;
 use super::world::KinematicMotion;
 use super::{
     BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
@@ -35,12 +37,6 @@ pub(super) fn insert_link<L: Component>(
 
 /// Name and place of a sheet's entity.
 type SheetPlace<'a> = (Option<&'a Name>, &'a Transform, Option<&'a ChildOf>);
-
-/// Global transform of the parent of an entity; the identity without one.
-fn parent_transform(parent: Option<&ChildOf>, transforms: &TransformHelper) -> GlobalTransform {
-    let above = parent.and_then(|parent| transforms.compute_global_transform(parent.parent()).ok());
-    above.unwrap_or_default()
-}
 
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
@@ -71,10 +67,12 @@ pub(super) fn sync_sheets(
             world.remove_sheet(motion.id());
         }
         let place = start.filter(|_| anew).unwrap_or(*transform);
-        let there = parent_transform(parent, &transforms) * place;
+        let above = parent_transform(parent, &transforms);
+        let there = above * place;
         let mut added = add_sheet(&mut world, &clock, &sheet, name, &there);
         if let Ok((motion, _)) = &mut added {
             motion.given = Some(*transform);
+            motion.parent = Some(LastParent::new(parent, above));
             if let Some(sheet) = world.get_sheet(motion.id()) {
                 motion.follow(sheet, (world.time(), placement::pose_of(&there)), start.unwrap_or(*transform));
             }
@@ -352,7 +350,7 @@ pub(crate) fn insert_body(
     Ok(BodyMotion { ids: vec![id], names: vec![name], generation, built_from, given: there, path: spec.path, history })
 }
 
-fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
+pub(super) fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
     let Some(motion) = motion.filter(|m| m.generation == world.generation()) else { return };
     for id in &motion.ids {
         world.remove_body(*id);
@@ -393,7 +391,7 @@ pub(super) fn move_bodies(
 }
 
 /// Move the sheets whose transform was written there, at once and with their velocities; a changed
-/// scale builds the sheet again. Motion of a parent does not move them.
+/// scale builds the sheet again. Motion of a parent moves pins alone.
 pub(super) fn move_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
@@ -446,7 +444,7 @@ pub(super) fn sheet_removed(
     removed: On<Remove, Sheet>,
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    motions: Query<&SheetMotion>,
+    motions: Query<&SheetMotion, Allow<Disabled>>,
 ) {
     if let Ok(motion) = motions.get(removed.entity) {
         if motion.generation == world.generation() {

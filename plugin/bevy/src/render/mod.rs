@@ -54,6 +54,7 @@ impl Plugin for SheetworkRenderPlugin {
         app.register_type::<SheetDisplay>().register_type::<SheetRoom>();
         app.register_type::<SheetSides>().register_type::<SheetSide>();
         app.init_resource::<Materials>();
+        app.add_observer(sides::disabled).add_observer(sides::enabled);
         app.add_systems(
             PostUpdate,
             (

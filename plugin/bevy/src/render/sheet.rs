@@ -5,6 +5,7 @@
 //! has moved. Nodes are in world space, the mesh in the space of its entity. Vertex colours exist
 //! only where they are requested.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use bevy::camera::primitives::Aabb;
@@ -202,6 +203,8 @@ pub(super) struct DisplayedSheet {
     smoothing: (u32, SurfaceSmoothing),
     has_tangents: bool,
     masses: usize,
+    /// Revision of the topology of the sheet's motion.
+    topology: u64,
     grid: (u32, u32, u32),
     /// Levels of a locally refined mesh.
     refinement: Option<Arc<[u8]>>,
@@ -236,10 +239,20 @@ impl DisplayedSheet {
         let parts = segments(sheet, display)?;
         let (own, surface) = MeshedSurface::new(sheet, x, (display.layer, parts, display.spline), settings.coloured)?;
         let (smoothing, grid) = ((display.smoothing, display.spline), sheet.model.grid);
+        let topology = motion.topology();
         let (has_tangents, refinement) = (settings.tangents, sheet.model.refinement.clone());
         let mut made = MadeMeshes { own, children: Vec::new() };
-        let mut shown =
-            Self { surface, smoothing, has_tangents, masses: x.len(), grid, refinement, solid: None, at: None };
+        let mut shown = Self {
+            surface,
+            smoothing,
+            has_tangents,
+            masses: x.len(),
+            topology,
+            grid,
+            refinement,
+            solid: None,
+            at: None,
+        };
         if let Some(sides) = settings.sides {
             shown.add_solid(&mut made, sides, (seam(sheet, display, parts), face_offsets(sheet, display.layer)));
         } else if has_tangents {
@@ -282,6 +295,14 @@ impl DisplayedSheet {
             && (self.masses, self.grid) == (nodes, sheet.model.grid)
             && self.refinement == sheet.model.refinement
             && self.solid.as_ref().map(|s| s.offsets()) == settings.sides.map(|_| face_offsets(sheet, display.layer))
+    }
+
+    /// Whether the mesh was made for the present topology, as far as the motion of a sheet without
+    /// colours tells.
+    fn is_current(&self, motion: &SheetMotion, tangents: bool, has_sides: bool) -> bool {
+        (self.topology, self.has_tangents) == (motion.topology(), tangents)
+            && self.solid.is_some() == has_sides
+            && !self.surface.is_coloured()
     }
 
     /// Write all meshes of a sheet with thickness; `meshes_of` are its own and those of its
@@ -341,21 +362,25 @@ pub(super) fn insert_meshes(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut defaults: ResMut<Materials>,
-    sheets: Query<(
+    mut sheets: Query<(
         Entity,
-        (&SheetMotion, &SheetDisplay, Option<&DisplayedSheet>),
+        (&SheetMotion, Ref<SheetDisplay>, Option<&mut DisplayedSheet>),
         (Option<&Mesh3d>, Option<&MeshMaterial3d<StandardMaterial>>),
         (Option<Ref<SheetSides>>, Option<&SideChildren>),
     )>,
     side_meshes: Query<(), (With<SheetSide>, With<Mesh3d>)>,
 ) {
-    for (entity, (motion, display, drawn), (mesh, material), (sides, children)) in &sheets {
+    for (entity, (motion, display, mut drawn), (mesh, material), (sides, children)) in &mut sheets {
+        let tangents = display.tangents || has_normal_map(material, sides.as_deref(), &materials);
+        let is_changed = display.is_changed() || sides.as_ref().is_some_and(Ref::is_changed);
+        let is_current = drawn.as_deref().is_some_and(|d| d.is_current(motion, tangents, sides.is_some()));
+        // A look at the sheet would wait for its step.
+        if world.is_stepping() && display.colour == SheetColour::Plain && !is_changed && is_current {
+            continue;
+        }
         let Some(sheet) = motion.sheet(&world) else { continue };
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let has_map = |m: &Handle<StandardMaterial>| materials.get(m).is_some_and(|m| m.normal_map_texture.is_some());
-        let of_sides = sides.as_ref().is_some_and(|s| s.back.iter().chain(&s.rim).any(has_map));
-        let tangents = display.tangents || of_sides || material.is_some_and(|m| has_map(&m.0));
-        let settings = MeshSettings { display, coloured, tangents, sides: sides.as_deref() };
+        let settings = MeshSettings { display: &display, coloured, tangents, sides: sides.as_deref() };
         let nodes = motion.positions().len();
         let present = nodes == sheet.node_count() && *motion.refinement() == sheet.model.refinement;
         let complete = match (settings.sides, children) {
@@ -366,7 +391,11 @@ pub(super) fn insert_meshes(
         if let (Some(changed), Some(children)) = (sides.as_ref().filter(|sides| sides.is_changed()), children) {
             children.insert_materials(&mut commands, changed);
         }
-        if drawn.is_some_and(|d| d.fits(sheet, nodes, settings)) && complete || !present {
+        let fits = drawn.as_deref().is_some_and(|d| d.fits(sheet, nodes, settings));
+        if let Some(drawn) = drawn.as_deref_mut().filter(|_| fits && present) {
+            drawn.topology = motion.topology();
+        }
+        if fits && complete || !present {
             // After a change of grid within a tick the old grid is displayed until the next tick.
             continue;
         }
@@ -386,6 +415,17 @@ pub(super) fn insert_meshes(
             commands.entity(entity).try_insert(MeshMaterial3d(own));
         }
     }
+}
+
+/// Whether a material of a sheet has a normal map.
+fn has_normal_map(
+    material: Option<&MeshMaterial3d<StandardMaterial>>,
+    sides: Option<&SheetSides>,
+    materials: &Assets<StandardMaterial>,
+) -> bool {
+    let of_sides = sides.into_iter().flat_map(|sides| sides.back.iter().chain(&sides.rim));
+    let mut all = material.map(|material| &material.0).into_iter().chain(of_sides);
+    all.any(|handle| materials.get(handle).is_some_and(|material| material.normal_map_texture.is_some()))
 }
 
 /// Spline segments per cell of the displayed layer of a sheet; `None` without this layer.
@@ -435,7 +475,9 @@ pub(super) fn update(
     mut side_bounds: Query<&mut Aabb, (With<SheetSide>, Without<SheetMotion>)>,
 ) {
     let time = world.shown_time();
-    let bodies = world.rigid().map(|rigid| rigid.view());
+    // Looked at only where a surface needs it: that waits for a step on another thread.
+    let view = OnceCell::new();
+    let bodies = || view.get_or_init(|| world.rigid().map(|rigid| rigid.view())).as_ref();
     for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds, children)) in &mut sheets {
         let scale = if drawn.surface.is_coloured() { display.colour.scale(&world) } else { None };
         // The mesh of a resting sheet depends on time only through its temperature.
@@ -444,8 +486,8 @@ pub(super) fn update(
         if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
             continue;
         }
-        let bodies = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0);
-        let coloured = scale.as_ref().zip(motion.sheet(&world));
+        let bodies = if display.clear_of_bodies && state.contacts > 0 { bodies() } else { None };
+        let coloured = scale.as_ref().and_then(|scale| Some((scale, motion.sheet(&world)?)));
         let drawn = &mut *drawn;
         if drawn.solid.is_some() {
             let of_sides = children.iter().flat_map(|children| &children.0).map(|child| child.mesh.id());

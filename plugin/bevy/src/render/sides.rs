@@ -2,6 +2,8 @@
 
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::{NoAutoAabb, RenderLayers};
+use bevy::ecs::entity_disabling::Disabled;
+use bevy::ecs::query::Allow;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 
@@ -153,6 +155,26 @@ pub(super) fn replace_children(
         Some(_) => commands.entity(sheet).try_insert(SideChildren(children)),
         None => commands.entity(sheet).try_remove::<SideChildren>(),
     };
+}
+
+/// Disable the children of a disabled sheet.
+pub(super) fn disabled(
+    added: On<Add, Disabled>,
+    mut commands: Commands,
+    sheets: Query<&SideChildren, Allow<Disabled>>,
+) {
+    let children = sheets.get(added.entity).into_iter().flat_map(SideChildren::entities);
+    children.for_each(|child| _ = commands.entity(child).try_insert(Disabled));
+}
+
+/// Enable the children of an enabled sheet.
+pub(super) fn enabled(
+    removed: On<Remove, Disabled>,
+    mut commands: Commands,
+    sheets: Query<&SideChildren, Allow<Disabled>>,
+) {
+    let children = sheets.get(removed.entity).into_iter().flat_map(SideChildren::entities);
+    children.for_each(|child| _ = commands.entity(child).try_remove::<Disabled>());
 }
 
 /// Give the children the render layers and shadows of their sheet.

@@ -5,14 +5,57 @@
 //! them, since it equals the world as built from its scene.
 
 use glam::{DQuat, DVec3};
-use rapier3d::prelude::{ImpulseJoint, PhysicsWorld};
+use rapier3d::prelude::{ImpulseJoint, PhysicsWorld, Real};
 
+use crate::error::InputError;
 use crate::rigid::step::RigidMotion;
-use crate::rigid::{BodyState, MotionKind, RigidWorld};
+use crate::rigid::{BodyState, MotionKind, RigidBodyInfo, RigidWorld};
 use crate::scene::Scene;
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter};
 
+/// Bodies of a rigid world, and Rapier's sets in a state with these bodies.
+pub(crate) struct RigidLayout {
+    bodies: Vec<RigidBodyInfo>,
+    motions: Vec<RigidMotion>,
+    sets: Vec<u8>,
+    has_changed_colliders: bool,
+    sleep: bool,
+    contact_distance: Real,
+}
+
 impl RigidWorld {
+    /// Present bodies.
+    pub(crate) fn layout(&self) -> RigidLayout {
+        RigidLayout {
+            bodies: self.bodies.clone(),
+            motions: self.motions.clone(),
+            // An error leaves an empty byte sequence, which is rejected later.
+            sets: postcard::to_extend(&self.inner, Vec::new()).unwrap_or_default(),
+            has_changed_colliders: self.has_changed_colliders,
+            sleep: self.sleep,
+            contact_distance: self.owners.contact_distance,
+        }
+    }
+
+    /// Rigid world with the bodies of `layout`, and the contact parameters of `scene`.
+    ///
+    /// # Errors
+    /// If Rapier's sets cannot be read.
+    pub(crate) fn from_layout(layout: &RigidLayout, scene: &Scene) -> Result<Self, InputError> {
+        let unreadable = |_| InputError::new("bodies", "Rapier's sets cannot be read");
+        let inner: PhysicsWorld = postcard::from_bytes(&layout.sets).map_err(unreadable)?;
+        let mut world = Self::build(&Scene { bodies: Vec::new(), room: None, ..scene.clone() })?;
+        world.owners.clear();
+        for body in &layout.bodies {
+            world.owners.push(&body.colliders, body.material.as_deref());
+        }
+        world.owners.contact_distance = layout.contact_distance;
+        (world.inner, world.bodies, world.motions) = (inner, layout.bodies.clone(), layout.motions.clone());
+        world.has_kinematic = world.motions.iter().any(|motion| motion.kind == MotionKind::Path);
+        (world.has_changed_colliders, world.sleep) = (layout.has_changed_colliders, layout.sleep);
+        Ok(world)
+    }
+
     /// Serialise the rigid world.
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.count(self.motions.len() as u64);
@@ -39,7 +82,7 @@ impl RigidWorld {
         let (moving, changed, has_sets) = (from.flag()?, from.flag()?, from.flag()?);
         if has_sets {
             let inner: PhysicsWorld = postcard::from_bytes(from.blob()?).map_err(|_| CorruptState)?;
-            let known = |b: &crate::rigid::RigidBodyInfo| {
+            let known = |b: &RigidBodyInfo| {
                 inner.bodies.get(b.handle).is_some() && b.colliders.iter().all(|c| inner.colliders.get(*c).is_some())
             };
             let counts = (inner.bodies.len(), inner.colliders.len());

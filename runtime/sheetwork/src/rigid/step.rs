@@ -29,6 +29,7 @@ const SETTINGS: RigidSettings = RigidSettings::DEFAULT;
 const SUBSTEPS: RigidSubstepSettings = RigidSettings::DEFAULT.substeps;
 
 /// Motion of a body in a step.
+#[derive(Clone)]
 pub(crate) struct RigidMotion {
     pub kind: MotionKind,
     /// States at the start and at the end of the last step.

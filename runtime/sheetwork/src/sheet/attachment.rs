@@ -69,6 +69,11 @@ pub(crate) fn attach_nodes(sheet: &mut Sheet, nodes: &[u32], owner: AttachedTo, 
     invalidate_system(sheet);
 }
 
+/// Attach the attached nodes again where they are, to bodies in the state that `find` gives.
+pub(crate) fn renew_attachments(sheet: &mut Sheet, find: impl Fn(AttachedTo) -> Option<BodyState>) {
+    sheet.pins.renew_attachments(&sheet.state.x, find);
+}
+
 /// Release the attachments to lent bodies that are gone.
 pub(crate) fn detach_lent(sheet: &mut Sheet, gone: impl Fn(RigidBodyHandle) -> bool) {
     if sheet.pins.is_attached_to_lent(&gone) {

@@ -39,6 +39,7 @@ pub(crate) mod node_contact;
 pub mod parameters;
 pub(crate) mod pins;
 pub(crate) mod plate_aerodynamics;
+mod prescribed_nodes;
 pub(crate) mod probe;
 pub(crate) mod reaction;
 pub(crate) mod refine;

@@ -6,14 +6,15 @@
 //! body. A node attached to a dynamic body stays dynamic, and the contact solver computes the
 //! attachment force.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rapier3d::prelude::RigidBodyHandle;
 
 use crate::math::Vectors;
 use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
-use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
+use crate::serialize::{ReadResult, StateReader, StateWriter, state};
 use crate::sheet::attached_body::{AttachedBody, AttachedTo, Attachment, BodyMotion};
+use crate::sheet::prescribed_nodes::PrescribedNodes;
 
 /// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,15 +26,6 @@ pub struct Pins {
     detached: Vec<bool>,
     /// Whether nodes were pinned or unpinned while the world ran.
     is_changed: bool,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct PrescribedNodes {
-    masses: Vec<u32>,
-    start: Vec<DVec3>,
-    path: Vec<PathKey>,
-    /// Release time, s.
-    until: Option<f64>,
 }
 
 /// Node fixed along some axes of the world.
@@ -50,19 +42,14 @@ impl Pins {
     /// Prescribe `masses`, at present at `start` (m): along `path` (empty: fixed), until the time
     /// `until` (s) if given.
     pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
-        self.groups.push(PrescribedNodes { masses, start, path, until });
+        self.groups.push(PrescribedNodes { masses, start, path, until, lead: None });
     }
 
     /// Unpin `nodes`, a sorted list, while the world runs; return those that a pin held.
     pub(crate) fn unpin(&mut self, nodes: &[u32]) -> Vec<u32> {
         let mut freed = Vec::new();
         for group in &mut self.groups {
-            let (kept, gone): (Vec<_>, Vec<_>) = std::mem::take(&mut group.masses)
-                .into_iter()
-                .zip(std::mem::take(&mut group.start))
-                .partition(|(node, _)| nodes.binary_search(node).is_err());
-            (group.masses, group.start) = kept.into_iter().unzip();
-            freed.extend(gone.into_iter().map(|(node, _)| node));
+            freed.extend(group.release(nodes));
         }
         self.groups.retain(|group| !group.masses.is_empty());
         for glue in &mut self.glue {
@@ -111,15 +98,7 @@ impl Pins {
     pub(crate) fn serialise(&self, to: &mut StateWriter) {
         to.flag(self.is_changed);
         to.count(self.groups.len() as u64);
-        for group in &self.groups {
-            to.count(group.masses.len() as u64);
-            for (mass, start) in group.masses.iter().zip(&group.start) {
-                to.count(u64::from(*mass));
-                to.vector(*start);
-            }
-            group.until.serialise(to);
-            to.states(&group.path);
-        }
+        self.groups.iter().for_each(|group| group.serialise(to));
         to.count(self.glue.len() as u64);
         self.glue.iter().for_each(|glue| glue.serialise(to));
     }
@@ -130,12 +109,7 @@ impl Pins {
         let is_changed = from.flag()?;
         let mut groups = Vec::new();
         for _ in 0..from.length(3)? {
-            let nodes: Vec<(u32, DVec3)> = from.states(25)?;
-            let (nodes, start): (Vec<u32>, Vec<DVec3>) = nodes.into_iter().unzip();
-            if nodes.iter().any(|node| *node as usize >= masses) {
-                return Err(CorruptState);
-            }
-            groups.push(PrescribedNodes { masses: nodes, start, until: from.read()?, path: from.states(56)? });
+            groups.push(PrescribedNodes::deserialise(from, masses)?);
         }
         let mut glue = Vec::new();
         for _ in 0..from.length(10)? {
@@ -159,6 +133,30 @@ impl Pins {
         let freed = self.groups.iter().filter(|g| over(g)).flat_map(|g| g.masses.iter().copied()).collect();
         self.groups.retain(|g| !over(g));
         freed
+    }
+
+    /// Let paths and releases be later by `delay` (s).
+    pub(crate) fn delay(&mut self, delay: f64) {
+        self.groups.iter_mut().for_each(|group| group.delay(delay));
+    }
+
+    /// Lead the pinned nodes, attached ones and those fixed along some axes aside, by a rotation
+    /// about the origin and then a displacement (m), from time `time` (s) on within `duration` (s).
+    /// Returns their number.
+    pub(crate) fn lead(&mut self, motion: (DVec3, DQuat), time: f64, duration: f64) -> usize {
+        self.groups.iter_mut().for_each(|group| group.lead(motion, time, duration));
+        self.groups.iter().map(|group| group.masses.len()).sum()
+    }
+
+    /// Bind the attachments again, with their nodes at `x` (m), to bodies in the state that `find`
+    /// gives.
+    pub(crate) fn renew_attachments(&mut self, x: &Vectors, find: impl Fn(AttachedTo) -> Option<BodyState>) {
+        for glue in &mut self.glue {
+            let Some(owner) = glue.body.map(|body| body.owner) else { continue };
+            let Some(state) = find(owner) else { continue };
+            glue.masses.iter_mut().for_each(|(node, place, _)| *place = x.get(*node as usize));
+            glue.bind(owner, state);
+        }
     }
 
     /// Fix the node `mass`, at present at `start` (m), along the axes (x, y, z) selected by `held`.
@@ -297,7 +295,7 @@ impl Pins {
     /// Whether any pin moves between the times `from` and `to`, s.
     pub fn moves_between(&self, from: f64, to: f64) -> bool {
         let led = self.glue.iter().filter_map(|g| g.body);
-        self.groups.iter().any(|g| path_at(&g.path, from).0 != path_at(&g.path, to).0)
+        self.groups.iter().any(|g| g.moves_between(from, to))
             || led
                 .into_iter()
                 .any(|h| h.from.is_moving() || (h.from.origin(), h.from.rotation()) != (h.to.origin(), h.to.rotation()))
@@ -306,12 +304,8 @@ impl Pins {
     /// Set the constant velocity of every prescribed node that takes it to its position at `t +
     /// dt`.
     pub(crate) fn prescribe_velocities(&self, t: f64, dt: f64, x: &Vectors, v: &mut Vectors) {
-        for group in &self.groups {
-            let offset = path_at(&group.path, t + dt).0;
-            for (i, start) in group.masses.iter().zip(&group.start) {
-                let i = *i as usize;
-                v.set(i, (*start + offset - x.get(i)) / dt);
-            }
+        for (i, place) in self.groups.iter().flat_map(|group| group.positions(t + dt)) {
+            v.set(i, (place - x.get(i)) / dt);
         }
         for (hold, mass, local) in self.kinematic_attachments() {
             let i = mass as usize;
@@ -323,11 +317,8 @@ impl Pins {
     /// Set the exact position of every prescribed node at `t` (s), which prevents the accumulation
     /// of rounding errors.
     pub(crate) fn prescribe_positions(&self, t: f64, x: &mut Vectors) {
-        for group in &self.groups {
-            let offset = path_at(&group.path, t).0;
-            for (i, start) in group.masses.iter().zip(&group.start) {
-                x.set(*i as usize, *start + offset);
-            }
+        for (i, place) in self.groups.iter().flat_map(|group| group.positions(t)) {
+            x.set(i, place);
         }
         for (hold, mass, local) in self.kinematic_attachments() {
             x.set(mass as usize, hold.at(t).world_point(local));
@@ -339,6 +330,7 @@ impl Pins {
     /// position gets a new start position. All others are set to their exact positions.
     pub(crate) fn adopt_positions(&mut self, t: f64, x: &mut Vectors, slack: f64) {
         for group in &mut self.groups {
+            group.lead = None;
             let offset = path_at(&group.path, t).0;
             for (i, start) in group.masses.iter().zip(&mut group.start) {
                 let there = x.get(*i as usize) - offset;

@@ -71,11 +71,13 @@ impl World {
         let name = rigid.remove(index);
         self.body_ids.remove(index);
         self.scene.bodies.retain(|b| b.name != name);
-        for sheet in &mut self.scene.sheets {
+        let suspended = self.suspended.iter_mut();
+        for sheet in self.scene.sheets.iter_mut().chain(suspended.map(|suspended| &mut suspended.spec)) {
             sheet.pins.retain(|p| p.body.as_ref() != Some(&name));
         }
         self.structure = StructureChecksum::new(&self.scene);
-        for sheet in &mut self.sheets {
+        let suspended = self.suspended.iter_mut();
+        for sheet in self.sheets.iter_mut().chain(suspended.map(|suspended| &mut suspended.sheet)) {
             attachment::detach_body(sheet, index);
             sheet.wake();
         }

@@ -144,7 +144,7 @@ impl World {
     /// Update the pairs after a step. `lent` is the caller's rigid world, if there is one.
     pub(super) fn update_contacts(&mut self, lent: Option<&RigidView>) {
         let Some(mut records) = self.contacts.take() else { return };
-        records.thresholds.retain(|(sheet, _)| self.sheet_ids.position(sheet.0).is_some());
+        records.thresholds.retain(|(sheet, _)| self.sheet_ids.exists(sheet.0));
         for index in 0..self.sheets.len() {
             let Some(forces) = &self.sheets[index].work.forces else { continue };
             let contacts = forces.pairs.iter().filter(|pair| pair.kind == ForceKind::Contact && pair.magnitude > 0.0);
@@ -330,6 +330,16 @@ impl World {
 }
 
 impl ContactRecords {
+    /// Sheets that record contacts, with their thresholds, N.
+    pub(super) fn thresholds(&self) -> &[(SheetId, f64)] {
+        &self.thresholds
+    }
+
+    /// Whether the contacts of the sheet are recorded.
+    pub(super) fn has(&self, id: SheetId) -> bool {
+        self.thresholds.iter().any(|(sheet, _)| *sheet == id)
+    }
+
     /// Records of the same sheets before the first contact.
     pub(super) fn restarted(self) -> Self {
         Self { thresholds: self.thresholds, ..Self::default() }

@@ -24,14 +24,14 @@ pub struct BodyId(pub(crate) Slot);
 pub struct HeaterId(pub(crate) Slot);
 
 /// Generation of a slot, and position of its object in the list.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct SlotEntry {
     generation: u32,
     position: Option<usize>,
 }
 
 /// Slots of the objects of one list, which shifts when an object is removed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct IdTable {
     slots: Vec<SlotEntry>,
     /// Slot index of each object, in the order of the list.
@@ -69,6 +69,35 @@ impl IdTable {
         *entry = SlotEntry { generation: entry.generation + 1, position: None };
         self.free.push(index);
         self.update_positions();
+    }
+
+    /// Take the object at `position` out of the list; its slot remains its own.
+    pub(crate) fn suspend(&mut self, position: usize) {
+        let index = self.order.remove(position);
+        self.slots[index as usize].position = None;
+        self.update_positions();
+    }
+
+    /// Append a suspended object to the list.
+    pub(crate) fn resume(&mut self, slot: Slot) {
+        self.slots[slot.index as usize].position = Some(self.order.len());
+        self.order.push(slot.index);
+    }
+
+    /// Release the slot of a suspended object.
+    pub(crate) fn release(&mut self, slot: Slot) {
+        self.slots[slot.index as usize] = SlotEntry { generation: slot.generation + 1, position: None };
+        self.free.push(slot.index);
+    }
+
+    /// Whether the object exists, in the list or suspended.
+    pub(crate) fn exists(&self, slot: Slot) -> bool {
+        self.slots.get(slot.index as usize).is_some_and(|entry| entry.generation == slot.generation)
+    }
+
+    /// Whether the object exists and is suspended.
+    pub(crate) fn is_suspended(&self, slot: Slot) -> bool {
+        self.exists(slot) && self.position(slot).is_none()
     }
 
     /// Replace the list: `former` are the former positions of its objects, `None` for a new one.
@@ -131,5 +160,12 @@ mod tests {
         let positions = [reused, ids[0], ids[2]].map(|slot| table.position(slot));
         assert_eq!(positions, [Some(0), Some(2), None]);
         assert_eq!((table.at(0), table.at(2), table.at(3)), (Some(reused), Some(ids[0]), None));
+        table.suspend(0);
+        assert!(table.position(reused).is_none() && table.exists(reused) && table.push() != reused);
+        table.resume(reused);
+        assert_eq!((table.position(ids[0]), table.position(reused)), (Some(1), Some(3)));
+        table.suspend(3);
+        table.release(reused);
+        assert!(!table.exists(reused) && table.push().index == reused.index);
     }
 }

@@ -92,8 +92,17 @@ impl LodState {
         })
     }
 
-    pub fn add(&mut self) {
-        self.sheets.push(SheetLod::default());
+    /// State for these sheets, with or without levels.
+    pub fn with_sheets(scene: &Scene, sheets: &[Sheet]) -> Box<Self> {
+        Self::of(scene, sheets).unwrap_or_else(|| {
+            let sheets = vec![SheetLod::default(); sheets.len()];
+            Box::new(Self { sheets, ..Self::default() })
+        })
+    }
+
+    /// Add a sheet that has had so many evaluations.
+    pub fn add(&mut self, evaluations: u64) {
+        self.sheets.push(SheetLod { counted: evaluations, ..SheetLod::default() });
     }
 
     pub fn remove(&mut self, index: usize) {

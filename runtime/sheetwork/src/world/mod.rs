@@ -5,6 +5,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod body_loads;
+pub(crate) mod checkpoint;
 pub(crate) mod contacts;
 pub(crate) mod failure_events;
 pub(crate) mod forces;
@@ -31,6 +32,7 @@ mod start_overlap;
 pub(crate) mod state_hash;
 pub(crate) mod step;
 pub(crate) mod suggestions;
+mod suspension;
 pub(crate) mod teleport;
 mod thermal;
 pub(crate) mod wind;
@@ -39,6 +41,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use crate::world::checkpoint::Checkpoint;
 pub use crate::world::contacts::{ContactEvent, ContactEventKind, ContactPair, ContactPartner};
 pub use crate::world::forces::{ForceEntry, ForceReport};
 pub use crate::world::ids::{BodyId, HeaterId, SheetId};
@@ -81,6 +84,7 @@ const MAX_THREADS: f64 = 1024.0;
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    suspended: Vec<suspension::SuspendedSheet>,
     sheet_ids: IdTable,
     body_ids: IdTable,
     heater_ids: IdTable,
@@ -123,6 +127,8 @@ pub struct World {
     profiler: Profiler,
     /// Checksum of the scene's structure, for snapshots.
     structure: StructureChecksum,
+    /// Layout of the last checkpoint.
+    layout: Option<Arc<checkpoint::WorldLayout>>,
     /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
     drained_events: u64,
 }
@@ -199,6 +205,7 @@ impl World {
             heater_ids: IdTable::new(scene.heaters.len()),
             heater_names: scene.heaters.iter().enumerate().map(|(index, h)| heater::name_of(h, index)).collect(),
             sheets,
+            suspended: Vec::new(),
             sheet_contacts,
             contact_logs,
             rigid,
@@ -227,6 +234,7 @@ impl World {
             refine_work: scene.sheets.iter().any(|s| s.refine.is_some()).then(Box::default),
             profiler: Profiler::default(),
             structure: StructureChecksum::new(&own),
+            layout: None,
             drained_events: 0,
             scene: own,
         })
@@ -238,6 +246,15 @@ impl World {
     /// # Errors
     /// When a file that the scene names cannot be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), BuildError> {
+        let suspended = self.suspended_ids();
+        suspended.iter().for_each(|id| _ = self.resume_sheet(*id));
+        let done = self.rebuild();
+        suspended.iter().for_each(|id| _ = self.suspend_sheet(*id));
+        done
+    }
+
+    /// Build the world again from its scene.
+    fn rebuild(&mut self) -> Result<(), BuildError> {
         let rigid = if self.rigid.is_some() { Some(Box::new(RigidWorld::build(&self.scene)?)) } else { None };
         let mut fresh = Self::build(&self.scene, rigid)?;
         fresh.take_ids(self);

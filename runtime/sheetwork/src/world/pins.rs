@@ -1,6 +1,7 @@
 //! Pinning, attachment to bodies, and release of nodes of a sheet in a running world. The state of
 //! the sheet is kept. They are part of a snapshot; a reset returns to the pins of the description.
 
+use glam::{DQuat, DVec3};
 use rapier3d::prelude::{RigidBodyHandle, RigidBodySet};
 
 use crate::error::InputError;
@@ -8,8 +9,10 @@ use crate::rigid::BodyState;
 use crate::rigid::lent::lent_pose;
 use crate::scene::{PinSpec, Region};
 use crate::sheet::attached_body::AttachedTo;
+use crate::sheet::remap::motion::PIN_TOLERANCE;
 use crate::sheet::{attachment, region};
 use crate::world::World;
+use crate::world::bodies::is_valid_pose;
 use crate::{BodyId, SheetId, scene};
 
 impl World {
@@ -91,6 +94,37 @@ impl World {
         }
         attachment::attach_nodes(sheet, &nodes, owner, state);
         Ok(nodes.len())
+    }
+
+    /// Lead the pins of the sheet `id` as parts of one rigid body, rotated by `rotation` about the
+    /// origin of the world and then displaced by `by` (m), within the next `duration` (s) at
+    /// constant velocity. The paths of the pins turn with them, and the free nodes follow by their
+    /// forces. Nodes that are attached to bodies stay with these. Returns the number of pinned
+    /// nodes.
+    ///
+    /// # Errors
+    /// When there is no such sheet, a number is not finite or out of range, the duration is not
+    /// positive, a pin has `axes`, or one is clamped and would rotate; nothing changes then.
+    pub fn lead_pins(&mut self, id: SheetId, by: DVec3, rotation: DQuat, duration: f64) -> Result<usize, InputError> {
+        if !is_valid_pose(by, rotation) {
+            return Err(InputError::new("by", "must be finite and within 10 km, with a rotation of unit length"));
+        }
+        if !(duration > 0.0 && duration.is_finite()) {
+            return Err(InputError::new("duration", "must be positive"));
+        }
+        let index = self.index_of_sheet(id)?;
+        let (rotation, time, sheet) = (rotation.normalize(), self.time, &mut self.sheets[index]);
+        if sheet.pins.fixed_axes().next().is_some() {
+            return Err(InputError::new("pins", "pins with axes, which are those of the world, are not led"));
+        }
+        if sheet.model.clamped.contains(&true) && rotation.xyz().length() > PIN_TOLERANCE {
+            return Err(InputError::new("rotation", "a clamp keeps its slope; pin two rows of nodes instead"));
+        }
+        let count = sheet.pins.lead((by, rotation), time, duration);
+        if count > 0 {
+            sheet.wake();
+        }
+        Ok(count)
     }
 
     /// Let go of the nodes of `region` of the sheet `id`: unpin them, and detach them from bodies.

@@ -19,7 +19,7 @@ use crate::world::World;
 use crate::world::remap::{deserialise_grids, grid_of, serialise_grids};
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 /// Message about a snapshot of another world.
 const OTHER_STRUCTURE: &str = "is of other sheets or bodies than there are now";
 /// Bytes of position and velocity of a node.
@@ -296,7 +296,7 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], SnapshotError> {
 
 /// Checksum of the structure of a scene: the parts that cannot change while a world runs. It is
 /// composed of the checksums of the objects, so that a change of one does not visit the others.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct StructureChecksum {
     sheets: Vec<Hasher>,
     bodies: Vec<Hasher>,

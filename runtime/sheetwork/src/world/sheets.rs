@@ -73,7 +73,8 @@ impl World {
     /// # Errors
     /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<SheetId, BuildError> {
-        let names: BTreeSet<&str> = self.sheets.iter().map(|s| s.name.as_str()).collect();
+        let suspended = self.suspended.iter().map(|suspended| &suspended.sheet);
+        let names: BTreeSet<&str> = self.sheets.iter().chain(suspended).map(|s| s.name.as_str()).collect();
         let name = unique_name(&spec.name, "sheet", |name| names.contains(name));
         let index = self.scene.sheets.len();
         let spec = SheetSpec { name, ..spec.clone() };
@@ -99,7 +100,7 @@ impl World {
         }
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
         match &mut self.lod {
-            Some(detail) => detail.add(),
+            Some(detail) => detail.add(0),
             None => self.lod = lod::LodState::of(&self.scene, &self.sheets),
         }
         self.sheet_contacts.push(SheetContact::default());
@@ -123,12 +124,19 @@ impl World {
         Ok((sheet, heat))
     }
 
-    /// Remove the sheet `id`. Returns `false` when it was removed before.
+    /// Remove the sheet `id`, also while it is suspended. Returns `false` when it was removed
+    /// before.
     pub fn remove_sheet(&mut self, id: SheetId) -> bool {
-        let Some(index) = self.sheet_ids.position(id.0) else { return false };
+        let Some(index) = self.sheet_ids.position(id.0) else { return self.remove_suspended(id) };
         self.wake_around(index);
         self.sheet_ids.remove(index);
-        self.sheets.remove(index);
+        self.take_sheet_at(index);
+        true
+    }
+
+    /// Take the sheet at `index` out of all lists but that of the ids.
+    pub(super) fn take_sheet_at(&mut self, index: usize) -> Sheet {
+        let sheet = self.sheets.remove(index);
         self.lod.iter_mut().for_each(|detail| detail.remove(index));
         self.sheet_contacts.remove(index);
         self.contact_logs.remove(index);
@@ -136,7 +144,7 @@ impl World {
         self.scene.sheets.remove(index);
         self.structure.remove_sheet(index, &self.scene);
         self.heat.iter_mut().for_each(|heat| heat.discard_views());
-        true
+        sheet
     }
 
     /// Wake the dynamic bodies, and the sheets that may rest on the sheet `index`, before it goes
