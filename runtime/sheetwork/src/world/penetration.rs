@@ -4,10 +4,10 @@
 //! Every pair of triangles, and every triangle and convex solid, whose boxes meet is tested
 //! exactly (`collision/overlap`), independently of the contact solver: the sheets of islands whose
 //! contact solution was not accepted in this step, or that began it with an overlap, or all with
-//! [`World::set_penetration_check`]. Triangles whose nodes are all held, and parts of bodies that are not convex, do not count, nor
-//! does a sheet compressed between two bodies that do not reach its mid-surface. Triangles of one
-//! sheet count where they are farther apart at rest than their size and the thickness. Lengths in
-//! m.
+//! [`World::set_penetration_check`]. Triangles whose nodes are all held, and parts of bodies that
+//! are not convex, do not count, nor does a sheet compressed between two bodies that do not reach
+//! its mid-surface. Triangles of one sheet count where they are farther apart at rest than their
+//! size and the thickness. Lengths in m.
 
 use glam::DVec3;
 
