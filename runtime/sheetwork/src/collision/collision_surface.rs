@@ -90,6 +90,12 @@ impl CollisionSurface {
         self.update_detached(sheet);
     }
 
+    /// Take over the thickness, which may change while the sheet moves.
+    pub fn set_thickness(&mut self, sheet: &Sheet) {
+        self.offset = node_contact::contact_offset(sheet);
+        self.half_thickness = node_contact::half_thickness(sheet);
+    }
+
     fn update_detached(&mut self, sheet: &Sheet) {
         if sheet.open_cell_set().is_some() {
             self.detached = (0..sheet.node_count()).map(|i| sheet.is_detached(i)).collect();

@@ -85,8 +85,8 @@ settings! {
         /// parts of its largest value.
         pub least_shift: f64 = 1e-3,
         pub maximum_shift: f64 = 10.0,
-        /// Range of the barrier as a fraction of the sum of the half thicknesses: the accepted
-        /// penetration.
+        /// Range of the barrier as a fraction of the thickness of the thinner sheet, or of the half
+        /// thickness on a body: the accepted penetration.
         pub range: f64 = 0.1,
         /// Stiffness of the barrier as a multiple of that of its vertices in the stage.
         pub stiffness: f64 = 300.0,

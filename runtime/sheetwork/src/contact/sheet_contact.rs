@@ -31,7 +31,7 @@ impl SheetContact {
         let revision = sheet.opening_revision();
         match &mut self.surface {
             Some(surface) if self.opening_revision != revision => surface.rebuild_open(sheet),
-            Some(_) => {}
+            Some(surface) => surface.set_thickness(sheet),
             None => self.surface = Some(Box::new(CollisionSurface::from_sheet(sheet))),
         }
         self.opening_revision = revision;

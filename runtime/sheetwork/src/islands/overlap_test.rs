@@ -4,14 +4,14 @@
 //! Every triangle is tested against every convex collider, and against the triangles of other
 //! sheets and of its own sheet that are not neighbours at rest, wherever their boxes meet. The test
 //! knows nothing of the contacts that the solver had. Triangles whose nodes are all held do not
-//! count, nor does a sheet compressed between colliders that do not reach its mid-surface. A sheet
-//! whose normals are all within 60° of their mean does not meet itself. Lengths in m.
+//! count, nor does a sheet compressed between colliders that do not reach its mid-surface. A
+//! rectangle whose normals are all within 60° of their mean does not meet itself. Lengths in m.
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::CollisionSurface;
+use crate::collision::collision_surface::{CollisionSurface, SurfaceTriangle};
 use crate::collision::features::ColliderPart;
 use crate::collision::overlap::distance;
 use crate::collision::overlap::nearness::distance_below;
@@ -115,6 +115,13 @@ impl OverlapTest {
         colliders: &TestedColliders<impl Iterator<Item = BarrierCollider<'a>> + Clone>,
         (state, sheets_meet): (TestedState, bool),
     ) -> bool {
+        // A sheet far from everything: its normals suffice.
+        if let ([sheet], [contact]) = (&*island.sheets, &*island.contacts)
+            && colliders.colliders.clone().next().is_none()
+            && contact.surface.as_ref().is_some_and(|surface| is_unfolded(surface, positions(sheet, state)))
+        {
+            return false;
+        }
         self.place(island, state);
         let surfaces = || self.sheets.iter().enumerate();
         surfaces().any(|(_, sheet)| self.meets_collider(sheet, colliders))
@@ -169,7 +176,7 @@ impl OverlapTest {
         colliders: &TestedColliders<impl Iterator<Item = BarrierCollider<'a>> + Clone>,
     ) -> bool {
         let accepted =
-            a.half_thickness + b.half_thickness - 2.0 * SETTINGS.depth * a.half_thickness.max(b.half_thickness);
+            a.half_thickness + b.half_thickness - 2.0 * SETTINGS.depth * a.half_thickness.min(b.half_thickness);
         let is_apart = apart((a.low, a.high), (b.low, b.high), accepted);
         !(is_apart || a.crosses && b.crosses) && self.any_pair(a, b, accepted, colliders, |_, _| false)
     }
@@ -247,30 +254,35 @@ fn place_surface(
     triangles: &mut Vec<PlacedTriangle>,
 ) -> PlacedSurface {
     let first = triangles.len();
-    let normal = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a);
-    let mut sum = DVec3::ZERO;
     for t in surface.triangles().iter().filter(|t| t.nodes.iter().any(|i| !sheet.is_held(*i as usize))) {
         let corners = t.nodes.map(|i| x.get(i as usize));
         let (low, high) = bounds(corners);
-        sum += normal(&corners);
         triangles.push(PlacedTriangle { nodes: t.nodes, corners, low, high });
     }
     let all = &mut triangles[first..];
     all.sort_unstable_by(|a, b| a.low.x.total_cmp(&b.low.x).then(a.nodes.cmp(&b.nodes)));
-    let mean = sum.normalize_or_zero();
-    let is_along = |t: &PlacedTriangle| {
-        let n = normal(&t.corners);
-        n.dot(mean) >= SETTINGS.unfolded_cosine * n.length()
-    };
     PlacedSurface {
         index,
         wide: all.iter().map(|t| t.high.x - t.low.x).fold(0.0, f64::max),
         low: all.iter().map(|t| t.low).fold(DVec3::INFINITY, DVec3::min),
         high: all.iter().map(|t| t.high).fold(DVec3::NEG_INFINITY, DVec3::max),
-        is_unfolded: !surface.is_multilayer() && all.iter().all(is_along),
+        is_unfolded: is_unfolded(surface, x),
         half_thickness: surface.contact_offset(),
         crosses: sheet.state.interpenetration != Interpenetration::None,
         triangles: first..triangles.len(),
+    }
+}
+
+/// Whether a surface with the nodes at `x` (m) is a rectangle with normals near their mean.
+fn is_unfolded(surface: &CollisionSurface, x: &Vectors) -> bool {
+    let normal = |t: &SurfaceTriangle| {
+        let [a, b, c] = t.nodes.map(|i| x.get(i as usize));
+        (b - a).cross(c - a)
+    };
+    let triangles = surface.triangles();
+    surface.is_rectangle() && {
+        let mean = triangles.iter().map(normal).sum::<DVec3>().normalize_or_zero();
+        triangles.iter().map(normal).all(|n| n.dot(mean) >= SETTINGS.unfolded_cosine * n.length())
     }
 }
 

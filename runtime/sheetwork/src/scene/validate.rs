@@ -296,6 +296,11 @@ fn air_loads(s: &SheetSpec) -> ValidationResult {
 pub(crate) fn pin(pin: &PinSpec) -> ValidationResult {
     region(&pin.region).map_err(|e| e.within("region"))?;
     path(&pin.path)?;
+    let turns = pin.path.iter().position(|key| key.rotation != DVec3::ZERO);
+    if let Some(i) = turns {
+        let problem = "a pin has no rotation: attach its region to a body that turns, with `body`";
+        return Err(InputError::new(format!("path.{i}.rotation"), problem));
+    }
     let all = pin.axes == (true, true, true);
     if let Some(until) = pin.until {
         Id::PinUntil.check("until", until)?;
@@ -535,6 +540,8 @@ mod tests {
         assert!(refused("(sheets: [(pins: [(region: Left, body: \"leg\")])])").1.contains("there is none"));
         assert_eq!(refused(&scene("body: \"arm\", path: [(time: 0)]")).0, "sheets.0.pins.0.path");
         assert_eq!(refused(&scene("body: \"arm\", clamp: true")).0, "sheets.0.pins.0.clamp");
+        let turning = scene("path: [(time: 0), (time: 1, rotation: (0, 90, 0))]");
+        assert_eq!(refused(&turning).0, "sheets.0.pins.0.path.1.rotation");
         assert_eq!(refused(&scene("body: \"arm\", axes: (true, false, true)")).0, "sheets.0.pins.0.axes");
     }
 }

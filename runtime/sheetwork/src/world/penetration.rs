@@ -119,25 +119,27 @@ impl World {
         let mut all = Vec::new();
         for (index, sheet) in placed.iter().enumerate().filter(|(_, sheet)| counts(sheet.sheet)) {
             let half = half_thickness(sheet.sheet);
-            let mut add = |with, depth: f64, found: NearestPlace| {
-                if depth > 2.0 * SETTINGS.depth * half && !is_compressed(&solids, &found, half) {
+            // Depths are judged by the thinner of two sheets.
+            let mut add = |with, depth: f64, thinner: f64, found: NearestPlace| {
+                if depth > 2.0 * SETTINGS.depth * thinner && !is_compressed(&solids, &found, half) {
                     all.push(Penetration { sheet: index, with, depth, place: found.place });
                 }
             };
             for solid in &solids {
                 if let Some(found) = solid.depth_of(sheet, DVec3::ZERO) {
-                    add(PenetratedObject::Body(solid.body), half + found.distance, found);
+                    add(PenetratedObject::Body(solid.body), half + found.distance, half, found);
                 }
             }
             let others = if self.scene.contact.sheets { &placed[..index] } else { &[] };
             for (other, with) in others.iter().enumerate() {
-                let touching = half + half_thickness(with.sheet);
+                let their_half = half_thickness(with.sheet);
+                let touching = half + their_half;
                 if let Some(found) = sheet.nearest(DVec3::ZERO, with, touching, |_, _| false) {
-                    add(PenetratedObject::Sheet(other), touching - found.distance, found);
+                    add(PenetratedObject::Sheet(other), touching - found.distance, half.min(their_half), found);
                 }
             }
             if let Some(found) = self.nearest_to_itself(index, sheet) {
-                add(PenetratedObject::Itself, 2.0 * half - found.distance, found);
+                add(PenetratedObject::Itself, 2.0 * half - found.distance, half, found);
             }
         }
         all

@@ -343,15 +343,15 @@ impl Surfaces {
         })
     }
 
-    /// Stencil of `vertices`, with the sum of the half thicknesses and the friction.
+    /// Stencil of `vertices`, with the sum of the half thicknesses, the range of the barrier and
+    /// the friction.
     fn stencil(
         &self,
         (features, vertices, radius): (Features, [u32; 4], f64),
-        (offset, friction): (f64, f64),
+        (offset, range, friction): (f64, f64, f64),
     ) -> Stencil {
         let mut stencil = Stencil { features, vertices, radius, offset, limit: 0.0, friction, stiffness: 0.0 };
         let start = stencil.closest(vertices.map(|i| self.start[i as usize])).distance;
-        let range = SETTINGS.range * stencil.offset;
         // Features that start nearer, as on a compressed sheet, keep a part of their distance.
         let kept = if start > 0.0 { SETTINGS.kept_distance * start } else { start - range };
         stencil.limit = (stencil.offset - range).min(kept);
@@ -380,7 +380,9 @@ impl Surfaces {
             let reach = offset + size(p).max(size(q));
             p.iter().all(|i| q.iter().all(|j| surface.rest_distance(i - first, j - first) >= reach))
         };
-        let law = (offset, friction);
+        // Twice the thinner half thickness: the thinner sheet is not deeper in the thicker one.
+        let thinner = if b.half > 0.0 { 2.0 * a.half.min(b.half) } else { offset };
+        let law = (offset, SETTINGS.range * thinner, friction);
         let mut add = |features, vertices, radius| found.push(self.stencil((features, vertices, radius), law));
         if let Some([origin, along]) = b.plane {
             let n = (self.x[along as usize] - self.x[origin as usize]).normalize_or(DVec3::Y);
