@@ -98,7 +98,7 @@ fn a_rod_that_swings_through_its_post_gains_no_energy() {
             world.advance(0.15);
             let state = world.get_body(rod).expect("there");
             let energy = state.kinetic_energy() + 0.5 * 9.81 * (state.centre().y - 2.0);
-            // Of the 0.98 J between its highest and its lowest place.
+            // Part of the 0.98 J between its highest and its lowest place.
             assert!(energy < 1e-3 && energy > -0.2, "{energy} J with steps of {dt} s");
         }
     }

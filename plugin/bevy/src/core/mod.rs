@@ -86,8 +86,8 @@ pub enum SheetThreading {
     /// results are there one tick later: the sets of [`SheetworkSet`] run in the order `Writeback`,
     /// `Sync`, `Step`. Any access to the [`SheetWorld`] waits for the end of the step, as do spawns
     /// and despawns of sheets and bodies; let systems that need it run before
-    /// [`SheetworkSet::Step`]. Of the displays, colours of sheets and surfaces kept clear of bodies
-    /// that they touch wait as well. Not for `borrow_bodies`.
+    /// [`SheetworkSet::Step`]. The display of colours, and of surfaces kept clear of bodies that
+    /// they touch, waits as well. Not for `borrow_bodies`.
     Background,
 }
 

@@ -7,7 +7,8 @@ use super::motion::LastParent;
 use super::placement::parent_transform;
 use super::{SheetClock, SheetMotion, SheetWorld, placement};
 
-/// Relative change of a parent's scale that counts as one.
+/// Relative change of a parent's scale that counts as one: above the rounding of `f32` in the
+/// products of transforms, from which the scale is read.
 const SCALE_TOLERANCE: f32 = 1e-5;
 
 /// Lead the pins of sheets whose parent has moved since the last tick; while time is paused, the

@@ -382,7 +382,7 @@ pub(crate) fn flanks<'a>(sheet: &SheetStageMotion<'a>, edge: &SurfaceEdge) -> im
 }
 
 /// Whether the squared cosine between each triangle normal and their mean exceeds `cosine_squared`.
-fn is_flat(skin: &CollisionSurface, x: &Vectors, cosine_squared: f64) -> bool {
+pub(crate) fn is_flat(skin: &CollisionSurface, x: &Vectors, cosine_squared: f64) -> bool {
     let areas = || skin.triangles().iter().map(|t| area_of(x, t.nodes));
     let mean = areas().sum::<DVec3>().normalize_or_zero();
     areas().all(|n| {

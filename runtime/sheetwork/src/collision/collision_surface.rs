@@ -218,6 +218,22 @@ impl CollisionSurface {
             _ => 0.0,
         }
     }
+
+    /// Whether any two of these nodes are one, or nearer at rest than `reach` (m).
+    pub fn is_rest_distance_below(&self, p: &[u32], q: &[u32], reach: f64) -> bool {
+        p.iter().any(|i| q.iter().any(|j| i == j || self.rest_distance(*i, *j) < reach))
+    }
+
+    /// Whether two triangles are nearer at rest than the longest of their sides and `thickness`
+    /// (m): they bend into each other's way without contact.
+    pub fn are_neighbours(&self, p: &[u32; 3], q: &[u32; 3], thickness: f64) -> bool {
+        let side = |t: &[u32; 3]| {
+            let [a, b, c] = *t;
+            self.rest_distance(a, b).max(self.rest_distance(b, c)).max(self.rest_distance(c, a))
+        };
+        let is_shared = p.iter().any(|i| q.contains(i));
+        is_shared || self.is_rest_distance_below(p, q, thickness + side(p).max(side(q)))
+    }
 }
 
 fn checksum_of(rest: &[DVec3], offset: f64) -> u32 {

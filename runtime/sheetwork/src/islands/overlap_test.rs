@@ -11,7 +11,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::{CollisionSurface, SurfaceTriangle};
+use crate::collision::bvh::is_flat;
+use crate::collision::collision_surface::CollisionSurface;
 use crate::collision::features::ColliderPart;
 use crate::collision::overlap::distance;
 use crate::collision::overlap::nearness::distance_below;
@@ -195,16 +196,7 @@ impl OverlapTest {
         let first = self.triangles.len();
         let sheet = place_surface((index, of), surface, &self.inset, &mut self.triangles);
         let thickness = 2.0 * sheet.half_thickness;
-        let size = |t: &[u32; 3]| {
-            let side = |i: usize, j: usize| surface.rest_distance(t[i], t[j]);
-            side(0, 1).max(side(1, 2)).max(side(2, 0))
-        };
-        let are_neighbours = |p: &[u32; 3], q: &[u32; 3]| {
-            p.iter().any(|i| q.contains(i)) || {
-                let reach = thickness + size(p).max(size(q));
-                p.iter().any(|i| q.iter().any(|j| surface.rest_distance(*i, *j) < reach))
-            }
-        };
+        let are_neighbours = |p: &[u32; 3], q: &[u32; 3]| surface.are_neighbours(p, q, thickness);
         let meets = self.any_pair(&sheet, &sheet, (1.0 - SETTINGS.depth) * thickness, colliders, are_neighbours);
         self.triangles.truncate(first);
         meets
@@ -275,15 +267,7 @@ fn place_surface(
 
 /// Whether a surface with the nodes at `x` (m) is a rectangle with normals near their mean.
 fn is_unfolded(surface: &CollisionSurface, x: &Vectors) -> bool {
-    let normal = |t: &SurfaceTriangle| {
-        let [a, b, c] = t.nodes.map(|i| x.get(i as usize));
-        (b - a).cross(c - a)
-    };
-    let triangles = surface.triangles();
-    surface.is_rectangle() && {
-        let mean = triangles.iter().map(normal).sum::<DVec3>().normalize_or_zero();
-        triangles.iter().map(normal).all(|n| n.dot(mean) >= SETTINGS.unfolded_cosine * n.length())
-    }
+    surface.is_rectangle() && is_flat(surface, x, SETTINGS.unfolded_cosine * SETTINGS.unfolded_cosine)
 }
 
 /// Box around a box of the frame of a body.

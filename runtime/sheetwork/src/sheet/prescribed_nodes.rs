@@ -5,9 +5,6 @@ use glam::{DQuat, DVec3};
 use crate::scene::{PathKey, path_at};
 use crate::serialize::{CorruptState, ReadResult, State, StateReader, StateWriter, state};
 
-/// Fraction of the duration of a lead that rounding of the times may leave.
-const TIME_TOLERANCE: f64 = 1e-9;
-
 /// Nodes of a pin.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrescribedNodes {
@@ -35,7 +32,7 @@ state!(Lead { from, time, end });
 
 impl Lead {
     fn is_over(&self, t: f64) -> bool {
-        t >= self.end - TIME_TOLERANCE * (self.end - self.time)
+        t >= self.end
     }
 }
 

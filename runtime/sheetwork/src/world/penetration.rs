@@ -149,14 +149,7 @@ impl World {
     fn nearest_to_itself(&self, index: usize, sheet: &PlacedSheet) -> Option<NearestPlace> {
         let surface = self.sheet_contacts.get(index)?.surface.as_ref()?;
         let thickness = 2.0 * half_thickness(sheet.sheet);
-        let size = |t: &[u32; 3]| {
-            let side = |i: usize, j: usize| surface.rest_distance(t[i], t[j]);
-            side(0, 1).max(side(1, 2)).max(side(2, 0))
-        };
-        let neighbours = |p: &[u32; 3], q: &[u32; 3]| {
-            let reach = thickness + size(p).max(size(q));
-            p.iter().any(|i| q.iter().any(|j| surface.rest_distance(*i, *j) < reach))
-        };
+        let neighbours = |p: &[u32; 3], q: &[u32; 3]| surface.are_neighbours(p, q, thickness);
         let sheet = PlacedSheet::with_flat_rim(sheet.sheet, surface);
         sheet.nearest(DVec3::ZERO, &sheet, thickness, neighbours)
     }

@@ -167,19 +167,14 @@ impl SheetPair<'_> {
     /// Whether features with these nodes are neighbours in one sheet; `size` is that of its
     /// triangles, m.
     fn are_neighbours(&self, p: &[u32], q: &[u32], size: f64) -> bool {
-        self.is_self() && self.is_rest_distance_below(p, q, self.limits.offset + size)
+        self.is_self() && self.a.sheet.skin.is_rest_distance_below(p, q, self.limits.offset + size)
     }
 
     /// Whether features with these nodes belong to one region of one sheet, which can bend but not
     /// touch itself.
     fn is_same_region(&self, p: &[u32], q: &[u32], size: f64) -> bool {
-        self.is_self() && self.is_rest_distance_below(p, q, SETTINGS.neighbour_factor * (self.limits.offset + size))
-    }
-
-    /// Whether any two of these nodes of one sheet are nearer than `reach` (m) at rest.
-    fn is_rest_distance_below(&self, p: &[u32], q: &[u32], reach: f64) -> bool {
-        let skin = self.a.sheet.skin;
-        p.iter().any(|i| q.iter().any(|j| i == j || skin.rest_distance(*i, *j) < reach))
+        let reach = SETTINGS.neighbour_factor * (self.limits.offset + size);
+        self.is_self() && self.a.sheet.skin.is_rest_distance_below(p, q, reach)
     }
 
     fn detect_node_triangle(
